@@ -30,5 +30,5 @@ def test_the_legend_names_what_is_drawn_and_nothing_else(predicted):
     )  # fmt: skip
     (legend,) = amplitude_over_clearance([level]).legends
     named = [text.get_text() for text in legend.get_texts()]
-    line = ["predicted, two impacts per cycle"] * predicted
+    line = ["predicted for two impacts per cycle"] * predicted
     assert named == ["mean, two symmetric", "largest", *line]

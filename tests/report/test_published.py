@@ -6,7 +6,7 @@ import pytest
 
 from vinesexp.records.campaign.published_table import PublishedValue
 from vinesexp.records.campaign.schema import Campaign, Known, Record
-from vinesexp.report.verdict import published_rows
+from vinesexp.report.published_beside import published_rows
 from vinesexp.results import CampaignResults
 from vinesexp.units import Quantity
 

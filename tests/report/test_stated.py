@@ -6,12 +6,14 @@ from dataclasses import replace
 import pytest
 
 from vinesexp.figures.identified_values import draw_inputs, input_rows
+from vinesexp.figures.regime_strips import draw_regimes
+from vinesexp.record_pages.build import facts_of
 from vinesexp.records.stored.result_columns import INPUTS
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.report.page import page_content
 from vinesexp.report.rendering import rendered
 from vinesexp.report.tables_shown import stated_rows, stated_sentence
-from vinesexp.results import Results
+from vinesexp.results import CampaignResults, Results
 
 
 def row(item: str, record: str, stated: float, found: float, verdict: str, unit: str = "mm"):
@@ -46,6 +48,41 @@ def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(resu
     assert part.index("clearance, p_34") < part.index("clearance, p_33")
     assert "+0.400 ± 0.039 mm" in part
     assert "contradicted: the analysis uses what was found" in part
+
+
+@pytest.mark.long
+def test_a_clearance_that_was_found_is_what_every_place_shows(results):
+    """34.4 mm where 34 mm was typed: first screen, strips, tables, the page of the record."""
+    found = CampaignResults(results.results, results.campaign)
+    content = page_content(results.campaign, results.results)
+    assert content["contradicted"] == ["clearance, p_34"]
+    page = rendered("vinesexp.report", "report.html.j2", content)
+    assert "contradict 1 stated value (clearance, p_34)" in page[: page.index('id="measured"')]
+    shown = {row["record"]: row["clearance"] for row in content["regimes"]["periodic"]}
+    assert shown["p_34"] == "34.4 (stated: 34)"
+    assert shown["p_35"] == "35"
+    ((figure, _),) = draw_regimes(found)
+    names = [label.get_text() for axis in figure.axes for label in axis.get_yticklabels()]
+    assert "34.4 (stated: 34) mm" in names
+    facts = facts_of(found.as_found.record("p_34"), found)
+    assert ["clearance b", "34.4 (stated: 34) mm"] in facts["settings"]
+
+
+@pytest.mark.long
+def test_the_figure_keeps_what_is_farthest_from_what_was_stated(results):
+    rows = [row("clearance", f"r_{i}", 34.0, 34.0 + 1e-3 * i, "ok") for i in range(45)]
+    ((figure, entry),) = draw_inputs(rows)
+    names = [text.get_text() for text in figure.axes[0].get_yticklabels()]
+    assert names == [f"clearance, r_{i}" for i in range(5, 45)]
+    assert "the 40 of 45 that are farthest" in entry.caption
+
+
+@pytest.mark.long
+def test_long_names_leave_room_for_the_points(results):
+    rows = [row("clearance", f"{'long_name_of_a_record_' * 4}{i}", 34.0, 34.01, "ok") for i in "ab"]
+    ((figure, _),) = draw_inputs(rows)
+    figure.draw_without_rendering()
+    assert figure.axes[0].get_position().width > 0.4
 
 
 @pytest.mark.long

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from vinesexp.report.verdict import (
     PeriodicVerdict,
-    ReleaseVerdict,
     agreement,
     headline,
+    predicted,
     release_lines,
-    release_verdicts,
+    within,
 )
 
 PREDICTED = {"exact_mm": 33.9, "predicted_low_mm": 33.5, "predicted_high_mm": 34.3}
@@ -96,27 +94,28 @@ def test_a_lowest_amplitude_at_the_edge_is_not_compared():
     assert found is None
 
 
-def verdict(**changed: str) -> PeriodicVerdict:
-    parts = {
-        "level": "G = 0.2 mm",
-        "lowest": "26.4",
-        "lowest_within": "between 26 and 27 mm",
-        "end_within": "between 27 and 27.5 mm",
-        "exact": "27.13 ± 0.02",
-        "published": "27.2",
-        "exact_lowest": "26.4",
-    }
-    return PeriodicVerdict(**{**parts, **changed}, sentence="", agrees=True)
+LOWEST = {
+    "level": "G = 0.2 mm", "measured_mm": 26.4, "measured_low_mm": 26.0, "measured_high_mm": 27.0,
+    "exact_mm": 27.13, "predicted_low_mm": 27.11, "predicted_high_mm": 27.15, "bound": "",
+}  # fmt: skip
+END = {"measured_mm": 27.25, "measured_low_mm": 27.0, "measured_high_mm": 27.5}
+
+
+def verdict(agrees: bool | None = True, level: str = "G = 0.2 mm", **lowest: object):
+    return PeriodicVerdict(level, LOWEST | lowest, END, agrees=agrees)
+
+
+UNMEASURED = verdict(measured_mm=None)
 
 
 def test_headline_of_a_measured_optimum():
-    text = headline([verdict(lowest=""), verdict()], [], {})
+    text = headline([UNMEASURED, verdict()], [], {})
     assert text == (
         "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). In "
         "these tests two impacts per cycle cease to be permanent between 27 and 27.5 mm; b_c is "
         "predicted at 27.13 ± 0.02 mm. Prediction and measurement agree at every base amplitude."
     )
-    open_one = replace(verdict(), level="G = 0.3 mm", agrees=None)
+    open_one = verdict(None, "G = 0.3 mm")
     assert headline([open_one, verdict()], [], {}).endswith(
         "agree at G = 0.2 mm; elsewhere the tests do not decide."
     )
@@ -125,12 +124,12 @@ def test_headline_of_a_measured_optimum():
 
 
 def test_headline_of_a_bound_is_a_bound():
-    low = verdict(lowest="26.8", lowest_within="below 29.2 mm", lowest_bound="at most")
+    low = verdict(measured_mm=26.8, measured_low_mm=None, measured_high_mm=29.2, bound="at most")
     assert headline([low], [], {}).startswith(
         "At G = 0.2 mm the mass moved least with the smallest clearance that was tried, 26.8 mm: "
         "the best one lies below 29.2 mm and may be smaller than any tried. In these tests "
     )
-    high = verdict(lowest="48.0", lowest_within="above 42 mm", lowest_bound="at least")
+    high = verdict(measured_mm=48.0, measured_low_mm=42.0, measured_high_mm=None, bound="at least")
     assert (
         "the largest clearance that was tried, 48.0 mm: the best one lies above 42 mm and may "
         "be larger than any tried." in headline([high], [], {})
@@ -138,58 +137,56 @@ def test_headline_of_a_bound_is_a_bound():
     assert "26.4 mm (between" in headline(
         [verdict(), high], [], {}
     )  # what is bracketed comes first
-    released = ReleaseVerdict("20 mm to 3 mm", "48.0", "above 42 mm", "33.3", "27.3", "at least")
     assert "the largest that was tried, or as good as that one (the best one lies above 42 mm)" in (
-        headline([], [released], {})
+        headline([], [release(10.0, 48.0, 42.0, None, "at least")], {})
     )
 
 
 def test_headline_leaves_out_what_is_not_known():
-    unjudged = replace(verdict(), agrees=None)
-    assert headline([replace(unjudged, exact="")], [], {}).endswith(
+    assert headline([verdict(None, exact_mm=None)], [], {}).endswith(
         "permanent between 27 and 27.5 mm."
     )
-    assert headline([replace(unjudged, end_within="")], [], {}).endswith(
+    assert headline([PeriodicVerdict("G = 0.2 mm", LOWEST)], [], {}).endswith(
         "b_c is predicted at 27.13 ± 0.02 mm."
     )
-    few = headline([verdict(lowest="")], [], {"f0": "8 Hz"})
+    few = headline([UNMEASURED], [], {"f0": "8 Hz"})
     assert few == (
-        "No best clearance can be reported: too few clearances were tried to find the best one. "
-        "The records give f₀ = 8 Hz."
+        "No best clearance can be reported: too few clearances were tried to find the best one."
     )
+    assert headline([UNMEASURED], [], {}) == f"{few} The records determine no parameter either."
     ball = {"record": "", "check": "missing", "outcome": "warning", "detail": "known.nes_mass is"}
-    assert headline([verdict(lowest="")], [], {"f0": "8 Hz"}, [ball]) == few  # it asks for no ball
+    assert headline([UNMEASURED], [], {"f0": "8 Hz"}, [ball]) == few  # it asks for no ball
+
+
+def release(target: float, best: float, low: float | None, high: float | None, bound: str = ""):
+    return {
+        "level": f"20 mm to {target:g} mm", "release_mm": 20.0, "target_mm": target,
+        "measured_mm": best, "measured_low_mm": low, "measured_high_mm": high, "bound": bound,
+        "published_mm": 33.3333, "exact_mm": 27.3172, "predicted_low_mm": 27.0495,
+        "predicted_high_mm": 27.5849,
+    }  # fmt: skip
 
 
 def test_headline_of_releases_says_that_there_is_no_single_best():
-    found = ReleaseVerdict("20 mm to 3 mm", "30.0", "between 24 and 33 mm", "33.3", "27.3")
-    text = headline([], [found], {})
+    text = headline([], [release(3.0, 30.0, 24.0, 33.0)], {})
     assert "30.0 mm (the best one lies between 24 and 33 mm)" in text
     assert "To another amplitude another clearance is fastest" in text
 
 
-def test_release_verdicts_keep_what_is_absent_absent():
-    row = {"test": "transient", "level": "20 mm to 3 mm", "published_mm": 33.3, "exact_mm": None,
-           "release_mm": 20.0, "target_mm": 3.0}  # fmt: skip
-    assert release_verdicts([row]) == [
-        ReleaseVerdict("20 mm to 3 mm", "–", "", "33.3", "–", height="20 mm", target="3 mm")
-    ]
+def test_what_is_absent_stays_absent():
+    row = {"published_mm": 33.3, "exact_mm": None, "release_mm": 20.0, "target_mm": 3.0}
+    assert predicted(row) == ""
+    assert within(row) == ""
+    (line,) = release_lines([row])
+    assert (line["exact"], line["published"], line["fastest"]) == ("", "33.3", "")
 
 
 def test_a_bound_is_no_fastest_clearance():
     """20 mm to 10 mm is fastest at the largest that was tried: the line does not name it."""
-    row = {"test": "transient", "release_mm": 20.0, "published_mm": 33.3333, "exact_mm": 27.3172}
-    row |= {"predicted_low_mm": 27.0495, "predicted_high_mm": 27.5849}
-    rows = [
-        row | {"level": "20 mm to 10 mm", "target_mm": 10.0, "measured_mm": 48.0,
-               "measured_low_mm": 41.94, "measured_high_mm": None, "bound": "at least"},
-        row | {"level": "20 mm to 3 mm", "target_mm": 3.0, "measured_mm": 30.0,
-               "measured_low_mm": 23.94, "measured_high_mm": 33.06, "bound": ""},
-    ]  # fmt: skip
-    (line,) = release_lines(release_verdicts(rows))
+    rows = [release(10.0, 48.0, 41.94, None, "at least"), release(3.0, 30.0, 23.94, 33.06)]
+    (line,) = release_lines(rows)
     assert line == {
         "height": "20 mm", "exact": "27.3 ± 0.3", "published": "33.3",
         "fastest": "to 3 mm with 30.0 mm",
     }  # fmt: skip
-    (alone,) = release_verdicts([rows[1] | {"predicted_low_mm": None, "predicted_high_mm": None}])
-    assert alone.exact == "27.32"  # no interval is known
+    assert predicted(rows[1] | {"predicted_low_mm": None, "predicted_high_mm": None}) == "27.32"

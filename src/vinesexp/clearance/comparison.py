@@ -58,6 +58,12 @@ LOWEST, PERMANENT_END, FASTEST = (
     "fastest decay",
 )
 
+#: What each kind of row measures.
+_IN_WORDS = {
+    LOWEST: "the clearance of the lowest amplitude",
+    PERMANENT_END: "the clearance at which two impacts per cycle end",
+    FASTEST: "the fastest clearance",
+}
 _HOW_TO_KNOW = {
     "M": "ring-downs with added masses, impacts, or `known: mass`",
     "c1": "M and a ring-down",
@@ -220,12 +226,12 @@ def compare(
         )
         checks += start_checks(level, own)
         tests = _settled(checks, level, own, predicted)
-        for name, kind, find in (
-            (level.name, LOWEST, lowest_amplitude),
-            (level.name + END, PERMANENT_END, end_of_permanent),
+        for suffix, kind, find in (
+            ("", LOWEST, lowest_amplitude),
+            (END, PERMANENT_END, end_of_permanent),
         ):
-            optimum = _measured(checks, "periodic", name, tests, find, reach)
-            row = _row("periodic", name, kind, optimum, predicted)
+            optimum = _measured(checks, kind, level.name, tests, find, reach)
+            row = _row("periodic", level.name + suffix, kind, optimum, predicted)
             rows.append(
                 replace(row, base_amplitude_mm=1e3 * level.G, stated_base_mm=1e3 * level.nominal)
             )
@@ -236,7 +242,7 @@ def compare(
             checks, release.name, partial(predicted_b_t, rig, release=release.release)
         )
         optimum = _measured(
-            *(checks, "transient", release.name, release.tests),
+            *(checks, FASTEST, f"release from {release.name}", release.tests),
             partial(fastest, resolution=resolution),
             reach,
         )
@@ -283,20 +289,21 @@ def _settled(
 
 def _measured(
     checks: list[Check],
-    test: str,
+    kind: str,
     level: str,
     tests: Sequence[Tested],
     find: Callable[[Sequence[Tested]], Optimum],
     reach: Callable[[float], float],
 ) -> Optimum | None:
     """The optimum that was tried for; what was not tried is for a plan and no fault of records."""
+    what = f"{level}: {_IN_WORDS[kind]} is"
     try:
         optimum = find(tests)
     except AnalysisError as error:
-        checks.append(Check("", "optimal clearance", "ok", f"{test}, {level}: {error}"))
+        checks.append(Check("", "optimal clearance", "ok", f"{what} not known: {error}"))
         return None
     if optimum.bound:
-        detail = f"{test}, {level}: {bound_in_words(optimum, tests)}"
+        detail = f"{what} {bound_in_words(optimum, tests)}"
         checks.append(Check("", "optimal clearance", "ok", detail))
     return widened(optimum, reach)
 

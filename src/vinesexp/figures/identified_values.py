@@ -4,12 +4,13 @@ what the records say of the values that were stated (inputs.csv)."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.numbers import difference, plus_minus
+from vinesexp.figures.record_words import short
 from vinesexp.figures.style import COLOURS, FAINT, SEQUENCE, Drawn, label, link, new_figure
 from vinesexp.records.stored.tables import Row, ids_of
 from vinesexp.results import CampaignResults, Results
@@ -50,7 +51,7 @@ def value_over_folders(
         values, places, xerr=COVERAGE_95 * errors, fmt="o", color=COLOURS["measured"],
         capsize=2.5, linewidth=1.2,
     )  # fmt: skip
-    axis.set_yticks(list(places), list(names))
+    axis.set_yticks(list(places), [short(name) for name in names])
     axis.set_ylim(-0.6, len(names) - 0.4)
     axis.grid(axis="y", visible=False)
     axis.ticklabel_format(axis="x", useOffset=False)
@@ -287,7 +288,8 @@ def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
     known = [row for row in tested if (row["stated_error"] or 0.0) > 0.0]
     if not known:
         return
-    figure = found_minus_stated([_value(row) for row in known[:_MOST]])
+    far = sorted(known, key=_distance)[:_MOST]
+    figure = found_minus_stated([_value(row) for row in known if row in far])
     text = (
         "Found minus stated, "
         "with the 95 % interval of what was found, as a multiple of the standard uncertainty of "
@@ -297,16 +299,24 @@ def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
     if untested := len(rows) - len(tested):
         text += f" Left out: {untested} that the records do not test."
     if len(known) > _MOST:
-        text += f" The first {_MOST} of {len(known)}; inputs.csv has all."
+        text += (
+            f" Shown are the {_MOST} of {len(known)} that are farthest from what was stated; "
+            "inputs.csv has all."
+        )
     title = "Values in campaign.yaml and records.csv, tested by the records"
     yield figure, Drawn("stated_values", "inputs", title, text)
+
+
+def _distance(row: Row) -> tuple[int, float]:
+    """Contradicted values first, then those farthest from what was stated."""
+    return _ORDER[row["verdict"]], -abs(row["found"] - row["stated"]) / row["stated_error"]
 
 
 def _value(row: Row) -> StatedValue:
     away, error, size = row["found"] - row["stated"], row["found_error"] or 0.0, row["stated_error"]
     ids = ids_of(row["record"])
     return StatedValue(
-        name=named(row),
+        name=named(row, short),
         away=away / size,
         error=error / size,
         words=difference(away, error, row["unit"]),
@@ -315,8 +325,8 @@ def _value(row: Row) -> StatedValue:
     )
 
 
-def named(row: Row) -> str:
-    """What was stated, and for which record.
+def named(row: Row, written: Callable[[str], str] = str) -> str:
+    """What was stated, and for which record, as it is written.
 
     Examples
     --------
@@ -326,4 +336,4 @@ def named(row: Row) -> str:
     ids = ids_of(row["record"])
     more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
     item = row["item"].replace("nes_mass", "ball mass").replace("_", " ")
-    return f"{item}, {ids[0]}{more}" if ids else item
+    return f"{item}, {written(ids[0])}{more}" if ids else item

@@ -12,6 +12,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures import style
+from vinesexp.figures.record_words import short
 from vinesexp.figures.style import FAINT, Drawn, label, link
 from vinesexp.identification.flights import flights_of
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -143,7 +144,7 @@ class Projected:
 
 def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
     """The SIM with the points of each motion, a panel each."""
-    figure, axes = style.new_figure(1, len(motions), height=3.0, sharey=True)
+    figure, axes = style.new_figure(1, len(motions), height=3.1, sharey=True)
     top = max(float(np.nanmax(motion.A)) for motion in motions)
     for axis, motion in zip(axes, motions, strict=True):
         draw_sim(axis, r=r, top=1.05 * top)
@@ -171,7 +172,7 @@ def draw_manifold(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     if not {"M", "k1", "r", "m"} <= set(rig.values):
         return
     shown = []
-    for record in _chosen(results.campaign, results.regime_of):
+    for record in _chosen(results.as_found, results.regime_of):
         motion = on_manifold(record, results.folder, rig)
         if motion.C.size >= _FEWEST:
             shown.append(motion)
@@ -219,4 +220,4 @@ def on_manifold(record: Record, results: Path, rig: IdentifiedRig) -> Projected:
         b=b,
         eps=m / M,
     )
-    return Projected(f"{record.id}, b = {1e3 * b:g} mm", C, A, record.id)
+    return Projected(f"{short(record.id)}\nb = {1e3 * b:.4g} mm", C, A, record.id)

@@ -7,7 +7,6 @@ be exact 1.96); tables keep standard errors, under that name.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 from vinesexp.units import COVERAGE_95, with_error
 
@@ -28,8 +27,8 @@ def plus_minus(value: float, std_error: float, unit: str = "") -> str:
     '11470 ± 69 N/m'
     >>> plus_minus(0.00651, 0.00001)
     '(6.510 ± 0.020)·10⁻³'
-    >>> plus_minus(0.6, 0.0, "1")
-    '0.6'
+    >>> plus_minus(0.6, 0.0, "1"), plus_minus(0.00014, 0.5, "Hz")
+    ('0.6', '0.00 ± 0.98 Hz')
     """
     return _written(value, COVERAGE_95 * std_error, unit, digits=2)
 
@@ -40,8 +39,8 @@ def _written(value: float, half: float, unit: str, *, digits: int) -> str:
     if not math.isfinite(half) or half <= 0.0:
         return f"{value:.6g}{shown}"
     power = 0
-    if 0.0 < abs(value) < 0.02:
-        power = 3 * math.ceil(-math.log10(abs(value)) / 3.0)
+    if 0.0 < (size := max(abs(value), half)) < 0.02:
+        power = 3 * math.ceil(-math.log10(size) / 3.0)
     value, half = value * 10.0**power, half * 10.0**power
     text = with_error(value, half, sign="±", digits=digits)
     return f"({text})·10⁻{str(power).translate(_SUPERSCRIPTS)}{shown}" if power else text + shown
@@ -95,7 +94,7 @@ def plus_minus_brief(value: float, std_error: float, unit: str = "") -> str:
     >>> plus_minus_brief(4.698919, 0.0012556, "kg"), plus_minus_brief(0.600001544, 5.86e-06)
     ('4.6989 ± 0.0025 kg', '0.60000 ± 0.00001')
     >>> plus_minus_brief(0.00650347, 2.9e-8), plus_minus_brief(0.0, 0.001)
-    ('(6.5035 ± 0.0001)·10⁻³', '0.0000 ± 0.0020')
+    ('(6.5035 ± 0.0001)·10⁻³', '(0.0 ± 2.0)·10⁻³')
     """
     if not math.isfinite(std_error) or std_error <= 0.0 or value == 0.0:
         return plus_minus(value, std_error, unit)
@@ -126,17 +125,6 @@ def millimetres(value: float | None) -> str:
     ('34.0', '34.0', '2.35', '–')
     """
     return "–" if value is None else f"{value:#.3g}".removesuffix(".")
-
-
-def clearances(lengths: Iterable[float]) -> str:
-    """Clearances of the NESs of a test, m to mm.
-
-    Examples
-    --------
-    >>> clearances([0.023, 0.034])
-    '23 + 34'
-    """
-    return " + ".join(f"{1e3 * b:g}" for b in lengths)
 
 
 def outwards(low: float | None, high: float | None) -> tuple[str, str]:

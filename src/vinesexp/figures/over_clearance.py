@@ -176,8 +176,14 @@ def _key(figure: Figure, axis: Axes, valleys: Sequence[DrawnLevel]) -> None:
         if name in regimes
     ]
     handles += axis.plot([], [], "_", color=COLOURS["measured"], label="largest")
+    for colour, name, any_of in (
+        ("measured", "lowest: clearance of the lowest mean", [v.lowest for v in valleys]),
+        ("strongly modulated", "end: of two impacts per cycle", [v.end for v in valleys]),
+    ):
+        if any(any_of):
+            handles += axis.plot([], [], "|-", color=COLOURS[colour], linewidth=1.4, label=name)
     if any(valley.curve[0].size for valley in valleys):
-        words = "predicted, two impacts per cycle"
+        words = "predicted for two impacts per cycle"
         handles += axis.plot([], [], color=COLOURS["exact"], label=words)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
 
@@ -205,7 +211,7 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
         if valley.published is not None:
             away = 100.0 * (valley.published / exact - 1.0)
             axis.plot([G - width, G + width], [away, away], "--", color=COLOURS["published"])
-        _deviation(axis, valley, exact)
+        _deviation(axis, valley, exact, 0.4 * width)
     axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
     handles = [
         axis.plot([], [], mark, color=COLOURS[colour], markersize=4.5, label=name)[0]
@@ -225,24 +231,25 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
     return figure
 
 
-def _deviation(axis: Axes, valley: DrawnLevel, exact: float) -> None:
+def _deviation(axis: Axes, valley: DrawnLevel, exact: float, beside: float) -> None:
     """Both measured clearances of one base amplitude, with their brackets."""
-    for kind, marker, colour, shift, side in (
-        (valley.lowest, "o", "measured", 9, "left"),
-        (valley.end, "s", "strongly modulated", -9, "right"),
+    for kind, marker, colour, place, side in (
+        (valley.lowest, "o", "measured", 1.0, "left"),
+        (valley.end, "s", "strongly modulated", -1.0, "right"),
     ):
         if kind is None or math.isinf(kind[2] - kind[1]):
             continue  # a bound is no point
         value, low, high = (100.0 * (b / exact - 1.0) for b in kind)
+        at = (valley.G + place * beside, value)  # else one bracket would cover the other
         axis.errorbar(
-            *(valley.G, value, [[value - low], [high - value]]),
+            *(*at, [[value - low], [high - value]]),
             fmt=marker,
             color=COLOURS[colour],
             capsize=3,
             markersize=4.5,
         )
-        at = (valley.G, value)
-        label(axis, f"{kind[0]:.1f} mm", at, colour=COLOURS[colour], shift=(shift, 0), ha=side)
+        words = f"{kind[0]:.1f} mm"
+        label(axis, words, at, colour=COLOURS[colour], shift=(9.0 * place, 0), ha=side)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.figures.numbers import clearances
+from vinesexp.figures.record_words import clearance_of
 from vinesexp.figures.single_records import marks_of
 from vinesexp.figures.style import COLOURS, Drawn, label, link, new_figure, regime_colour
 from vinesexp.records.campaign.schema import Record
@@ -167,13 +167,13 @@ _MOST = 60
 def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """One strip a periodic test with a regime in regimes.csv."""
     regime_of = {id: regime for id, regime in results.regime_of.items() if regime}
-    records = [r for r in results.campaign.records if r.test == "periodic" and r.id in regime_of]
+    records = [r for r in results.as_found.records if r.test == "periodic" and r.id in regime_of]
     records.sort(key=lambda r: (len(r.clearance), r.base_amplitude or 0.0, r.clearance))
     groups: dict[str, list[Strip]] = {}
     for record in records[:_MOST]:
         title = f"G = {1e3 * (record.base_amplitude or 0.0):g} mm"
         title += f", {len(record.clearance)} NESs" if len(record.clearance) > 1 else ""
-        name = f"{clearances(record.clearance)} mm"
+        name = f"{clearance_of(record, results.campaign.record(record.id))} mm"
         counts = _impacts_per_cycle(record, results.folder)
         if counts.size:
             groups.setdefault(title, []).append(

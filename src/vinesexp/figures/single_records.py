@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
-from vinesexp.figures.numbers import clearances, plus_minus
+from vinesexp.figures.numbers import plus_minus
+from vinesexp.figures.record_words import settings_of, short, titled
 from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, label, link, new_figure
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
@@ -92,7 +93,7 @@ def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
         axis.fill_between(time, low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0)
         axis.plot(time, replayed, color=COLOURS["exact"], linewidth=1.4)
         axis.plot(time, measured, color=COLOURS["measured"], linewidth=0.7)
-        link(axis.set_title(name), name, f"page of {name}")
+        link(axis.set_title(short(name)), name, f"page of {name}")
         axis.set_ylim(0.0, 1.1 * float(max(high.max(), measured.max())))
         axis.margins(x=0.01)
     for axis in axes[len(records) :]:
@@ -181,7 +182,7 @@ def ringdown_and_fit(
             _misfit(below, decay, decay.law, colour, faint=False)
     if len(others) > 1:
         handles = [
-            below.plot([], [], "o-", color=colour, markersize=3, label=decay.name)[0]
+            below.plot([], [], "o-", color=colour, markersize=3, label=short(decay.name))[0]
             for decay, colour in zip(others, sequence(len(others)), strict=True)
         ]
         figure.legend(
@@ -267,7 +268,7 @@ def added_mass_line(loaded: Loaded, *, title: str) -> Figure:
         link(point, name, f"{name}: {1e3 * load:g} g, {1e3 * away:+.2g} g off the line")
     off.set_xlabel("added mass (g)")
     off.set_ylabel("off the line (g)")
-    off.set_title("what is left")
+    off.set_title("distance from the line")
     off.margins(x=0.1, y=0.15)
     return figure
 
@@ -314,7 +315,7 @@ def _figure(
         for symbol, name in (("f₀", "f0"), ("ζ", "zeta"))
         if (row := results.values.get(name))
     ]
-    title = record.id + (f"\nall records: {', '.join(values)}" if values else "")
+    title = short(record.id) + (f"\nall records: {', '.join(values)}" if values else "")
     figure = ringdown_and_fit(trace, decay, [decay for _, decay in decays], title=title)
     head = f"Above: ring-down {record.id} (bandpassed) with the identified envelope"
     text = (
@@ -560,23 +561,26 @@ def _top(values: FloatArray) -> float:
 def draw_records(found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Every figure of the family, with its entry for the list."""
     results = found.folder
-    usable = [record for record in found.campaign.records if _usable(record, results)]
+    usable = [record for record in found.as_found.records if _usable(record, results)]
     for test in ("ringdown", "periodic", "transient", "drop"):
         record = _representative([r for r in usable if r.test == test])
-        if record is None:
-            continue
-        yield _overview(record, results)
-        if test != "ringdown":
-            yield from _impacts(record, results)
-    yield from _sweeps([r for r in usable if r.test == "sweep"], results)
-    yield from _releases([r for r in usable if r.test in ("transient", "ringdown")], results)
+        if record is not None:
+            yield from draw_record(record, results, stated=found.campaign.record(record.id))
+    yield from _sweeps([r for r in usable if r.test == "sweep"], found)
+    yield from _releases([r for r in usable if r.test in ("transient", "ringdown")], found)
 
 
-def draw_record(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    """One record: its channels as measured, and its impacts where it has any."""
-    yield _overview(record, results)
+def draw_record(
+    record: Record, results: Path, *, stated: Record | None = None
+) -> Iterator[tuple[Figure, Drawn]]:
+    """One record: its channels as measured, and its impacts where it has any.
+
+    `stated` is the record as the test log has it.
+    """
+    title = titled(record, stated)
+    yield _overview(record, results, title)
     if record.clearance or record.test == "drop":
-        yield from _impacts(record, results)
+        yield from _impacts(record, results, title)
 
 
 def _usable(record: Record, results: Path) -> bool:
@@ -632,7 +636,7 @@ def amplitude_trace(view: RecordView, name: str, record: str = "") -> Trace:
     )
 
 
-def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
+def _overview(record: Record, results: Path, title: str) -> tuple[Figure, Drawn]:
     frequency = _oscillation(record, results)
     with open_record(ResultPaths(results).record(record.id)) as view:
         traces = [
@@ -640,8 +644,7 @@ def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
         ]
     head = f"Record {record.id} as measured: calibrated, nothing filtered"
     text = "Look for drift, clipping and gaps."
-    figure = overview(traces, title=f"{record.id}: {_set_up(record)}")
-    return figure, Drawn(f"record_{record.test}", record.test, head, text)
+    return overview(traces, title=title), Drawn(f"record_{record.test}", record.test, head, text)
 
 
 def _oscillation(record: Record, results: Path) -> float:
@@ -653,12 +656,13 @@ def _oscillation(record: Record, results: Path) -> float:
 
 
 def marks_of(record: Record, results: Path) -> Marks:
-    """The impacts of a record as they are drawn."""
+    """The impacts of a record as they are drawn; a ball that is dropped meets one wall alone."""
     impacts = read_impacts(ResultPaths(results).impacts(record.id))
-    return Marks(time=impacts.time_s, side=impacts.side, jump=impacts.velocity_jump_m_s)
+    side = np.zeros_like(impacts.side) if record.test == "drop" else impacts.side
+    return Marks(time=impacts.time_s, side=side, jump=impacts.velocity_jump_m_s)
 
 
-def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def _impacts(record: Record, results: Path, title: str) -> Iterator[tuple[Figure, Drawn]]:
     marks = marks_of(record, results)
     with open_record(ResultPaths(results).conditioned(record.id)) as view:
         role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
@@ -675,12 +679,11 @@ def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
         trace = whole_trace(view, role, frequency=_oscillation(record, results))
     figure = impacts_on_acceleration(
         *(trace, zoom, marks),
-        title=f"{record.id}: {_set_up(record)}, {marks.time.size} impacts",
+        title=f"{title}, {marks.time.size} impacts",
         motion=motion,
     )
-    middle = (
-        "Middle: change of the mass's velocity at each impact, coloured by the wall that was hit. "
-    )
+    by_wall = "" if record.test == "drop" else ", coloured by the wall that was hit"
+    middle = f"Middle: change of the mass's velocity at each impact{by_wall}. "
     text = (
         f"Above: bandpassed {role}, every spike an impact; the shaded stretch is enlarged below. "
         f"{middle if np.isfinite(marks.jump).any() else ''}Below: the stretch with every impact "
@@ -702,22 +705,7 @@ def _stretch(view: RecordView, record: Record, marks: Marks) -> tuple[int, int]:
     return begin, min(begin + max(round(1.16 * length * view.sample_rate), 2), view.n)
 
 
-def _set_up(record: Record) -> str:
-    parts = []
-    if record.clearance:
-        parts.append(_balls(record))
-    elif record.test != "drop":
-        parts.append("without NES")
-    if record.base_amplitude:
-        parts.append(f"G = {1e3 * record.base_amplitude:g} mm")
-    if record.release:
-        parts.append(f"released at {1e3 * record.release:g} mm")
-    if record.added_mass:
-        parts.append(f"{1e3 * record.added_mass:g} g added")
-    return ", ".join(parts) or record.test
-
-
-def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def _sweeps(records: Sequence[Record], found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     for balls in _numbers_of_balls(records):
         chosen = [r for r in records if len(r.clearance) in (0, balls) and r.frequency]
         chosen = sorted(chosen, key=lambda r: r.clearance)
@@ -725,10 +713,9 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
         bare = [r for r in chosen if not r.clearance]
         traces = []
         for record in chosen:
-            with open_record(ResultPaths(results).conditioned(record.id)) as view:
-                if "displacement" not in view.roles:
-                    continue
-                trace = amplitude_trace(view, _balls(record), record.id)
+            trace = _amplitudes(record, found)
+            if trace is None:
+                continue
             start, end = record.frequency or (0.0, 0.0)
             share = (trace.time - trace.time[0]) / (trace.time[-1] - trace.time[0])
             at = start + (end - start) * share
@@ -787,13 +774,14 @@ def _of(shown: Sequence[Record], every: int) -> str:
     return f" Shown are {len(shown)} of {every} records." if len(shown) < every else ""
 
 
-def _balls(record: Record) -> str:
-    if not record.clearance:
-        return "without NES"
-    return f"b = {clearances(record.clearance)} mm"
+def _amplitudes(record: Record, found: CampaignResults) -> Trace | None:
+    """Amplitude of each cycle under the clearances of the record; None without a displacement."""
+    name = settings_of(record, found.campaign.record(record.id))[0][2]
+    with open_record(ResultPaths(found.folder).conditioned(record.id)) as view:
+        return amplitude_trace(view, name, record.id) if "displacement" in view.roles else None
 
 
-def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def _releases(records: Sequence[Record], found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     free = [r for r in records if r.test == "ringdown" and not r.added_mass][:1]
     for balls in _numbers_of_balls(records):
         chosen = sorted(
@@ -801,11 +789,8 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
             key=lambda r: r.clearance,
         )
         every, chosen = len(chosen), evenly_chosen(chosen)
-        traces = []
-        for record in [*free, *chosen] if chosen else []:
-            with open_record(ResultPaths(results).conditioned(record.id)) as view:
-                if "displacement" in view.roles:
-                    traces.append(amplitude_trace(view, _balls(record), record.id))
+        shown = [_amplitudes(record, found) for record in ([*free, *chosen] if chosen else [])]
+        traces = [trace for trace in shown if trace is not None]
         if not traces:
             continue
         latest = max(trace.time[-1] for trace in traces[len(free) :])

@@ -17,7 +17,8 @@ import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.invariant_manifold import on_manifold
-from vinesexp.figures.numbers import clearances, plus_minus, significant
+from vinesexp.figures.numbers import plus_minus, significant
+from vinesexp.figures.record_words import clearance_of, settings_of
 from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.record_pages.traces import exact, packed, samples_of, script, traces_of
@@ -62,20 +63,35 @@ _WORDS = {
 _BALL = re.compile(r"^(r)_(\d+)(.*)$")
 
 
-def estimate_rows(found: Iterable[Estimate]) -> list[list[str]]:
+def estimate_rows(found: Iterable[Estimate], contradicted: str = "") -> list[list[str]]:
     """Rows of the page: what it is, method, value with the error of the record's noise, note.
+
+    Parameters
+    ----------
+    found : iterable of Estimate
+    contradicted : str
+        Stated clearance that the records contradict, with which r and M of this record were
+        computed; empty where there is none.
 
     Examples
     --------
     >>> one = Estimate("r_2", 0.6, 0.001, "1", "impacts", ("a",))
     >>> estimate_rows([one, Estimate("misfit", 0.1, 0.0, "1", "likelihood", ("a",))])
     [['restitution r of ball 2', 'impacts', '0.6000 ± 0.0020', '']]
+    >>> estimate_rows([one], "38.5")[0][2:]
+    ['–', 'not usable: the records contradict the stated clearance of 38.5 mm']
     """
-    return [
-        [words, one.method, _value_of(one), _note(one)]
-        for one in found
-        if (words := _words(one.parameter)) and np.isfinite(one.value)
-    ]
+    rows = []
+    for one in found:
+        words = _words(one.parameter)
+        if not words or not np.isfinite(one.value):
+            continue
+        value, note = _value_of(one), _note(one)
+        if contradicted and one.parameter.startswith(("r", "M")) and one.method == "impacts":
+            value = "–"
+            note = f"not usable: the records contradict the stated clearance of {contradicted} mm"
+        rows.append([words, one.method, value, note])
+    return rows
 
 
 def _words(parameter: str) -> str:
@@ -121,16 +137,18 @@ def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
     dict
         Texts are finished; ready to be written as JSON.
     """
-    paths = ResultPaths(results.folder)
+    paths, stated = ResultPaths(results.folder), results.campaign.record(record.id)
     checks, replay, cycles, regimes = (
         results.of_record(name, record.id)
         for name in ("checks", "replay", "replay_cycles", "regimes")
     )
     return {
-        "settings": set_up(record),
+        "settings": set_up(record, stated),
         "regime": regime_words(regimes[0] if regimes else {}),
-        "checks": [[row["check"], row["outcome"], row["detail"]] for row in checks],
-        "estimates": _estimates(record, paths),
+        "checks": [
+            [row["check"], row["outcome"], row["detail"].replace("+-", "±")] for row in checks
+        ],
+        "estimates": _estimates(record, stated, paths),
         "replay": [
             [row["quantity"], _value(row, "measured"), _value(row, "replayed"), row["outcome"]]
             for row in replay
@@ -141,27 +159,10 @@ def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
     }
 
 
-def set_up(record: Record) -> list[list[str]]:
-    """How the record was taken, name and value.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> set_up(Record("a", Path("a.csv"), "periodic", (0.034,), base_amplitude=2.5e-4))
-    [['test', 'periodic'], ['clearance b', '34 mm'], ['base amplitude G', '0.25 mm']]
-    """
+def set_up(record: Record, stated: Record) -> list[list[str]]:
+    """How the record was taken, name and value; where the records contradict it, both values."""
     found = [["test", record.test]]
-    if record.clearance:
-        found.append(["clearance b", clearances(record.clearance) + " mm"])
-    elif record.test not in ("drop",):
-        found.append(["clearance b", "without NES"])
-    for name, value, unit, factor in (
-        ("base amplitude G", record.base_amplitude, "mm", 1e3),
-        ("release", record.release, "mm", 1e3),
-        ("added mass", record.added_mass, "g", 1e3),
-    ):
-        if value is not None:
-            found.append([name, f"{factor * value:g} {unit}"])
+    found += [[name, value] for name, value, _ in settings_of(record, stated)]
     if record.frequency:
         ends = sorted({f"{f:g}" for f in record.frequency}, key=float)
         found.append(["frequency", " to ".join(ends) + " Hz"])
@@ -186,9 +187,10 @@ def regime_words(row: Row) -> list[list[str]]:
     ]
 
 
-def _estimates(record: Record, paths: ResultPaths) -> list[list[str]]:
+def _estimates(record: Record, stated: Record, paths: ResultPaths) -> list[list[str]]:
     path = paths.estimates(record.id)
-    return estimate_rows(read_estimates(path)) if path.is_file() else []
+    contradicted = "" if record.clearance == stated.clearance else clearance_of(stated)
+    return estimate_rows(read_estimates(path), contradicted) if path.is_file() else []
 
 
 def _value(row: Row, column: str) -> str:
@@ -245,7 +247,7 @@ def list_of_records(results: CampaignResults) -> list[list[Any]]:
     """Id, test, clearance, base amplitude, regime, impacts per cycle, mean and largest amplitude,
     outcome and the checks that warn; one list a record, in the order of records.csv."""
     found = []
-    for record in results.campaign.records:
+    for record in results.as_found.records:
         row: Row = next(iter(results.of_record("regimes", record.id)), {})
         odd = [one for one in results.of_record("checks", record.id) if one["outcome"] != "ok"]
         outcome = min((c["outcome"] for c in odd), key=_WORST.index, default="ok")
@@ -253,7 +255,7 @@ def list_of_records(results: CampaignResults) -> list[list[Any]]:
             [
                 record.id,
                 record.test,
-                clearances(record.clearance),
+                clearance_of(record),
                 f"{1e3 * record.base_amplitude:g}" if record.base_amplitude else "",
                 row.get("regime", ""),
                 _number(row.get("impacts_per_cycle")),
@@ -364,7 +366,7 @@ def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str
 def _facts(campaign: Campaign, paths: ResultPaths) -> Iterable[Path]:
     """Write what is said of every record, and the page itself."""
     results = CampaignResults(paths.folder, campaign)
-    for record in campaign.records:
+    for record in results.as_found.records:
         page = paths.pages / "facts" / f"{record.id}.js"
         write_whole(page, script("vinesexp.facts", record.id, facts_of(record, results)))
         yield page

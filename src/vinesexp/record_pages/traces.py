@@ -318,7 +318,7 @@ def traces_of(id: str, *, test: str, balls: int, paths: ResultPaths) -> dict[str
         attributes = filtered.attributes
         frequency = 0.0 if test == "drop" else float(attributes.get("oscillation_hz") or 0.0)
         found = _timing(measured, frequency) | {
-            "impacts": _impacts(impacts),
+            "impacts": _impacts(impacts, walls=test != "drop"),
             "strips": _strips(impacts, measured, frequency=frequency, balls=balls),
             "channels": _channels(measured, filtered, frequency=frequency),
             "cycles": _cycles(filtered, frequency),
@@ -398,13 +398,14 @@ def _place(role: str) -> int:
     return order.index(role) if role in order else len(order)
 
 
-def _impacts(impacts: Impacts) -> dict[str, Any]:
+def _impacts(impacts: Impacts, *, walls: bool) -> dict[str, Any]:
+    """A ball that is dropped meets one wall alone: which is not said."""
     shown = slice(0, _MOST_IMPACTS)
     return {
         "count": impacts.n,
         "time": exact(impacts.time_s[shown]),
         "nes": impacts.nes[shown].tolist(),
-        "side": impacts.side[shown].tolist(),
+        "side": (impacts.side[shown] * walls).tolist(),
         "jump": packed(impacts.velocity_jump_m_s[shown]),
         "error": packed(COVERAGE_95 * impacts.velocity_jump_error_m_s[shown]),
         "confidence": packed(impacts.confidence[shown]),

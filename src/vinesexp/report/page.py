@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.figures.gallery import listed
-from vinesexp.figures.identified_values import input_rows
+from vinesexp.figures.identified_values import input_rows, named
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.readers.source import file_of
 from vinesexp.records.stored.result_columns import TABLES
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.records.stored.tables import Row
+from vinesexp.report.published_beside import published_rows
 from vinesexp.report.rendering import inline_svg, rendered
+from vinesexp.report.replay_verdict import other_branches, replay_verdict
 from vinesexp.report.tables_shown import (
     PARAMETERS,
     TESTS,
@@ -35,12 +37,12 @@ from vinesexp.report.tables_shown import (
 )
 from vinesexp.report.verdict import (
     headline,
-    other_branches,
     periodic_verdicts,
-    published_rows,
+    predicted,
     release_lines,
-    release_verdicts,
-    replay_verdict,
+    release_rows,
+    span,
+    within,
 )
 from vinesexp.results import CampaignResults
 from vinesexp.settings.overrides import differences
@@ -382,6 +384,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         **problem_lists(found.rows("checks")),
         "stated": stated_rows(inputs),
         "stated_sentence": stated_sentence(inputs),
+        "contradicted": [named(row) for row in inputs if row["verdict"] == "off"],
         **_inputs(campaign, results),
         "files": files_beside(results, list(TABLES)),
         "most": MOST_ROWS,
@@ -391,12 +394,15 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
 def _answer(results: CampaignResults, parameters: Mapping[str, str]) -> dict[str, Any]:
     """The verdict on the clearances, and other motions that may explain what misses it."""
     periodic = periodic_verdicts(results)
-    releases = release_verdicts(results.rows("clearances"))
+    releases = release_rows(results.rows("clearances"))
     return {
         "periodic": periodic,
         "releases": releases,
         "heights": release_lines(releases),
         "headline": headline(periodic, releases, parameters, results.rows("checks")),
+        "within": within,
+        "span": span,
+        "predicted": predicted,
         "branches": other_branches(results.periodic, results.rows("clearances"), results.rig),
     }
 
@@ -410,7 +416,7 @@ def _of_tests(results: CampaignResults) -> dict[str, Any]:
     ]
     first = min(figures, key=_early, default=None)
     regimes = regimes_by_test(results)
-    tests = tests_table(results.campaign, results.rows("checks"))
+    tests = tests_table(results.as_found, results.rows("checks"))
     others = [figure for figure in figures if figure is not first]
     return {
         "tests": tests,

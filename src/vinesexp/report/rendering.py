@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.figures.numbers import rounded, significant
+from vinesexp.figures.numbers import millimetres, rounded, significant
 from vinesexp.figures.style import Drawn
 
 if TYPE_CHECKING:
@@ -99,7 +99,8 @@ def rendered(package: str, template: str, content: dict[str, Any]) -> str:
     package : str
         It has a folder ``templates``.
     template : str
-        Values are escaped; the filters are ``rounded``, ``significant`` and ``symbols``. A name
+        Values are escaped; the filters are ``millimetres``, ``rounded``, ``significant`` and
+        ``symbols``. A name
         that the template uses and `content` lacks is an error, never an empty place on the page.
     content : dict
     """
@@ -118,7 +119,9 @@ def environment(package: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters.update(rounded=rounded, significant=significant, symbols=symbols)
+    found.filters.update(
+        millimetres=millimetres, rounded=rounded, significant=significant, symbols=symbols
+    )
     return found
 
 

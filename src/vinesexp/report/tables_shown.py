@@ -10,12 +10,12 @@ from typing import Any
 
 from vinesexp.figures.identified_values import named
 from vinesexp.figures.numbers import (
-    clearances,
     difference,
     plus_minus,
     plus_minus_brief,
     significant,
 )
+from vinesexp.figures.record_words import clearance_of
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.results import CampaignResults
@@ -124,7 +124,7 @@ def regimes_by_test(results: CampaignResults) -> dict[str, list[dict[str, Any]]]
     A sweep has its bands in place of one word, a release the points where its balls are lost.
     """
     found: dict[str, list[dict[str, Any]]] = {}
-    by_id = {record.id: record for record in results.campaign.records}
+    by_id = {record.id: record for record in results.as_found.records}
     for row in results.rows("regimes"):
         record = by_id.get(row["record"])
         if record is None or not record.clearance or not row["regime"]:
@@ -137,7 +137,7 @@ def regimes_by_test(results: CampaignResults) -> dict[str, list[dict[str, Any]]]
         found.setdefault(record.test, []).append(
             {
                 **row,
-                "clearance": clearances(record.clearance),
+                "clearance": clearance_of(record, results.campaign.record(record.id)),
                 "regime": words,
                 "impacts": each if " | " in each else significant(row["impacts_per_cycle"]),
                 "lost": lost_in_words(lost) or "–",
@@ -387,7 +387,10 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
             "order": (*_ASKED, *order).index(name),
             "meaning": PARAMETERS.get(name, _meaning(name)),
             "value": _value(combined[name]),
-            "brief": plus_minus_brief(*_numbers(combined[name])),
+            # r_1 and r_2 are of tests with several balls: nothing beside the r of one.
+            "brief": ""
+            if name.startswith("r_") and "r" in combined
+            else plus_minus_brief(*_numbers(combined[name])),
             "methods": [
                 {"method": row["method"], "value": _value(row), "ids": _ids(row["records"])}
                 for row in identified

@@ -71,7 +71,7 @@ function channelFigures(trace, x_range, updates) {
   }).filter(Boolean);
 }
 
-const WALLS = [[1, "wall +1", "inverted_triangle", "impact +1"], [-1, "wall −1", "triangle", "impact -1"], [0, "wall not known", "diamond", "impact"]];
+const WALLS = [[1, "wall +1", "inverted_triangle", "impact +1"], [-1, "wall −1", "triangle", "impact -1"], [0, "impact", "diamond", "impact"]];
 
 function impactsIn(trace, side, from, to) {
   const { time } = trace.impacts, found = [];

@@ -1,0 +1,89 @@
+"""How figures and pages call a record: its name, and how it was taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vinesexp.records.campaign.schema import Record
+
+#: Letters of a name that the axis or the title of a figure has room for.
+_MOST = 28
+
+#: Settings of a record: the field, its unit (a thousandth of SI), name on a page, words in a title.
+_SETTINGS = (
+    ("base_amplitude", "mm", "base amplitude G", "G = {}"),
+    ("release", "mm", "release", "released at {}"),
+    ("added_mass", "g", "added mass", "{} added"),
+)
+
+
+def short(name: str, most: int = _MOST) -> str:
+    """A name of at most so many letters: of a longer one the beginning and the end.
+
+    Examples
+    --------
+    >>> short("periodic_025_b34"), short("2026-06-12_shaker_second_mounting_b33_G0.25mm")
+    ('periodic_025_b34', '2026-06-1…unting_b33_G0.25mm')
+    """
+    if len(name) <= most:
+        return name
+    head = most // 3
+    return f"{name[:head]}…{name[head + 1 - most :]}"
+
+
+def clearance_of(record: Record, stated: Record | None = None) -> str:
+    """Clearances of a record, mm; with the stated ones where the records contradict them.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> typed, found = (Record("a", Path("a"), "periodic", b) for b in ((0.0385,), (0.0329951,)))
+    >>> clearance_of(typed), clearance_of(found, typed)
+    ('38.5', '33 (stated: 38.5)')
+    """
+    return _beside(record.clearance, record.clearance if stated is None else stated.clearance)
+
+
+def _beside(found: Sequence[float], stated: Sequence[float]) -> str:
+    """Numbers of a test log; where others were found these, to four digits, and what was stated."""
+    typed = " + ".join(f"{1e3 * value:g}" for value in stated)
+    if tuple(found) == tuple(stated):
+        return typed
+    return f"{' + '.join(f'{1e3 * value:.4g}' for value in found)} (stated: {typed})"
+
+
+def settings_of(record: Record, stated: Record | None = None) -> list[tuple[str, str, str]]:
+    """How a record was taken: name of each setting, its value, and both as words of a title.
+
+    Parameters
+    ----------
+    record : Record
+        With what was found where the records contradict the test log.
+    stated : Record, optional
+        As the test log has it.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> settings_of(Record("a", Path("a.csv"), "periodic", (0.034,), base_amplitude=2.5e-4))
+    [('clearance b', '34 mm', 'b = 34 mm'), ('base amplitude G', '0.25 mm', 'G = 0.25 mm')]
+    """
+    found = []
+    if record.clearance:
+        b = f"{clearance_of(record, stated)} mm"
+        found.append(("clearance b", b, f"b = {b}"))
+    elif record.test != "drop":
+        found.append(("clearance b", "without NES", "without NES"))
+    for field, unit, name, words in _SETTINGS:
+        value = getattr(record, field)
+        if value is not None:
+            typed = value if stated is None else getattr(stated, field)
+            text = f"{_beside([value], [typed])} {unit}"
+            found.append((name, text, words.format(text)))
+    return found
+
+
+def titled(record: Record, stated: Record | None = None) -> str:
+    """Name and settings of a record, as the title of its figure."""
+    words = ", ".join(words for _, _, words in settings_of(record, stated))
+    return f"{short(record.id)}: {words or f'{record.test} test'}"

@@ -1,0 +1,263 @@
+"""Published values beside the campaign's own: one verdict a value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vinesexp.figures.numbers import percent
+from vinesexp.records.campaign.published_table import RIG, PublishedValue
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.tables import Row
+from vinesexp.results import CampaignResults
+
+AGREES, DIFFERS, NOT_MEASURED = "agrees", "differs", "not measured"
+IN_PART = "in part"
+
+
+@dataclass(frozen=True)
+class Own:
+    """What the campaign has for a published value.
+
+    Attributes
+    ----------
+    value, low, high : the number and its interval.
+    words : how it is said.
+    measures : the interval is no error but reaches from one measure of the same thing to another,
+        as an amplitude from its running mean to its largest cycle.
+    brackets : of a clearance that is the fastest to several levels: value, low, high and level of
+        each.
+    best : the best of the clearances that were tried, as the published table writes it.
+    """
+
+    value: float
+    low: float
+    high: float
+    words: str
+    measures: bool = False
+    brackets: tuple[tuple[float, float, float, str], ...] = ()
+    best: str = ""
+
+
+def published_rows(results: CampaignResults) -> list[dict[str, str]]:
+    """One row a published value: what it is, as printed, as found here, verdict, source, note.
+
+    A value agrees where the two are no farther apart than half the interval of what was found and
+    half a unit of the last digit printed, in quadrature; in part, where it lies between two
+    measures of the same thing, or is the best at some levels and not at others.
+    """
+    rows = []
+    for value in results.campaign.published:
+        own = _own(value, results)
+        kind, how = (NOT_MEASURED, "") if own is None else _verdict(value, own)
+        rows.append(
+            {
+                "what": _what(value),
+                "published": f"{value.value.replace(';', ' + ')} {value.unit}".strip(),
+                "own": "–" if own is None else own.words,
+                "verdict": kind + how,
+                "kind": kind,
+                "source": value.source,
+                "note": value.note,
+            }
+        )
+    return rows
+
+
+def _verdict(value: PublishedValue, own: Own) -> tuple[str, str]:
+    """The kind of verdict, and by how much or where."""
+    if own.best:
+        return (AGREES if value.value == own.best else DIFFERS), ""
+    printed, half = float(value.value), value.half_digit
+    if own.brackets:
+        met = [
+            name
+            for v, low, high, name in own.brackets
+            if _meets(v, low, high, printed=printed, half=half)
+        ]
+        if met and len(met) < len(own.brackets):
+            return IN_PART, f": {', '.join(met)}"
+    if own.measures:
+        if any(_meets(end, end, end, printed=printed, half=half) for end in (own.low, own.high)):
+            return AGREES, ""
+        if own.low < printed < own.high:
+            return IN_PART, ": between the two"
+        ends = [percent(end / printed - 1.0, 0) for end in sorted({own.low, own.high})]
+        return DIFFERS, f" by {' to '.join(ends)}"
+    if _meets(own.value, own.low, own.high, printed=printed, half=half):
+        return AGREES, ""
+    return DIFFERS, f" by {percent(own.value / printed - 1.0)}"
+
+
+def _meets(value: float, low: float, high: float, *, printed: float, half: float) -> bool:
+    """Whether a printed value agrees with one that was found and its interval.
+
+    Examples
+    --------
+    >>> found = 32.88, 31.94, 33.56
+    >>> _meets(*found, printed=34.0, half=0.5), _meets(*found, printed=33.0, half=0.5)
+    (False, True)
+    """
+    reach = high - value if printed > value else value - low
+    return abs(printed - value) <= math.hypot(reach, half) * (1.0 + 1e-9)
+
+
+def _what(value: PublishedValue) -> str:
+    parts = [value.quantity]
+    if value.tried_mm:
+        tried = [clearance.replace(";", " + ") for clearance in value.tried]
+        parts = [value.quantity.replace("tried", f"{', '.join(tried)} mm")]
+    if value.clearance_mm:
+        parts.append(f"b = {value.clearance_mm.replace(';', ' + ')} mm")
+    if value.base_amplitude_mm is not None:
+        parts.append(f"G = {value.base_amplitude_mm:g} mm")
+    if value.release_mm is not None:
+        parts.append(f"release {value.release_mm:g} mm")
+    if value.level_mm is not None:
+        parts.append(f"to {value.level_mm:g} mm")
+    return ", ".join(parts)
+
+
+def _own(value: PublishedValue, results: CampaignResults) -> Own | None:
+    if value.quantity in RIG:
+        return _rig(value.quantity, results)
+    if value.quantity in ("b_c", "b_t", "best clearance", "fastest clearance"):
+        return _clearance(value, results.rows("clearances"))
+    if "tried" in value.quantity:
+        return _best_of(value, results)
+    for record in results.campaign.records:
+        if _same_test(record, value, value.clearance_mm):
+            found = _of_record(value, record, results)
+            if found is not None:
+                return found
+    return None
+
+
+def _rig(name: str, results: CampaignResults) -> Own | None:
+    rows = results.values
+    if name in rows:
+        row = rows[name]
+        v, low, high = row["value"], row["ci95_low"], row["ci95_high"]
+        low, high = v if low is None else low, v if high is None else high
+        unit = "" if row["unit"] in ("", "1") else f" {row['unit']}"
+        return Own(v, low, high, f"{v:.6g} ({low:.6g} to {high:.6g}){unit}")
+    masses = [mass.value for mass in results.campaign.known.nes_mass]
+    if name not in ("eps", "lambda") or not masses or "M" not in rows:
+        return None
+    if name == "lambda" and "zeta" not in rows:
+        return None
+    eps = masses[0] / rows["M"]["value"]
+    v = eps if name == "eps" else 2.0 * rows["zeta"]["value"] / eps
+    return Own(v, v, v, f"{v:.5g}")
+
+
+def _clearance(value: PublishedValue, clearances: Sequence[Row]) -> Own | None:
+    """From clearances.csv: the bracket of what was tried, or the published formula."""
+    test = "periodic" if value.base_amplitude_mm is not None else "transient"
+    rows = [row for row in clearances if row["test"] == test and _same_level(row, value)]
+    if value.quantity.startswith("b_"):
+        rows = [row for row in rows if row["published_mm"]]
+        if not rows:
+            return None
+        formula, exact = rows[0]["published_mm"], rows[0]["exact_mm"]
+        words = f"{formula:.2f} mm" + (f" (exact {exact:.2f})" if exact else "")
+        return Own(formula, formula, formula, words)
+    rows = [row for row in rows if row["measured_mm"]]
+    if value.quantity == "best clearance":
+        rows = [row for row in rows if row["kind"] == "lowest amplitude"]
+    if not rows:
+        return None
+    brackets = tuple(_bracket(row) for row in rows)
+    return Own(
+        brackets[0][0],
+        min(low for _, low, _, _ in brackets),
+        max(high for _, _, high, _ in brackets),
+        "; ".join(
+            f"{v:.4g} ({low:.4g} to {high:.4g}) mm {name}".rstrip()
+            for v, low, high, name in brackets
+        ),
+        brackets=brackets,
+    )
+
+
+def _bracket(row: Row) -> tuple[float, float, float, str]:
+    measured, low, high = (row[f"measured_{end}mm"] for end in ("", "low_", "high_"))
+    name = "" if row.get("target_mm") is None else f"to {row['target_mm']:.6g} mm"
+    return measured, measured if low is None else low, measured if high is None else high, name
+
+
+def _same_level(row: Row, value: PublishedValue) -> bool:
+    if value.base_amplitude_mm is not None:
+        return bool(abs(row["stated_base_mm"] / value.base_amplitude_mm - 1.0) < 1e-3)
+    return bool(abs(row["release_mm"] - (value.release_mm or 0.0)) < 1e-6)
+
+
+def _same_test(record: Record, value: PublishedValue, clearance: str) -> bool:
+    b = tuple(float(part) / 1e3 for part in clearance.split(";"))
+    level = record.release if value.release_mm is not None else record.base_amplitude
+    wanted = value.release_mm if value.release_mm is not None else value.base_amplitude_mm
+    kinds = ("transient",) if value.release_mm is not None else ("sweep", "periodic")
+    if value.quantity == "best of tried":
+        kinds = ("periodic",)
+    elif value.quantity == "largest amplitude":
+        kinds = ("sweep",)
+    return (
+        record.test in kinds
+        and sorted(record.clearance) == sorted(b)
+        and bool(level)
+        and abs(1e3 * abs(level or 0.0) / (wanted or 1.0) - 1.0) < 1e-3
+    )
+
+
+def _of_record(value: PublishedValue, record: Record, results: CampaignResults) -> Own | None:
+    row = next(iter(results.of_record("regimes", record.id)), None)
+    if value.quantity == "largest amplitude" and row and row["amplitude_max_m"]:
+        peak, running = 1e3 * row["amplitude_max_m"], row.get("amplitude_running_max_m")
+        low = peak if running is None else 1e3 * running
+        mean = "" if running is None else f"; {low:.2f} as a mean over 0.1 Hz"
+        return Own(peak, min(low, peak), peak, f"{peak:.2f} mm{mean}", measures=True)
+    if value.quantity == "time to level":
+        time = _time(record, value, results.rows("decay_times"))
+        return None if time is None else Own(time, time, time, f"{time:.3g} s")
+    if value.quantity == "transition amplitude":
+        own = results.of_record("transitions", record.id)
+        lost = [1e3 * row["transition_m"] for row in own]
+        if lost:
+            return Own(lost[0], min(lost), max(lost), ", ".join(f"{a:.2f}" for a in lost) + " mm")
+    return None
+
+
+def _time(record: Record, value: PublishedValue, times: Sequence[Row]) -> float | None:
+    level = 1e-3 * (value.level_mm or 0.0)
+    own = (row for row in times if row["record"] == record.id)
+    return next((row["time_s"] for row in own if abs(row["target_m"] / level - 1.0) < 1e-3), None)
+
+
+def _best_of(value: PublishedValue, results: CampaignResults) -> Own | None:
+    """The best of the clearances that the authors tried, among the records of the same ones."""
+    found: list[tuple[float, str]] = []
+    for clearance in value.tried:
+        for record in results.campaign.records:
+            if not _same_test(record, value, clearance):
+                continue
+            if value.quantity == "fastest of tried":
+                number_of = _time(record, value, results.rows("decay_times"))
+            else:
+                row = next(iter(results.of_record("regimes", record.id)), {})
+                mean = row.get("amplitude_mean_m")
+                number_of = None if mean is None else 1e3 * mean
+            if number_of is not None:
+                found.append((number_of, clearance))
+                break
+    if len(found) < len(value.tried):
+        return None
+    unit = "s" if value.quantity == "fastest of tried" else "mm"
+    least, best = min(found)
+    others = ", ".join(f"{_plus(b)}: {v:.3g} {unit}" for v, b in found)
+    return Own(least, least, least, f"{_plus(best)} mm ({others})", best=best)
+
+
+def _plus(clearance: str) -> str:
+    """Clearances of several balls as they are said."""
+    return clearance.replace(";", "+")
