@@ -455,10 +455,11 @@ def _combined(answer: Answer) -> list[Source]:
         if error < _UNKNOWN * value:
             found.append(_source(answer, name, value, "1", {name: 1.0}, 1.0))
     if not any(s.estimate.parameter == "r" for s in found):
-        several = [s for s in found if s.estimate.parameter.startswith("r_")]
-        if several:  # only tests with several balls: r is what they have in common
-            alike = mean_of([s.total for s in several], method=COMBINED)
-            found.append(Source(replace(alike, parameter="r")))
+        several = [s.total for s in found if s.estimate.parameter.startswith("r_")]
+        if several:  # only tests with several balls: r is what they have in common, if they do
+            common = replace(mean_of(several, method=COMBINED), parameter="r")
+            if all(abs(e.value - common.value) <= DISAGREES * e.std_error for e in several):
+                found.append(Source(common))
     return found
 
 
@@ -636,7 +637,7 @@ def _absent(rows: Sequence[Estimate]) -> list[Check]:
         ),
         "r": "no drop test and no test with an NES that shows ten impacts or more",
     }
-    present = {e.parameter for e in rows}
+    present = {"r" if e.parameter.startswith("r_") else e.parameter for e in rows}
     checks = [
         Check("", "identification", "warning", f"{name} is not known: {reason}")
         for name, reason in reasons.items()

@@ -1,0 +1,62 @@
+"""Tests with several balls only: r of each ball, and one r of all only where they are alike."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.whole_campaign import Identified, identify_campaign
+from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
+from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts
+from vinesexp.units import Quantity
+
+F, MASS = 7.862, (0.032, 0.021)
+_NOISE = 5e-5  # m/s
+
+
+def impacts_of(b: tuple[float, float], r: tuple[float, float], seed: int) -> Impacts:
+    """Impacts of two balls in a periodic test, with noise on the velocities of the mass."""
+    balls = [NES(m=m, b=own_b, r=own_r) for m, own_b, own_r in zip(MASS, b, r, strict=True)]
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=balls)
+    start = Release(x0=5e-3, v0=0.0, y0=[5e-3 - 0.9 * b[0], 5e-3 + 0.7 * b[1]], vy0=[0.0, 0.0])
+    hits = simulate(rig, Harmonic(amplitude=0.25e-3, frequency=F), start, duration=40.0).impacts
+    n, random = hits["time"].size, np.random.default_rng(seed)
+    before, jump = hits["v_before"], hits["v_after"] - hits["v_before"]
+    columns = dict.fromkeys(COLUMNS, np.ones(n)) | {
+        "time_s": hits["time"], "side": hits["side"], "x_m": hits["x"], "nes": hits["nes"] + 1,
+        "v_before_m_s": before + _NOISE * random.standard_normal(n),
+        "velocity_jump_m_s": jump + _NOISE * random.standard_normal(n),
+        "crowded": np.zeros(n), "clipped": np.zeros(n),
+        "velocity_jump_error_m_s": np.full(n, _NOISE), "time_error_s": np.full(n, 1e-6),
+    }  # fmt: skip
+    for name in ("acceleration", "displacement"):
+        columns[f"jump_{name}_m_s"] = columns["velocity_jump_m_s"]
+        columns[f"jump_{name}_error_m_s"] = np.full(n, _NOISE)
+    return Impacts(**columns)
+
+
+def identified(r: tuple[float, float]) -> Identified:
+    tests = {"a": (0.02, 0.03), "b": (0.03, 0.025), "c": (0.028, 0.02)}
+    rows = tuple(Record(name, Path(name), "periodic", b) for name, b in tests.items())
+    channel = {"displacement": Channel("displacement", "x", "displacement", 1.0)}
+    known = Known(nes_mass=tuple(Quantity(m) for m in MASS))
+    campaign = Campaign(Path("c"), "c", "c", known, channel, None, None, None, rows)
+    found = [
+        Estimate(name, value, 1e-5 * value, unit, "likelihood", ("a",))
+        for name, value, unit in (("f0", 7.8623, "Hz"), ("zeta", 6.5e-3, "1"))
+    ]
+    tables = {name: impacts_of(b, r, seed) for seed, (name, b) in enumerate(tests.items())}
+    return identify_campaign(found, campaign, tables)
+
+
+@pytest.mark.parametrize("r", [(0.6, 0.6), (0.6, 0.7)])
+def test_one_r_is_given_where_the_balls_are_alike(r: tuple[float, float]) -> None:
+    """Of balls with 0.6 and 0.7 the report said r = 0.66 +- 0.57."""
+    found = identified(r)
+    rows = {row.parameter: row for row in found.rows if row.method == "combined"}
+    for number, true in enumerate(r, start=1):
+        assert rows[f"r_{number}"].value == pytest.approx(true, abs=2e-3)
+    assert ("r" in rows) == (r[0] == r[1])
+    assert not any("r is not known" in check.detail for check in found.checks)
