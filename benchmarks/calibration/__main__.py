@@ -23,15 +23,19 @@ from typing import Any
 
 from benchmarks.calibration.draw import campaign
 from benchmarks.calibration.mistakes import mistaken, mistakes
-from benchmarks.calibration.page import page, summary
+from benchmarks.calibration.page import coverage_rows, page, summary
 from benchmarks.calibration.scene import Scene
 from benchmarks.calibration.study import judged, prepare, study
 
 from vinesexp.codedigest import code_digest
+from vinesexp.records.stored.tables import write_rows
+from vinesexp.report.tables_shown import CALIBRATION
 
 _ROOT = Path(__file__).resolve().parents[2]
 KEPT = _ROOT / "results" / "calibration" / "outcomes.jsonl"
 PAGE = _ROOT / "docs" / "benchmarks" / "calibration.md"
+#: The table that every report shows.
+TABLE = _ROOT / "src" / "vinesexp" / "report" / "calibration.csv"
 _REPLAYED = 5  # every so many-th campaign is replayed too: that is half of its time
 
 
@@ -76,8 +80,8 @@ def main() -> None:
     found = outcomes(args.out, label)
     print(summary(found))
     if args.page:
-        before = [o for o in outcomes(args.out) if o["label"] == "before"]
-        PAGE.write_text(page(found, before), encoding="utf-8")
+        PAGE.write_text(page(found), encoding="utf-8")
+        write_rows(TABLE, CALIBRATION, coverage_rows(found))
 
 
 def outcomes(path: Path, label: str = "") -> list[dict[str, Any]]:

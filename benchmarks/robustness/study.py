@@ -17,7 +17,7 @@ from vinesexp.pipeline import CampaignResult, analyse_campaign
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
+from vinesexp.report.verdict import headline, periodic_verdicts, release_rows
 from vinesexp.results import open_results
 
 PARAMETERS = ("M", "c1", "k1", "r")
@@ -213,5 +213,5 @@ def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> 
     """As the report's first sentences."""
     results = open_results(paths.folder, campaign)
     values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
-    releases = release_verdicts(results.rows("clearances"))
+    releases = release_rows(results.rows("clearances"))
     return headline(periodic_verdicts(results), releases, values, results.rows("checks"))

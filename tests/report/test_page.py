@@ -222,12 +222,14 @@ def test_what_goes_beyond_the_plain_model_is_named_with_its_value(tmp_path, full
 
 def test_how_often_the_intervals_held_the_truth_is_reported(full):
     table = coverage_table()
-    assert {row["name"] for row in table["rows"]} == {"f0", "zeta", "M", "c1", "k1", "r"}
-    assert table["levels"] == ["a third of nominal", "nominal", "three times nominal"]
-    assert table["campaigns"] >= 200
-    assert f"{table['campaigns']} simulated campaigns" in full.html
+    named = [row["parameter"] for row in table["rows"]]
+    assert named == ["f0", "zeta", "M", "c1", "k1", "r", "b_c", "b_t"]
+    assert table["campaigns"] == 200
+    assert table["chance"] == "3.0"
+    assert "200 simulated campaigns" in full.html
     for row in table["rows"]:
-        assert "".join(f"<td>{cell}</td>" for cell in row["cells"]) in full.html
+        assert row["share"] == f"{100.0 * row['held'] / row['values']:.1f} %"
+        assert f"<td>{row['held']}</td><td>{row['share']}</td>" in full.html
 
 
 def test_provenance_names_every_input_with_its_digest(full):

@@ -174,7 +174,7 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
         )
         return set(found.stdout.split())
 
-    with (package / "vinesexp/report/error_bars.csv").open("a") as stream:
+    with (package / "vinesexp/report/calibration.csv").open("a") as stream:
         stream.write("\n")
     assert planned() == {"pages", "report", "bundle"}  # pages come from templates of report/ too
     with (package / "vinesexp/identification/ringdown.py").open("a") as stream:

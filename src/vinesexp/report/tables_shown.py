@@ -301,45 +301,35 @@ def _contribution(row: Row) -> str:
     return significant(row["contribution"], digits=2)
 
 
-#: error_bars.csv, which benchmarks/error_bars.py writes.
-ERROR_BARS = Table("error_bars", "error bar benchmark", (
-    Column("noise", "name of the noise level"),
+#: calibration.csv, which benchmarks/calibration writes.
+CALIBRATION = Table("calibration", "calibration benchmark", (
     Column("parameter", "M, c1, ..."),
-    Column("campaigns", "simulated campaigns at this level", kind="whole"),
-    Column("covered", "share of 95 % intervals that hold the true value", "1", "number"),
+    Column("values", "of simulated campaigns; b_c: of each base amplitude", kind="whole"),
+    Column("held", "how many 95 % intervals hold the true value", kind="whole"),
 ))  # fmt: skip
 
 
 def coverage_table() -> dict[str, Any]:
-    """Share of 95 % intervals with the truth: a row a parameter, a column a noise level.
+    """How many 95 % intervals of simulated campaigns hold the truth, a row a parameter.
 
     Returns
     -------
     dict
-        ``levels``: names of the noise levels; ``campaigns``: how many at each; ``chance``: by
-        how much a share scatters by chance, percent; ``rows``: dicts with
-        ``name`` and ``cells``, in percent.
+        ``campaigns``: how many; ``chance``: by how much a share of so many scatters by chance,
+        percent; ``rows``: dicts with ``name``, ``values``, ``held`` and ``share``.
 
     Examples
     --------
-    >>> table = coverage_table()
-    >>> table["levels"][1], len(table["rows"][0]["cells"])
-    ('nominal', 3)
+    >>> coverage_table()["rows"][0]
+    {'parameter': 'f0', 'values': 200, 'held': 193, 'share': '96.5 %'}
     """
-    with resources.as_file(resources.files("vinesexp.report") / "error_bars.csv") as path:
-        rows = read_rows(path, ERROR_BARS)
-    levels = list(dict.fromkeys(row["noise"] for row in rows))
-    shares = {(row["parameter"], row["noise"]): f"{100.0 * row['covered']:.1f} %" for row in rows}
-    campaigns = rows[0]["campaigns"]
-    chance = 100.0 * COVERAGE_95 * math.sqrt(0.95 * 0.05 / campaigns)  # by chance
+    with resources.as_file(resources.files("vinesexp.report") / "calibration.csv") as path:
+        rows = read_rows(path, CALIBRATION)
+    campaigns = rows[0]["values"]
     return {
-        "levels": levels,
         "campaigns": campaigns,
-        "chance": f"{chance:.1f}",
-        "rows": [
-            {"name": name, "cells": [shares[name, level] for level in levels]}
-            for name in dict.fromkeys(row["parameter"] for row in rows)
-        ],
+        "chance": f"{100.0 * COVERAGE_95 * math.sqrt(0.95 * 0.05 / campaigns):.1f}",
+        "rows": [{**row, "share": f"{100.0 * row['held'] / row['values']:.1f} %"} for row in rows],
     }
 
 
