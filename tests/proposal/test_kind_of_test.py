@@ -369,3 +369,32 @@ def test_an_angle_is_a_displacement_along_its_arc(tmp_path, capsys, unit):
     path.write_text(text.replace(', radius: "? m"', ""), encoding="utf-8")
     assert main(["check", str(tmp_path)]) == 1
     assert "is an angle; give the distance" in capsys.readouterr().out
+
+
+def test_two_clocks_of_one_logger_give_one_rate(tmp_path):
+    """Nanoseconds since 1970 and seconds since the start, both without a name (Sensor Logger)."""
+    t = np.arange(400) * 0.01
+    rows = (f"{1620421562007834600 + round(1e9 * s)},{s:.6f},{np.sin(30 * s):.6f}" for s in t)
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    view = view_file(tmp_path / "a.csv")
+    assert [column.rate for column in view.columns] == pytest.approx([100.0] * 3, rel=1e-4)
+
+
+def test_runs_side_by_side_have_the_rates_of_their_own_times(tmp_path):
+    rows = ["Time (s) Run 1,x (m) Run 1,Time (s) Run 2,x (m) Run 2"]
+    for k in range(400):
+        second = f"{k / 50:.3f},{np.cos(k / 3):.5f}" if k < 300 else ","
+        rows.append(f"{k / 100:.3f},{np.sin(k / 3):.5f},{second}")
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    rates = [column.rate for column in view_file(tmp_path / "a.csv").columns]
+    assert rates == pytest.approx([100.0, 100.0, 50.0, 50.0])
+
+
+def test_times_that_run_backwards_are_said_to(tmp_path):
+    rows = [f"{1000 - 4 * k},{np.cos(k / 3):.5f}" for k in range(400)]  # Owon
+    (tmp_path / "a.csv").write_text("Time(ms),CH1(mV)\n" + "\n".join(rows))
+    view = view_file(tmp_path / "a.csv")
+    assert (view.time, view.rate) == (None, None)
+    *_, why = describe_test(view, guess_roles([view]))
+    assert "runs backwards, from 1000 to -596" in why
+    assert "sample_rate: 250 Hz" in why

@@ -48,7 +48,8 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
         return (
             OPEN,
             {},
-            "its sample rate is not known: it has no times, or it is no record over time",
+            "its sample rate is not known: "
+            + next(iter(file.remarks), "it has no times, or it is no record over time"),
         )
     hits = has_shocks(a.finite, _period(file))
     if not stands_out(x) and (base is None or not stands_out(base)):

@@ -34,7 +34,8 @@ _NAMES = {
 #: What phones, loggers and programs record or compute besides motion along a line.
 _OTHERS = re.compile(
     r"magnet|temper|(?<![a-z])temp(?![a-z])|humid|pressure|light|torque|energ|potential|kinetic|°C"
-    "|latitud|longitud|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren",
+    "|latitud|longitud|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren"
+    "|(?<![a-z])fr[eé]q|frekven",
     re.IGNORECASE,
 )
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did

@@ -204,10 +204,9 @@ def _kinds(
     """The columns that hold numbers, and of what kind each is."""
     most = max((len(values) for values in read.values()), default=0)
     columns = []
-    slower = 1.0  # times that several channels have of their own
     for index, values in read.items():
         column = source.columns[index]
-        own = rate and rate * slower
+        own = rate
         if time is None and column.interval and column.interval > 0.0:
             own = 1.0 / column.interval
         kind = "time" if index == time else _kind(values, column.unit)
@@ -217,7 +216,7 @@ def _kinds(
         if kind == "signal" and rises and _is_of_times(column, source, time, values):
             kind = "time"  # of other channels than the first
             if time is not None and is_other_time(column.name, source.columns[time].name):
-                slower = float(np.ptp(read[time]) / np.ptp(values))
+                own = rate = _rate_of(values, _unit_of_times(column.unit, values))
         if kind == "signal" and len(values) < _FEWEST and not 1 < most / len(values) <= _FEWEST:
             kind = "list"
         unit = None if kind != "time" and len(read) > 2 and _one_unit(source) else column.unit
@@ -376,6 +375,12 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     return next((unit for unit, size in ticks.items() if step * size < 1.0 / SLOWEST), "ns")
 
 
+def _rate_of(times: FloatArray, unit: str) -> float:
+    """Mean rate of the rows that have a time, Hz."""
+    finite = times[np.isfinite(times)]
+    return float((len(finite) - 1) / (np.ptp(finite) * UNITS["time"][unit]))
+
+
 def is_called_time(name: str) -> bool:
     """Whether a column's name is one of times.
 
@@ -395,7 +400,7 @@ def is_other_time(name: str, other: str) -> bool:
     >>> is_other_time("Time 2", "Time 1"), is_other_time("Time", "Timestamp")
     (True, False)
     """
-    return re.sub(r"\d+", "", name) == re.sub(r"\d+", "", other)
+    return bool(name) and re.sub(r"\d+", "", name) == re.sub(r"\d+", "", other)
 
 
 def _values(source: Source, columns: Sequence[int]) -> dict[int, FloatArray]:
@@ -492,6 +497,7 @@ def _time_and_rate(
     source: Source, read: dict[int, FloatArray]
 ) -> tuple[int | None, float | None, list[str]]:
     """The column of times, the rate, and what is odd: as the format says, else a ramp called so."""
+    backwards = []
     for j in _perhaps_times(source, read):
         if is_called_frequency(source.columns[j].name, source.columns[j].unit):
             continue
@@ -500,6 +506,13 @@ def _time_and_rate(
         named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
         back = np.flatnonzero(steps < 0.0)
         slips = named and len(back) * _FEWEST < len(steps) and -steps.min() < 3.0 * steps.mean()
+        if named and len(back) == len(steps) > _FEWEST:
+            rate = _rate_of(finite, _unit_of_times(source.columns[j].unit, -finite))
+            backwards = [
+                f"'{source.columns[j].name}' runs backwards, from {finite[0]:.6g} to "
+                f"{finite[-1]:.6g}; if the rows stand in the order of time, give 'sample_rate: "
+                f"{rate:.6g} Hz' instead of 'time'"
+            ]
         if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
             continue
         usual = steps[steps < _PAUSE * float(np.median(steps))]
@@ -555,6 +568,6 @@ def _time_and_rate(
         return j, float(f"{rate:.6g}"), remarks
     stated = _stated_rate(source)
     if stated is None:
-        return None, None, []
+        return None, None, backwards
     slow = f"the file states {stated:.4g} Hz, too slow for a vibration: is that the rate?"
     return None, float(f"{stated:.9g}"), [slow] if stated < SLOWEST else []

@@ -109,6 +109,7 @@ def test_settings_beside_the_first_rows_cost_no_rows(tmp_path):
         ("Sample Rate (Hz),500", 2e-3),
         ("Sampling interval [ms],4", 4e-3),
         ("Delta t = 0.25 ms", 2.5e-4),
+        ("# Config: data_rate = 2000.0 Hz, filter = 488 Hz, range = 4 g", 5e-4),
     ],
 )
 def test_a_preamble_states_the_sampling(line, interval, tmp_path):
@@ -116,6 +117,27 @@ def test_a_preamble_states_the_sampling(line, interval, tmp_path):
     rows = [f"{b:.6f},{x:.6f}" for _, b, x in TABLE]
     path.write_text("\n".join([f"Model,ABC\n{line}\nbase,x", *rows]))
     assert open_source(path).sample_interval == pytest.approx(interval)
+
+
+def test_units_stand_over_their_columns_where_some_have_none(tmp_path):
+    # Tektronix MSO: smallest and largest values beside each channel have no unit of their own.
+    path = tmp_path / "a.csv"
+    head = "Model,MSO24\nHorizontal Units,S,,\nVertical Units,V,,g,\n\nTIME,CH1,CH1 Peak,CH2\n"
+    path.write_text(head + "\n".join(f"{t:.3f},{b:.6f},{b:.6f},{x:.6f}" for t, b, x in TABLE))
+    source = open_source(path)
+    assert [column.unit for column in source.columns] == ["s", "V", None, "g"]
+    assert source.time_column == 0
+
+
+def test_without_times_a_unit_for_each_column_names_no_time(tmp_path):
+    path = tmp_path / "a.csv"
+    head = (
+        "Source,CH1,CH2\nHorizontal Units,S\nVertical Units,V,g\nSample Interval,0.001,s\n\nA,B\n"
+    )
+    path.write_text(head + "\n".join(f"{b:.6f},{x:.6f}" for _, b, x in TABLE))
+    source = open_source(path)
+    assert [(c.name, c.unit) for c in source.columns] == [("A", "V"), ("B", "g")]
+    assert (source.time_column, source.sample_interval) == (None, 1e-3)
 
 
 def test_two_samplings_in_a_preamble_are_none(tmp_path):

@@ -28,7 +28,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.labels import unit_in_name, unit_of_label
+from vinesexp.records.readers.labels import stated_unit, unit_in_name, unit_of_label
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
 from vinesexp.records.readers.unread import unreadable
 from vinesexp.units import UNITS
@@ -195,7 +195,7 @@ class Hdf5Source(Source):
             )
             inner = None if len(shape) == 1 else k
             self._series.append(_Series(item.name, inner, along_first, scale, offset, max(shape)))
-            yield Column(own, unit_of_label(label) or label or unit_in_name(own), interval)
+            yield Column(own, stated_unit(label) or unit_in_name(own), interval)
 
 
 def _elsewhere(file: Any, item: Any, depth: int = 0) -> str:

@@ -15,42 +15,41 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.labels import unit_in_name, unit_of_label
+from vinesexp.records.readers.labels import only_time, stated_unit, unit_in_name, unit_of_label
 from vinesexp.records.readers.layout import Body, Layout, find_body
 from vinesexp.records.readers.source import Column
 from vinesexp.units import UNITS
 
 #: Names of what stands in no row of data, or not in every one.
 _EXTRA = re.compile(r"comment|start|increment|t0\b|tinc\b", re.IGNORECASE)
-_LABVIEW_TIMES = "X_Value"  # what LabVIEW calls its times
 _RARE = 4  # times as many rows as odd ones
 _SOURCE = {"source", "channel", "channels", "trace"}
 _MARK = re.compile(r"\s*(#+|%+|//)")
-
-_INTERVALS = {
-    "sample interval", "sampling interval", "sample period", "sampling period", "x increment",
-    "xincrement", "xincr", "increment", "horizontal interval", "time interval", "delta t", "dt",
-    "delta time", "time increment", "delta x", "delta_x", "sample time", "resolution x",
-}  # fmt: skip
-
-_RATES = {
-    "sample rate", "sampling rate", "sample frequency", "sampling frequency", "samplerate",
-    "samplingrate", "samplefrequency", "sampling freq", "fs", "sample_rate", "sample rate hz",
-    "frequence d'echantillonnage", "abtastrate", "abtastfrequenz", "samples/s",
-    "samples per second",
-}  # fmt: skip
-
-_STARTS = {"start", "x origin", "xorigin", "xzero", "start time", "first x", "time of first sample"}
-_ROWS = {"record length", "samples", "number of samples", "number of points", "points", "npoints"}
-_NAMES = {"source", "channel", "channels", "channel name", "trace"}
-_UNITS = {"vertical units", "unit", "units", "y_unit_label", "y units", "vertical unit"}
-_TIME_UNITS = {"horizontal units", "horizontal unit", "x units", "x unit"}
+#: What a header may state, by what makers call it (lower case, without units and strokes below).
+_STATEMENTS = {
+    kind: re.compile(words)
+    for kind, words in {
+        "interval": r"(sampl\w+|x|horizontal|time) (interval|period|increment|time)|increment|tinc"
+        r"|dt|xincr\w*|delta (t|x|time)|resolution x",
+        "rate": r"(sampl\w+|data) ?(rate|freq\w*)( hz)?|fs|abtast(rate|frequenz)"
+        r"|frequence d'echantillonnage|samples(/s| per second)",
+        "start": r"start( time)?|t0|x ?origin|xzero|first x|time of first sample",
+        "rows": r"record length|(number of )?(samples|points)|npoints",
+        "names": r"source|channels?|channel name|trace",
+        "units": r"(vertical |y )?units?|y unit label",
+        "time unit": r"(horizontal|x) units?",
+        "times": r"x columns",
+    }.items()
+}
+_CLAUSE = re.compile(r"([^\W\d][^:=]*?)\s*[:=]\s*([^:=]+)$")  # `Config: data_rate = 2000 Hz`
 _VALUE = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?")
+_BESIDE = 40  # rows beside whose numbers an oscilloscope may write its settings
 
 
 def find_layout(path: Path) -> Layout:
@@ -75,13 +74,26 @@ def find_layout(path: Path) -> Layout:
     unpaired = ""
     if names:
         names, unpaired = _paired(path, layout, body, names, at, first)
-    columns = tuple(_column(j, names, units) for j in range(body.width))
     typical = _typical(layout, body, first)
+    holding = sorted(body.numeric | body.stamps)
+    lines = [_unmarked(layout, line) for line in body.lines[:first]]
+    if holding[0] >= 2:
+        lines += [cells[: holding[0]] for cells in body.rows[first : first + _BESIDE]]
+    stated = read_preamble(layout, lines)
+    columns = [_column(j, names, units) for j in range(body.width)]
+    columns = [replace(c, unit="s") if j in body.stamps else c for j, c in enumerate(columns)]
+    known = completed([columns[j] for j in holding], stated)
+    time = only_time(known) if stated.times else None
+    for j, column in zip(holding, known, strict=True):
+        columns[j] = column
     return replace(
         layout,
         first=first,
-        columns=columns,
-        preamble=tuple(tuple(_unmarked(layout, line)) for line in body.lines[:first]),
+        columns=tuple(columns),
+        time_column=None if time is None else holding[time],
+        interval=stated.interval,
+        start=stated.start or 0.0,
+        rows=stated.rows,
         stamps=tuple(sorted(body.stamps)),
         width=max(typical if layout.delimiter is not None else 0, len(names), body.width),
         unpaired=unpaired,
@@ -108,14 +120,15 @@ def _over(layout: Layout, body: Body, i: int) -> list[str]:
     A program may write names with commas over numbers with tabs or blanks between them: where
     another delimiter than that of the numbers gives as many cells as there are columns, it counts.
     """
-    cells = _unmarked(layout, body.lines[i])
-    most = body.width
-    if most < 2 or (layout.delimiter is not None and sum(map(bool, cells)) > 1):
+    cells, most = _unmarked(layout, body.lines[i]), body.width
+    blanks = layout.delimiter is None
+    if len(cells) == most or (not blanks and (most < 2 or sum(map(bool, cells)) > 1)):
         return cells
     mark = _MARK.match(body.lines[i])
     line = body.lines[i][mark.end() if mark else 0 :].strip()
     split = [[cell.strip() for cell in line.split(sign)] for sign in ";,\t"]
-    split += [re.split(r"\s{2,}", line)]
+    split += [re.split(r"\s{2,}|\t", line)]
+    split += [re.split(r"\s+(?![(\[])", line)] if blanks else []
     split += [line.split()] if layout.delimiter == "\t" else []  # else a remark of some words
     return next((other for other in split if len(other) == most and all(other)), cells)
 
@@ -163,9 +176,8 @@ def _paired(
     """Names as they stand over the columns, or none and why not."""
     line, width = body.lines[at], body.width
     if layout.delimiter is None:
-        for candidate in (names, _joined(line, r"\s{2,}|\t"), _joined(line, r"\s+(?![(\[])")):
-            if len(candidate) == width:
-                return candidate, ""
+        if len(names) == width:
+            return names, ""
         rows = f"line {at + 1} '{line.strip()[:80]}' has {len(names)} words"
         data = f"line {first + 1} '{body.lines[first].strip()[:80]}' {width} numbers"
         return [], f"{rows}, {data}"
@@ -206,23 +218,18 @@ def _refuse_odd_row(path: Path, body: Body, names: int, first: int) -> None:
         )
 
 
-def _joined(line: str, separator: str) -> list[str]:
-    """The names of a line whose columns stand apart by `separator`."""
-    mark = _MARK.match(line)
-    return re.split(separator, (line[mark.end() :] if mark else line).strip())
-
-
 def _column(j: int, names: list[str], units: list[str]) -> Column:
     name = names[j].strip('"') if j < len(names) else ""
     unit = units[j].strip('"') if j < len(units) else ""
-    return Column(name, unit_of_label(unit) or unit.strip("()[] ") or unit_in_name(name))
+    return Column(name, stated_unit(unit.strip("()[] ")) or unit_in_name(name))
 
 
 @dataclass
 class Stated:
     """What a preamble states; None and empty where it does not.
 
-    `beside` are names and units of columns whose settings stand in the columns before them.
+    `units` are in the order of the columns, empty where one has none; `times` is False where the
+    column of times is said to be left empty.
     """
 
     interval: float | None = None
@@ -231,7 +238,7 @@ class Stated:
     names: list[str] = field(default_factory=list)
     units: list[str] = field(default_factory=list)
     time_unit: str | None = None
-    contradictory: bool = False
+    times: bool = True
 
 
 def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
@@ -244,48 +251,90 @@ def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
     lines : list of list of str
         The cells of each line.
     """
-    stated = Stated()
-    intervals: list[float] = []
-    for cells in lines:
-        key, rest = _key_and_rest(cells)
-        if key in _INTERVALS:
-            intervals += _sizes(layout, rest, "time")
-        elif key in _RATES:
-            intervals += [1.0 / rate for rate in _sizes(layout, rest, "frequency")]
-        elif key in _STARTS and stated.start is None:
-            stated.start = next(iter(_sizes(layout, rest, "time", positive=False)), None)
-        elif key in _ROWS:
-            stated.rows = next((int(n) for n in _sizes(layout, rest, "ratio")), stated.rows)
-        elif key in _NAMES and not stated.names:
-            stated.names = [cell for cell in rest if cell and not layout.is_number(cell)]
-        elif key in _UNITS and not stated.units:
-            stated.units = [cell for cell in rest if cell and not layout.is_number(cell)]
-        elif key in _TIME_UNITS:
-            stated.time_unit = next((unit_of_label(cell) for cell in rest if cell), None)
-    if intervals and stated.time_unit not in UNITS["frequency"]:  # else steps of a spectrum
-        if max(intervals) <= min(intervals) * (1.0 + 1e-6):
-            stated.interval = intervals[0]
-        else:
-            stated.contradictory = True
-    return stated
+    found: dict[str, list[list[str]]] = {kind: [] for kind in _STATEMENTS}
+    for key, cells in _statements(layout, lines):
+        for kind, words in _STATEMENTS.items():
+            if words.fullmatch(key):
+                found[kind].append(cells)
+
+    def sizes(kind: str, quantity: str, *, positive: bool = True) -> list[float]:
+        each = (_sizes(layout, cells, quantity, positive=positive) for cells in found[kind])
+        return [size for some in each for size in some]
+
+    def texts(kind: str) -> list[str]:
+        each = ([c if not layout.is_number(c) else "" for c in cells] for cells in found[kind])
+        return next((some for some in each if any(some)), [])
+
+    intervals = sizes("interval", "time") + [1.0 / f for f in sizes("rate", "frequency")]
+    one = bool(intervals) and max(intervals) <= min(intervals) * (1.0 + 1e-6)
+    time_unit = next((unit_of_label(cell) for cell in texts("time unit") if cell), None)
+    rows = [int(size) for size in _sizes(layout, (found["rows"] or [[]])[-1], "ratio")]
+    units = texts("units")
+    while units and not units[-1]:
+        units.pop()
+    return Stated(
+        intervals[0] if one and time_unit not in UNITS["frequency"] else None,  # else a spectrum's
+        next(iter(sizes("start", "time", positive=False)), None),
+        max((n for n in rows if n < 1e12), default=None),
+        [word for word in texts("names") if word],
+        units,
+        time_unit,
+        times="No" not in texts("times"),
+    )
 
 
-def words_over_values(layout: Layout, lines: list[list[str]]) -> tuple[float, float] | None:
-    """Interval and start of `X,CH1,Start,Increment` over `Sequence,Volt,-3e-07,5e-10`.
+def completed(columns: Sequence[Column], stated: Stated) -> list[Column]:
+    """Columns with what a preamble states of those whose own names or units say nothing.
 
-    Or of `CH1V,t0 = -2.5e-03, tInc = 2.0e-03`.
+    Names that are only units, `Second,Volt`, give way to those that it states. Units stand in the
+    order of the columns, or of those behind the times.
     """
-    for cells in lines:
-        words = (re.fullmatch(r"(t0|tInc)\s*=\s*(\S+?)s?", cell) for cell in cells)
-        found = {match[1]: stated_number(layout, match[2]) for match in words if match}
-        if (found.get("tInc") or 0.0) > 0.0:
-            return found["tInc"] or 0.0, found.get("t0") or 0.0
-    for names, values in pairwise(lines):
-        stated = dict(zip((name.lower() for name in names), values, strict=False))
-        interval = stated_number(layout, stated.get("increment", ""))
-        if interval is not None and interval > 0.0:
-            return interval, stated_number(layout, stated.get("start", "")) or 0.0
-    return None
+    names, units = [c.name for c in columns], [c.unit for c in columns]
+    words = [unit_of_label(name) for name in names]
+    if None not in words and only_time(columns) is None:
+        units = words
+    count = max(len(stated.names), len(stated.units))
+    first = stated.time_unit or (None if any(names) else "s")
+    first = first if 0 < count < len(columns) else None
+    timed = (units[0] or first) in UNITS["time"]
+    given = ["Time", *stated.names] if timed else stated.names
+    if len(given) == len(names) and (units is words or not any(names)):
+        names = given
+    if timed:
+        units[0] = units[0] or first
+    behind = int(timed and len(stated.units) < len(units))
+    if not any(units[behind:]) and (behind or len(stated.units) == len(units)):
+        for k, unit in enumerate(stated.units[: len(units) - behind]):
+            units[behind + k] = stated_unit(unit)
+    return [replace(c, name=n, unit=u) for c, n, u in zip(columns, names, units, strict=True)]
+
+
+def _statements(layout: Layout, lines: list[list[str]]) -> Iterator[tuple[str, list[str]]]:
+    """Every key of a header and the cells that it may state.
+
+    `Sample Interval,1e-06,s`; `Sampling rate: 2 kHz` in a cell or a line; a row of words over one
+    of values, `Start,Increment` over `-3e-07,5e-10`.
+    """
+    for above, cells in pairwise([[], *lines]):
+        if not cells:
+            continue
+        first, *rest = (cell.strip('" ') for cell in cells)
+        if any(rest):
+            yield _key(first, rest)
+        for cell in dict.fromkeys((" ".join(filter(None, (first, *rest))), first, *rest)):
+            if clause := _CLAUSE.search(cell):
+                value = clause[2].strip()
+                yield _key(clause[1], value.split() if value[0].isdigit() else [value])
+        for name, value in zip(above, cells, strict=False):
+            if stated_number(layout, value) is not None:
+                yield _key(name, [value])
+
+
+def _key(name: str, cells: list[str]) -> tuple[str, list[str]]:
+    """A key in lower case, and its cells; the unit in its brackets is one more."""
+    unit = re.search(r"[(\[]([^()\[\]]+)[)\]]\s*[:=]?$", name)
+    plain = re.sub(r"\s*[(\[][^()\[\]]*[)\]]", "", name).strip(' :="').lower().replace("_", " ")
+    return plain, [*cells, unit[1]] if unit else cells
 
 
 def stated_number(layout: Layout, cell: str) -> float | None:
@@ -295,30 +344,6 @@ def stated_number(layout: Layout, cell: str) -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) else None
-
-
-def _key_and_rest(cells: list[str]) -> tuple[str, list[str]]:
-    """The first cell as a key, lower case, and what follows it; `Rate: 10 kHz` is both."""
-    if not cells:
-        return "", []
-    first, rest = cells[0].strip('" '), [cell.strip('" ') for cell in cells[1:]]
-    if not any(rest):
-        key, found, value = _split(first)
-        if found:
-            first, rest = key, [value]
-    else:
-        joined = " ".join(cell for cell in (first, *rest) if cell)
-        key, found, value = _split(joined)
-        if found and key.lower().strip() in _INTERVALS | _RATES | _ROWS | _STARTS:
-            first, rest = key, value.split()
-    unit = re.search(r"[(\[]([^()\[\]]+)[)\]]\s*:?$", first)
-    key = re.sub(r"\s*[(\[][^()\[\]]*[)\]]", "", first).strip(" :=").lower()
-    return key, [*rest, unit[1]] if unit else rest
-
-
-def _split(text: str) -> tuple[str, str, str]:
-    match = re.match(r"([^:=]+?)\s*[:=]\s*(\S.*)$", text)
-    return (match[1], ":", match[2]) if match else (text, "", "")
 
 
 def _sizes(
@@ -337,36 +362,3 @@ def _sizes(
         if value > 0.0 or not positive:
             found.append(value * size)
     return found
-
-
-def is_labview(lines: list[list[str]]) -> bool:
-    """The first line says it."""
-    return any(cells and cells[0] == "LabVIEW Measurement" for cells in lines[:3])
-
-
-def labview_columns(
-    layout: Layout, lines: list[list[str]]
-) -> tuple[tuple[Column, ...], int | None, float | None]:
-    """Columns with their units, the column of times, the interval where it is one for all."""
-    stated = {cells[0]: cells for cells in lines if cells}
-    labels = stated.get("Y_Unit_Label", [])
-    columns = list(layout.columns)
-    for j, column in enumerate(columns):
-        label = "s" if column.name == _LABVIEW_TIMES else labels[j] if 0 < j < len(labels) else ""
-        columns[j] = replace(column, unit=unit_of_label(label) or label or column.unit)
-    has_times = [*stated.get("X_Columns", []), "", "No"][1] != "No"
-    times = [j for j, column in enumerate(columns) if column.name == _LABVIEW_TIMES]
-    intervals = {stated_number(layout, cell) for cell in stated.get("Delta_X", [])[1:] if cell}
-    return (
-        tuple(columns),
-        times[0] if has_times and times else None,
-        intervals.pop() if len(intervals) == 1 else None,
-    )
-
-
-def labview_rows(layout: Layout, lines: list[list[str]]) -> int | None:
-    """How many rows the longest of the channels has."""
-    stated = {cells[0]: cells for cells in lines if cells}
-    counts = [stated_number(layout, cell) for cell in stated.get("Samples", [])[1:] if cell]
-    known = [int(count) for count in counts if count is not None and 0.0 < count < 1e12]
-    return max(known, default=None)

@@ -16,6 +16,7 @@ _WORDS = {
     "micron": "um", "inch": "in", "inche": "in", "foot": "ft", "newton": "N", "pound": "lbf",
     "gs": "g", "degree": "deg", "radian": "rad", "sequence": "Sequence",
     "pascal": "Pa", "hertz": "Hz",
+    "x_value": "s",  # LabVIEW's times
 }  # fmt: skip
 _PREFIXES = {"": "", "milli": "m", "micro": "u", "nano": "n", "kilo": "k", "centi": "c"}
 _PREFIXES |= {"m": "m", "u": "u", "n": "n"}  # only before "sec"
@@ -29,7 +30,7 @@ _TAIL = re.compile(
 
 #: Units written out: seconds_elapsed, volt2; no abbreviation, and no ordinal (second run).
 _SPELLED = re.compile(
-    r"^(?:milli)?volts?(?=\d*$)|(?<![a-z])(?:(?:milli|micro|nano)?second|(?:milli)?volt)s(?![a-z])",
+    r"^x_value$|^(?:milli)?volts?(?=\d*$)|(?<![a-z])(?:(?:milli|micro|nano)?second|(?:milli)?volt)s(?![a-z])",
     re.IGNORECASE,
 )
 
@@ -75,6 +76,17 @@ def unit_of_label(label: str) -> str | None:
         if unit and word.startswith(prefix) and (len(prefix) != 1 or rest.startswith("sec")):
             return sign + unit
     return None
+
+
+def stated_unit(label: str) -> str | None:
+    """The unit that a file states, known or not; None where it states none, or several.
+
+    Examples
+    --------
+    >>> stated_unit("Volts"), stated_unit("bit"), stated_unit("s, m/s^2")
+    ('V', 'bit', None)
+    """
+    return unit_of_label(label) or (None if "," in label else label or None)
 
 
 def unit_in_name(name: str) -> str | None:

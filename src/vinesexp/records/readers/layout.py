@@ -62,8 +62,10 @@ class Layout:
         Line of the first row of data, from 0.
     columns : tuple of Column
         Those that hold data.
-    preamble : tuple of tuple of str
-        The cells of every line above the data.
+    time_column : int or None
+        The only one that has a unit of time.
+    interval, start, rows : float or None, float, int or None
+        Sample interval, time of the first row (s) and number of rows, as the header states them.
     stamps : tuple of int
         Columns of dates or times of day.
     width : int
@@ -85,7 +87,10 @@ class Layout:
     decimal: str
     first: int = 0
     columns: tuple[Column, ...] = ()
-    preamble: tuple[tuple[str, ...], ...] = ()
+    time_column: int | None = None
+    interval: float | None = None
+    start: float = 0.0
+    rows: int | None = None
     stamps: tuple[int, ...] = ()
     width: int = 0
     unpaired: str = ""
@@ -371,6 +376,13 @@ def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body
         raise RecordError(
             "no line of numbers found; export the record as columns of numbers", file=path
         )
+    # A column that ends before the last rows holds data where most of the first rows fill it.
+    width, near = max(numeric | stamps) + 1, range(first, min(first + _NEAR, len(rows)))
+    wide = [lines[i] for i in near if any(rows[i][width:])]
+    if 2 * len(wide) > len(near):
+        more = _columns_of_data(layout, wide)
+        numeric |= {j for j in more[0] if j >= width}
+        stamps |= {j for j in more[1] if j >= width}
     return Body(lines, rows, first, numeric, stamps)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.labels import unit_of_label
+from vinesexp.records.readers.labels import stated_unit
 from vinesexp.records.readers.source import (
     Column,
     TableSource,
@@ -82,7 +82,7 @@ def open_file(path: Path) -> TableSource:
     source = TableSource(
         path,
         "LeCroy TRC",
-        [Column(name, unit_of_label(label) or label or None)],
+        [Column(name, stated_unit(label))],
         [values],
         sample_interval=meant_by_single(interval),
         start=start,

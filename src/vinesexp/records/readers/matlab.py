@@ -21,7 +21,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
-from vinesexp.records.readers.labels import unit_in_name, unit_of_label
+from vinesexp.records.readers.labels import stated_unit, unit_in_name
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
 
 NAME = "MATLAB .mat"
@@ -176,7 +176,7 @@ class MatlabSource(Source):
                 inner = getattr(value, field)
                 self._walk(f"{path}/{field}", inner, names, stated, depth + 1)
                 if unit and names and names[-1][0].startswith(f"{path}/") and not names[-1][1]:
-                    names[-1] = (names[-1][0], unit_of_label(unit) or unit)
+                    names[-1] = (names[-1][0], stated_unit(unit))
             return
         if not isinstance(value, np.ndarray):
             return

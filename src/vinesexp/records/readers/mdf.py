@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.readers.labels import unit_in_name, unit_of_label
+from vinesexp.records.readers.labels import stated_unit, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource
 from vinesexp.records.readers.unread import need
 
@@ -57,7 +57,7 @@ def _group(file: Any, number: int) -> list[tuple[Column, FloatArray]]:
     even = interval > 0.0 and float(np.abs(np.diff(times) - interval).max()) < 0.1 * interval
     found = [(Column("time", "s"), times)]
     for signal in signals:
-        unit = unit_of_label(signal.unit or "") or signal.unit or unit_in_name(signal.name)
+        unit = stated_unit(signal.unit or "") or unit_in_name(signal.name)
         column = Column(signal.name, unit, *((interval, float(times[0])) if even else ()))
         found.append((column, np.asarray(signal.samples, dtype=np.float64)))
     return found

@@ -17,7 +17,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.labels import only_time, unit_in_name, unit_of_label
+from vinesexp.records.readers.labels import only_time, stated_unit, unit_in_name
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
 from vinesexp.records.readers.unread import need
 
@@ -94,7 +94,7 @@ def _column(channel: Any, ambiguous: bool) -> Column:
     label = next((str(properties[key]) for key in _UNITS if properties.get(key)), "")
     name = f"{channel.group_name}/{channel.name}" if ambiguous else str(channel.name)
     increment = float(properties.get("wf_increment") or 0.0)
-    unit = "s" if channel.dtype.kind == "M" else unit_of_label(label) or label or unit_in_name(name)
+    unit = "s" if channel.dtype.kind == "M" else stated_unit(label) or unit_in_name(name)
     if increment <= 0.0 or increment == 1.0:
         return Column(name, unit)
     return Column(name, unit, increment, float(properties.get("wf_start_offset") or 0.0))

@@ -20,23 +20,8 @@ from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, RecordError
-from vinesexp.records.readers.header import (
-    Stated,
-    find_layout,
-    is_labview,
-    labview_columns,
-    labview_rows,
-    read_preamble,
-    words_over_values,
-)
-from vinesexp.records.readers.labels import (
-    CODED,
-    CODES,
-    is_overload,
-    only_time,
-    overload_value,
-    unit_of_label,
-)
+from vinesexp.records.readers.header import find_layout
+from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value
 from vinesexp.records.readers.layout import Layout, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
@@ -47,7 +32,6 @@ from vinesexp.records.readers.source import (
     number_of_part,
     part_of,
 )
-from vinesexp.units import UNITS
 
 NAME = "text (CSV, TXT, LabVIEW LVM)"
 
@@ -255,14 +239,12 @@ class TextSource(Source):
                 else f"{count} line{'s' * (count > 1)} after the last row hold no data {shown}",
             )
         self._first_stamps: dict[int, str] = {}
-        lines = [list(cells) for cells in self.layout.preamble]
-        if is_labview(lines):
-            self.columns, self.time_column, self.sample_interval = labview_columns(
-                self.layout, lines
-            )
-            self.stated_rows = labview_rows(self.layout, lines)
-        else:
-            self._complete(lines)
+        self.time_column, self.stated_rows = self.layout.time_column, self.layout.rows
+        self.sample_interval, self.start = self.layout.interval, self.layout.start
+        if len(self.columns) == 1 and self.columns[0].name == CODED:  # GW Instek
+            cells = [self.layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
+            if all(cell.lstrip("+-").isdecimal() for cell in cells):
+                self.columns = (replace(self.columns[0], unit=CODES),)
 
     @property
     def unpaired(self) -> str:
@@ -386,72 +368,6 @@ class TextSource(Source):
                 line = line.rstrip("\n")
                 if number > self.layout.first and line.strip(blank):
                     yield number, line
-
-    def _complete(self, lines: list[list[str]]) -> None:
-        """Interval, start, names and units from what stands above the data or beside it."""
-        stated = self._beside() or read_preamble(self.layout, lines)
-        counted = words_over_values(self.layout, lines)
-        if counted is not None:
-            self.sample_interval, self.start = counted
-        elif not stated.contradictory:
-            self.sample_interval, self.start = stated.interval, stated.start or 0.0
-        self.stated_rows = stated.rows
-        for j in self.layout.stamps:
-            self._rename(j, self.columns[j].name, "s")
-        self.time_column = only_time(self.columns)
-        self._name_from(stated)
-
-    def _beside(self) -> Stated | None:
-        """Settings in the columns before the data, as Tektronix writes them: `Source,CH1,,t,v`."""
-        filled = [j for j, column in enumerate(self.columns) if column.name]
-        if filled or self.layout.delimiter is None:
-            return None
-        rows = islice(self._rows(), 40)
-        cells = [self.layout.cells(line)[:3] for _, line in rows]
-        words = [row for row in cells if row and row[0] and not self.layout.is_number(row[0])]
-        if not words:
-            return None
-        stated = read_preamble(self.layout, words)
-        data = self._data_columns()
-        if len(data) == 2:
-            self._rename(data[0], "Time", stated.time_unit or "s")
-            self._rename(data[1], (stated.names or ["CH1"])[0], (stated.units or [""])[0])
-        return stated
-
-    def _data_columns(self) -> list[int]:
-        row = next(self._rows(), (0, ""))[1]
-        cells = enumerate(self.layout.cells(row)[: len(self.columns)])
-        return [j for j, cell in cells if j >= 2 and self.layout.is_value(cell)]
-
-    def _name_from(self, stated: Stated) -> None:
-        """What the preamble states of columns whose own names or units say nothing.
-
-        Names that are only units, `Second,Volt`, give way to those that it states, and columns
-        without a unit have those that it states, where it states one for each.
-        """
-        words = [unit_of_label(column.name) for column in self.columns]
-        if words and None not in words and self.time_column is None:
-            names = ["Time", *stated.names] if words[0] in UNITS["time"] else stated.names
-            for j, unit in enumerate(words):
-                name = names[j] if len(names) == len(words) else self.columns[j].name
-                self._rename(j, name, unit or "")
-            if words[0] in UNITS["time"] and words.count(words[0]) == 1:
-                self.time_column = 0
-        if len(words) == 1 and self.columns[0].name == CODED and stated.units:  # GW Instek
-            cells = [self.layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
-            whole = all(cell.lstrip("+-").isdecimal() for cell in cells)
-            stated.units = [CODES] if whole else stated.units
-        rest = [] if any(column.unit for column in self.columns) else [*range(len(self.columns))]
-        if len(rest) == len(stated.units) + 1 and stated.time_unit in UNITS["time"]:
-            self._rename(rest.pop(0), self.columns[0].name, stated.time_unit or "")
-        if len(rest) == len(stated.units):
-            for j, unit in zip(rest, stated.units, strict=True):
-                self._rename(j, self.columns[j].name, unit)
-
-    def _rename(self, j: int, name: str, unit: str) -> None:
-        columns = list(self.columns)
-        columns[j] = replace(columns[j], name=name, unit=unit_of_label(unit) or unit or None)
-        self.columns = tuple(columns)
 
 
 class AsideSource(TextSource):

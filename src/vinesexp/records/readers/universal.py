@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.labels import unit_of_label
+from vinesexp.records.readers.labels import stated_unit
 from vinesexp.records.readers.source import Column, TableSource
 from vinesexp.records.readers.unread import need
 
@@ -90,5 +90,5 @@ def _column(one: dict[str, Any], counted: Counter[str]) -> Column:
         if np.abs(np.diff(times) - interval).max() > 0.01 * abs(interval):
             interval = 0.0
     start = float(one.get("abscissa_min") or 0.0)
-    unit = unit_of_label(label) or label or None
+    unit = stated_unit(label)
     return Column(name, unit, interval, start) if interval > 0.0 else Column(name, unit)

@@ -105,6 +105,7 @@ _PROJECTS = {
     ".labx": "a CASSY Lab file (in CASSY Lab: export the table as text)",
     ".ldsf": "a Siemens Testlab file (in Testlab: export as Universal file or MATLAB)",
     ".lms": "a Siemens Testlab project (in Testlab: export as Universal file or MATLAB)",
+    ".ods": "an OpenDocument sheet (save it as .xlsx or CSV)",
     ".orf": "an OROS file (in NVGate: export as Universal file, WAV or MATLAB)",
     ".trk": "a Tracker project (in Tracker: File > Export > Data File)",
 }
