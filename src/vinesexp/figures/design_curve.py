@@ -107,14 +107,9 @@ def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float, apart: float
         b = shown[0][0]
         near = b > np.sqrt(curve.b[0] * curve.b[-1])
         words = ", ".join(f"{name} {b:.4g}" for b, name in shown)
-        label(
-            *(axis, words, (b, level * top)),
-            colour=colour,
-            shift=(-3, 0) if near else (3, 0),
-            ha="right" if near else "left",
-            va="top",
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
-        )
+        paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
+        side, shift = ("right", (-3, 0)) if near else ("left", (3, 0))
+        label(axis, words, (b, level * top), colour, shift, ha=side, va="top", bbox=paper)
         level -= apart
 
 

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.numbers import difference, plus_minus
 from vinesexp.figures.record_words import short
-from vinesexp.figures.style import COLOURS, FAINT, SEQUENCE, Drawn, label, link, new_figure
+from vinesexp.figures.style import COLOURS, FAINT, SEQUENCE, Drawn, key, label, link, new_figure
 from vinesexp.records.stored.tables import Row, ids_of
 from vinesexp.results import CampaignResults, Results
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -47,17 +46,15 @@ def value_over_folders(
     axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.18, linewidth=0)
     axis.axvline(mean[0], color=COLOURS["exact"])
     places = range(len(names))[::-1]
-    axis.errorbar(
-        values, places, xerr=COVERAGE_95 * errors, fmt="o", color=COLOURS["measured"],
-        capsize=2.5, linewidth=1.2,
-    )  # fmt: skip
+    half, ink = COVERAGE_95 * errors, COLOURS["measured"]
+    axis.errorbar(values, places, xerr=half, fmt="o", color=ink, capsize=2.5, linewidth=1.2)
     axis.set_yticks(list(places), [short(name) for name in names])
     axis.set_ylim(-0.6, len(names) - 0.4)
     axis.grid(axis="y", visible=False)
     axis.ticklabel_format(axis="x", useOffset=False)
     axis.set_xlabel("value" if unit in ("", "1") else unit)
-    label(axis, "mean", (mean[0], 1.0), colour=COLOURS["exact"], shift=(0, 3), ha="center",
-          va="bottom", xycoords=axis.get_xaxis_transform())  # fmt: skip
+    above = {"va": "bottom", "xycoords": axis.get_xaxis_transform()}
+    label(axis, "mean", (mean[0], 1.0), "exact", (0, 3), ha="center", **above)
     return figure
 
 
@@ -130,8 +127,8 @@ def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figur
         _panel(axis, methods[name], combined[name])
         axis.set_title(f"{SYMBOLS.get(name, name.replace('_', ' '))} = {values[name]}")
     at = (1.0, 1.0)
-    label(axes[0], "combined", at, colour=COLOURS["exact"], shift=(0, 4), ha="right", va="bottom",
-          xycoords="axes fraction")  # fmt: skip
+    above = {"va": "bottom", "xycoords": "axes fraction"}
+    label(axes[0], "combined", at, "exact", (0, 4), ha="right", **above)
     return figure
 
 
@@ -163,7 +160,7 @@ def intervals_over_records(history: Sequence[Mapping[str, Any]]) -> Figure:
             else:
                 ends.append(([SYMBOLS[name]], own[-1], colour))
     for names, place, colour in ends:
-        label(axis, ", ".join(names), place, colour=colour)
+        label(axis, ", ".join(names), place, colour)
     axis.set_yscale("log")
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.yaxis.set_major_formatter("{x:g}")
@@ -246,10 +243,10 @@ def found_minus_stated(values: Sequence[StatedValue]) -> Figure:
     axis.axvline(0.0, color=FAINT, linewidth=1.0, zorder=0)
     for row, value in enumerate(values):
         _, colour = _MARKS[value.verdict]
+        half = COVERAGE_95 * value.error
         drawn = axis.errorbar(
-            value.away, row, xerr=COVERAGE_95 * value.error, fmt="o", color=colour, capsize=2,
-            elinewidth=1.0, markersize=4,
-        )  # fmt: skip
+            value.away, row, xerr=half, fmt="o", color=colour, capsize=2, markersize=4
+        )
         if value.record:
             link(drawn.lines[0], value.record, f"{value.name}: {value.words}")
     axis.set_yticks(range(len(values)), [value.name for value in values])
@@ -262,17 +259,10 @@ def found_minus_stated(values: Sequence[StatedValue]) -> Figure:
     axis.set_xlabel("found minus stated\n(in stated standard uncertainties)")
     for row, value in enumerate(values):
         colour = _MARKS[value.verdict][1]
-        label(axis, value.words, (reach, row), colour=colour, shift=(6, 0), fontsize=7.5)
+        label(axis, value.words, (reach, row), colour, (6, 0), fontsize=7.5)
     shown = {value.verdict for value in values}
-    handles: list[Artist] = [
-        axis.plot([], [], "o", color=ink, markersize=4, label=name)[0]
-        for verdict, (name, ink) in _MARKS.items()
-        if verdict in shown
-    ]
-    handles.append(
-        axis.fill_between([], [], color=FAINT, alpha=0.45, label="95 % of what was stated")
-    )
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
+    entries = [("o", ink, name) for verdict, (name, ink) in _MARKS.items() if verdict in shown]
+    key(figure, axis, [*entries, ("#", FAINT, "95 % of what was stated")], columns=4)
     return figure
 
 

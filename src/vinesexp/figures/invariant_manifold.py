@@ -162,7 +162,7 @@ def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
     for name, C, kind in (("unstable", low, "unstable"), ("stable", 1.45, "stable")):
         place = (C, float(manifold.amplitude(C, r=r)))
         shift = (5.0, 4.0) if kind == "unstable" else (5.0, -6.0)
-        label(axes[0], name, place, colour=COLOURS[kind], shift=shift)
+        label(axes[0], name, place, COLOURS[kind], shift)
     return figure
 
 

@@ -13,7 +13,16 @@ from vinesexp.arrays import FloatArray
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.curves import amplitude_curve, decay_curves
 from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
-from vinesexp.figures.style import COLOURS, FAINT, Drawn, label, link, new_figure, regime_colour
+from vinesexp.figures.style import (
+    COLOURS,
+    FAINT,
+    Drawn,
+    key,
+    label,
+    link,
+    new_figure,
+    regime_colour,
+)
 from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
@@ -118,74 +127,58 @@ def _predicted(axis: Axes, valley: DrawnLevel, top: float) -> None:
         value, low, high = valley.exact
         axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0, zorder=0)
         axis.axvline(value, color=COLOURS["exact"], linewidth=1.0, zorder=0)
-        label(
-            *(axis, f"exact $b_c$\n{value:.1f}", (value, 0.99 * top)),
-            colour=COLOURS["exact"],
-            shift=(-3, 0),
-            ha="right",
-            va="top",
-        )
+        words, at = f"exact $b_c$\n{value:.1f}", (value, 0.99 * top)
+        label(axis, words, at, "exact", (-3, 0), ha="right", va="top")
     if valley.published is not None:
         axis.axvline(
             valley.published, color=COLOURS["published"], linewidth=1.0, linestyle="--", zorder=0
         )
-        label(
-            *(axis, f"published\n{valley.published:.1f}", (valley.published, 0.99 * top)),
-            colour=COLOURS["published"],
-            shift=(3, 0),
-            va="top",
-        )
+        words, at = f"published\n{valley.published:.1f}", (valley.published, 0.99 * top)
+        label(axis, words, at, "published", (3, 0), va="top")
 
 
 def _measured(axis: Axes, valley: DrawnLevel, top: float) -> None:
     """Brackets of the two measured clearances, near the axis."""
     axis.set_xlim(axis.get_xlim())  # brackets do not widen it
     if valley.lowest:
-        _bracket(axis, valley.lowest, 0.10 * top, "lowest", COLOURS["measured"])
+        _bracket(axis, valley.lowest, 0.10 * top, "lowest", "measured")
     if valley.end:
-        _bracket(axis, valley.end, 0.03 * top, "end", COLOURS["strongly modulated"])
+        _bracket(axis, valley.end, 0.03 * top, "end", "strongly modulated")
 
 
 def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: str) -> None:
-    value, low, high = interval
+    (value, low, high), ink = interval, COLOURS[colour]
     left, right = axis.get_xlim()
     ends = max(low, left), min(high, right)
-    axis.plot(ends, [height] * 2, "-", color=colour, linewidth=1.4)
+    axis.plot(ends, [height] * 2, "-", color=ink, linewidth=1.4)
     for end, edge, mark in ((low, left, "<"), (high, right, ">")):
         # An arrow: it may lie beyond what was tried.
-        axis.plot(edge if math.isinf(end) else end, height, mark if math.isinf(end) else "|",
-                  color=colour, markersize=5 if math.isinf(end) else 7, clip_on=False)  # fmt: skip
+        at, kind, size = (edge, mark, 5) if math.isinf(end) else (end, "|", 7)
+        axis.plot(at, height, kind, color=ink, markersize=size, clip_on=False)
     if math.isinf(high - low):
         text = f"{name} below {high:g}" if math.isinf(low) else f"{name} above {low:g}"
-        label(axis, text, (0.5 * sum(ends), height), colour=colour, shift=(0, 7), ha="center")
+        label(axis, text, (0.5 * sum(ends), height), colour, (0, 7), ha="center")
         return
-    axis.plot(value, height, "o", color=colour, markersize=3.5)
+    axis.plot(value, height, "o", color=ink, markersize=3.5)
     text = f"{name} {value:.1f}"
     if low - left > 0.3 * (right - left):
-        label(axis, text, (low, height), colour=colour, shift=(-5, 0), ha="right")
+        label(axis, text, (low, height), colour, (-5, 0), ha="right")
     else:  # beside the bracket it would lie over the axis
-        label(axis, text, (0.5 * sum(ends), height), colour=colour, shift=(0, 7), ha="center")
+        label(axis, text, (0.5 * sum(ends), height), colour, (0, 7), ha="center")
 
 
 def _key(figure: Figure, axis: Axes, valleys: Sequence[DrawnLevel]) -> None:
     """What is drawn in any panel, and nothing else."""
     regimes = {regime.split(" | ")[0] for valley in valleys for regime in valley.regime}
-    handles = [
-        axis.plot([], [], "o", color=COLOURS[name], label=f"mean, {name}")[0]
-        for name in COLOURS
-        if name in regimes
-    ]
-    handles += axis.plot([], [], "_", color=COLOURS["measured"], label="largest")
-    for colour, name, any_of in (
-        ("measured", "lowest: clearance of the lowest mean", [v.lowest for v in valleys]),
-        ("strongly modulated", "end: of two impacts per cycle", [v.end for v in valleys]),
-    ):
-        if any(any_of):
-            handles += axis.plot([], [], "|-", color=COLOURS[colour], linewidth=1.4, label=name)
+    entries = [("o", name, f"mean, {name}") for name in COLOURS if name in regimes]
+    entries.append(("_", "measured", "largest"))
+    if any(valley.lowest for valley in valleys):
+        entries.append(("|-", "measured", "lowest: clearance of the lowest mean"))
+    if any(valley.end for valley in valleys):
+        entries.append(("|-", "strongly modulated", "end: of two impacts per cycle"))
     if any(valley.curve[0].size for valley in valleys):
-        words = "predicted for two impacts per cycle"
-        handles += axis.plot([], [], color=COLOURS["exact"], label=words)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+        entries.append(("-", "exact", "predicted for two impacts per cycle"))
+    key(figure, axis, entries, columns=3)
 
 
 def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
@@ -202,31 +195,25 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
         exact, low, high = valley.exact or (1.0, 1.0, 1.0)
         G = valley.G
         width = 0.02 * max(v.G for v in valleys)
-        axis.fill_between(
-            *([G - width, G + width], 100.0 * (low / exact - 1.0), 100.0 * (high / exact - 1.0)),
-            color=COLOURS["exact"],
-            alpha=0.3,
-            linewidth=0,
-        )
+        span = [G - width, G + width]
+        low, high = (100.0 * (end / exact - 1.0) for end in (low, high))
+        axis.fill_between(span, low, high, color=COLOURS["exact"], alpha=0.3, linewidth=0)
         if valley.published is not None:
             away = 100.0 * (valley.published / exact - 1.0)
-            axis.plot([G - width, G + width], [away, away], "--", color=COLOURS["published"])
+            axis.plot(span, [away, away], "--", color=COLOURS["published"])
         _deviation(axis, valley, exact, 0.4 * width)
     axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
-    handles = [
-        axis.plot([], [], mark, color=COLOURS[colour], markersize=4.5, label=name)[0]
-        for mark, colour, name in (
-            ("-", "exact", "exact $b_c$, 95 % interval shaded"),
-            ("--", "published", "published $b_c$"),
-            ("s", "strongly modulated", "end of two impacts per cycle"),
-            ("o", "measured", "lowest amplitude"),
-        )
+    entries = [
+        ("-", "exact", "exact $b_c$, 95 % interval shaded"),
+        ("--", "published", "published $b_c$"),
+        ("s", "strongly modulated", "end of two impacts per cycle"),
+        ("o", "measured", "lowest amplitude"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
+    key(figure, axis, entries)
     axis.set_xlabel("base amplitude G (mm)")
     axis.set_ylabel("clearance from the exact $b_c$ (%)")
-    span = max(v.G for v in known) - min(v.G for v in known) or 1.0
-    axis.set_xlim(known[0].G - 0.25 * span, known[-1].G + 0.25 * span)
+    beyond = 0.25 * (known[-1].G - known[0].G or 1.0)
+    axis.set_xlim(known[0].G - beyond, known[-1].G + beyond)
     axis.margins(y=0.15)
     return figure
 
@@ -249,7 +236,7 @@ def _deviation(axis: Axes, valley: DrawnLevel, exact: float, beside: float) -> N
             markersize=4.5,
         )
         words = f"{kind[0]:.1f} mm"
-        label(axis, words, at, colour=COLOURS[colour], shift=(9.0 * place, 0), ha=side)
+        label(axis, words, at, colour, (9.0 * place, 0), ha=side)
 
 
 @dataclass(frozen=True)
@@ -282,7 +269,7 @@ def time_over_clearance(
                 link(point, level.records[i], words)
         last = int(np.flatnonzero(np.isfinite(level.time))[-1])
         name = f"to {level.target:g} mm"
-        label(axis, name, (level.clearance[last], level.time[last]), colour="#000000", shift=(8, 0))
+        label(axis, name, (level.clearance[last], level.time[last]), "measured", (8, 0))
         if level.best:
             best = level.best[0]
             reach = float(level.clearance[0]), float(level.clearance[-1])
@@ -300,13 +287,9 @@ def time_over_clearance(
             low, high = axis.get_xlim()
             at_edge = name == "exact" and value - low < 0.2 * (high - low)
             left = name == "exact" and not at_edge
-            label(
-                *(axis, f"{name} $b_t$ {value:.1f}", (value, 0.99 * top)),
-                colour=COLOURS[name],
-                shift=(-3 if left else 3, -10 if at_edge else 0),  # below the name of the other
-                ha="right" if left else "left",
-                va="top",
-            )
+            shift = -3 if left else 3, -10 if at_edge else 0  # below the name of the other
+            words, at = f"{name} $b_t$ {value:.1f}", (value, 0.99 * top)
+            label(axis, words, at, name, shift, ha="right" if left else "left", va="top")
     axis.set_xlabel("clearance b (mm)")
     axis.set_ylabel("time to the amplitude (s)")
     axis.set_title(title)
@@ -317,8 +300,7 @@ def _curve_minimum(axis: Axes, b: FloatArray, time: FloatArray) -> None:
     """The predicted fastest clearance, where it lies inside what was tried."""
     if b.size and 0 < (i := int(time.argmin())) < b.size - 1:
         axis.plot(b[i], time[i], "o", color=COLOURS["exact"], markerfacecolor="white", zorder=2)
-        label(axis, f"{b[i]:.0f} mm", (b[i], time[i]), colour=COLOURS["exact"], shift=(0, 8),
-              ha="center")  # fmt: skip
+        label(axis, f"{b[i]:.0f} mm", (b[i], time[i]), "exact", (0, 8), ha="center")
 
 
 def draw_clearances(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:

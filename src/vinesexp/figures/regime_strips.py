@@ -67,13 +67,8 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]]) -> Figure:
             counts = _columns(strip.per_cycle, max(1, -(-longest // _MOST_COLUMNS)))
             for colour, path in _stretches(counts, strip.per_cycle.size / counts.size, place):
                 axis.add_patch(PathPatch(path, facecolor=colour, linewidth=0))
-            name = label(
-                axis,
-                strip.regime,
-                (float(longest), place),
-                colour=regime_colour(strip.regime),
-                fontsize=7.5,
-            )
+            ink, at = regime_colour(strip.regime), (float(longest), place)
+            name = label(axis, strip.regime, at, ink, fontsize=7.5)
             if strip.record:
                 link(name, strip.record, f"{strip.record}: {strip.name}, {strip.regime}")
         axis.set_yticks(range(len(strips)), [strip.name for strip in strips], fontsize=7.5)

@@ -111,9 +111,6 @@ def response_map_panels(shown: MapPicture) -> Figure:
             axis.plot(shown.line[inside], shown.y[inside], color="white", lw=1.2)
             if inside.any():
                 at = np.flatnonzero(inside)[int(0.6 * inside.sum())]
-                label(
-                    *(axis, "$b_c$ published", (shown.line[at], shown.y[at])),
-                    colour="white",
-                )
+                label(axis, "$b_c$ published", (shown.line[at], shown.y[at]), "white")
     axes[0].set_ylabel(shown.y_name)
     return figure

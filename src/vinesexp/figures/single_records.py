@@ -14,7 +14,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.record_words import settings_of, short, titled
-from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, label, link, new_figure
+from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, key, label, link, new_figure
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -102,11 +102,8 @@ def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
         axis.set_xlabel("time (s)")
     for axis in axes[: len(records) : columns]:
         axis.set_ylabel("amplitude (mm)")
-    handles = [
-        axes[0].plot([], [], color=COLOURS["measured"], linewidth=0.9, label="measured")[0],
-        axes[0].plot([], [], color=COLOURS["exact"], label="replayed: median and range")[0],
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
+    entries = [("-", "measured", "measured"), ("-", "exact", "replayed: median and range")]
+    key(figure, axes[0], entries)
     return figure
 
 
@@ -168,11 +165,7 @@ def ringdown_and_fit(
         above.plot(shown.time, sign * envelope, color=COLOURS["exact"], linewidth=1.4)
     middle = shown.time.size // 6
     name = f"viscous and {shown.law_name} damping" if shown.law.size else "exponential"
-    label(
-        *(above, name, (shown.time[middle], envelope[middle])),
-        colour=COLOURS["exact"],
-        shift=(8, 8),
-    )
+    label(above, name, (shown.time[middle], envelope[middle]), "exact", (8, 8))
     above.set_ylabel("displacement (mm)")
     above.set_title(title)
     above.margins(x=0.01)
@@ -181,18 +174,11 @@ def ringdown_and_fit(
         if decay.law.size:
             _misfit(below, decay, decay.law, colour, faint=False)
     if len(others) > 1:
-        handles = [
-            below.plot([], [], "o-", color=colour, markersize=3, label=short(decay.name))[0]
-            for decay, colour in zip(others, sequence(len(others)), strict=True)
-        ]
-        figure.legend(
-            handles=handles,
-            loc="outside lower right",
-            ncols=6,
-            fontsize=8,
-            title="faint: exponential instead of the fit" if shown.law.size else None,
-            title_fontsize=8,
-        )
+        inks = sequence(len(others))
+        entries = [("o-", ink, short(one.name)) for one, ink in zip(others, inks, strict=True)]
+        said = "faint: exponential instead of the fit" if shown.law.size else ""
+        columns = max(int(90 / (6 + max(len(name) for *_, name in entries))), 1)
+        key(figure, below, entries, columns=columns, place="outside lower right", title=said)
     below.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
     below.set_ylabel("amplitude minus fit\n(% of the start)")
     below.set_xlabel("time (s)")
@@ -253,7 +239,7 @@ def added_mass_line(loaded: Loaded, *, title: str) -> Figure:
     line.plot(reach, 1e4 * (M + reach) / k1, color=COLOURS["exact"])
     line.plot(loads, 1e4 * loaded.periods, "o", color=COLOURS["measured"])
     line.plot(-M, 0.0, "o", color=COLOURS["exact"], markerfacecolor="white")
-    label(line, f"−M = −{M:.4g} kg", (-M, 0.0), colour=COLOURS["exact"], shift=(6, -1), va="top")
+    label(line, f"−M = −{M:.4g} kg", (-M, 0.0), "exact", (6, -1), va="top")
     line.set_xlabel("added mass (kg)")
     line.set_ylabel("1/(2πf)² (10⁻⁴ s²)")
     line.set_title(title)
@@ -515,12 +501,8 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
     for side, colour in ((1, "impact +1"), (-1, "impact -1"), (0, "impact")):
         chosen = np.flatnonzero(impacts.side == side)[::step]
         size = 2.2 if impacts.time.size > 100 else 3.5
-        axis.plot(
-            *(impacts.time[chosen], np.abs(impacts.jump[chosen]), "o"),
-            color=COLOURS[colour],
-            markersize=size,
-            markeredgewidth=0,
-        )
+        time, jump, ink = impacts.time[chosen], np.abs(impacts.jump[chosen]), COLOURS[colour]
+        axis.plot(time, jump, "o", color=ink, markersize=size, markeredgewidth=0)
     largest = float(np.nanmax(np.abs(impacts.jump), initial=0.0))
     axis.set_ylim(0.0, 1.12 * largest if largest > 0.0 else None)
     axis.set_ylabel("velocity jump\n(m/s)")
@@ -537,7 +519,7 @@ def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> 
         colour = COLOURS[f"impact {side:+d}" if side else "impact"]
         axis.plot(marks, np.full(marks.size, place * top), marker, color=colour, markersize=5)
         name = f"wall {side:+d}" if side else "impact"
-        label(axis, name, (marks[0], place * top), colour=colour, shift=(6, 0))
+        label(axis, name, (marks[0], place * top), colour, (6, 0))
     axis.set_ylim(-1.35 * top, 1.35 * top)
     axis.set_ylabel(zoom.label)
     axis.set_xlabel("time (s), enlarged")
@@ -628,12 +610,9 @@ def amplitude_trace(view: RecordView, name: str, record: str = "") -> Trace:
     time, low, high = extremes(view, "displacement", max(cycles, 1) if frequency else 200)
     part = -(-time.size // _MOST_POINTS)
     count = time.size // part * part
-    swing = 0.5e3 * (high - low)
-    return Trace(
-        *(name, time[:count].reshape(-1, part).mean(axis=1)),
-        swing[:count].reshape(-1, part).max(axis=1),
-        record=record,
-    )
+    middle = time[:count].reshape(-1, part).mean(axis=1)
+    swing = 0.5e3 * (high - low)[:count].reshape(-1, part).max(axis=1)
+    return Trace(name, middle, swing, record=record)
 
 
 def _overview(record: Record, results: Path, title: str) -> tuple[Figure, Drawn]:
@@ -672,16 +651,11 @@ def _impacts(record: Record, results: Path, title: str) -> Iterator[tuple[Figure
         zoom = whole_trace(view, role, begin=begin, end=end)
         motion = None
         if "displacement" in view.roles and record.test != "drop":
-            motion = Trace(
-                *("displacement", view.time(begin, end)),
-                1e3 * view.read("displacement", begin, end),
-            )
+            x = 1e3 * view.read("displacement", begin, end)
+            motion = Trace("displacement", view.time(begin, end), x)
         trace = whole_trace(view, role, frequency=_oscillation(record, results))
-    figure = impacts_on_acceleration(
-        *(trace, zoom, marks),
-        title=f"{title}, {marks.time.size} impacts",
-        motion=motion,
-    )
+    title = f"{title}, {marks.time.size} impacts"
+    figure = impacts_on_acceleration(trace, zoom, marks, title=title, motion=motion)
     by_wall = "" if record.test == "drop" else ", coloured by the wall that was hit"
     middle = f"Middle: change of the mass's velocity at each impact{by_wall}. "
     text = (

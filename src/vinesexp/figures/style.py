@@ -7,6 +7,7 @@ Measured values are points, theory is lines.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape, unescape
 from pathlib import Path
@@ -118,16 +119,40 @@ def label(
     axis: Axes,
     text: str,
     at: tuple[float, float],
-    *,
     colour: str,
     shift: tuple[float, float] = (5.0, 0.0),
     **style: Any,
 ) -> Annotation:
-    """Name something beside it, in its colour; `at` in data, `shift` in points."""
+    """Name something beside it, in its colour (a key of `COLOURS`, or any); `at` in data, `shift`
+    in points."""
     options: dict[str, Any] = {"va": "center", "fontsize": 8.0, "annotation_clip": False} | style
-    return axis.annotate(
-        text, at, xytext=shift, textcoords="offset points", color=colour, **options
-    )
+    ink = COLOURS.get(colour, colour)
+    return axis.annotate(text, at, shift, textcoords="offset points", color=ink, **options)
+
+
+def key(
+    figure: Figure, axis: Axes, entries: Iterable[tuple[str, str, str]], *, columns: int = 2,
+    place: Any = "outside lower center", title: str = "",
+) -> None:  # fmt: skip
+    """What the marks of a figure mean, below it.
+
+    Parameters
+    ----------
+    entries : iterable of (mark, colour, name)
+        A mark of matplotlib such as ``o`` or ``--``, ``#`` for a shaded band; a key of `COLOURS`,
+        or any colour.
+    """
+    handles: list[Artist] = []
+    for mark, colour, name in entries:
+        ink = COLOURS.get(colour, colour)
+        if mark == "#":
+            handles.append(axis.fill_between([], [], color=ink, alpha=0.45, label=name))
+        else:
+            handles += axis.plot([], [], mark, color=ink, markersize=4.5, label=name)
+    figure.legend(
+        handles=handles, loc=place, ncols=columns, fontsize=8, title=title or None,
+        title_fontsize=8,
+    )  # fmt: skip
 
 
 def link(artist: Artist, record: str, words: str) -> None:
