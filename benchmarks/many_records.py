@@ -84,7 +84,7 @@ def pretend_results(project: Path) -> None:
                 notes = study.notes(step, id)
                 record = None if id is None else study.records[id]
                 notes.begin(step, reads=about.reads(study.campaign, record))
-                files = about.writes(study.paths, id) if about.writes and id else []
+                files = study.outputs(step, id)
                 for file in files:
                     write_line(file)
                 notes.finish(step, study.used(step, id), writes=files)
@@ -101,8 +101,11 @@ def planned(project: Path) -> tuple[float, str]:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     told = subprocess.run(
         [sys.executable, "-m", "snakemake", "-n", "--config", "campaign=data/many"],
-        cwd=project, capture_output=True, text=True, check=True,
-    ).stderr  # fmt: skip
+        cwd=project,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stderr
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     found = re.search(r"^(\d+) jobs? would run", told, re.MULTILINE)

@@ -12,6 +12,8 @@ times.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import ctypes
 import os
 import re
 import resource
@@ -24,6 +26,7 @@ from pathlib import Path
 import numpy as np
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+_BECOME_PARENT_OF_ORPHANS = 36  # PR_SET_CHILD_SUBREAPER
 TOOK = re.compile(r"^process: ([\d.]+) s of processor time, peak memory (\d+) MiB", re.MULTILINE)
 DESCRIPTION = """\
 title: Ring-downs
@@ -82,7 +85,8 @@ def copy_description(campaign: Path, folder: Path) -> None:
 
 
 def used(command: list[str], cache: Path) -> float:
-    """Processor seconds of a command and of all that it starts."""
+    """Processor seconds of a command and of all that it starts, which may end after it (Linux)."""
+    ctypes.CDLL(None).prctl(_BECOME_PARENT_OF_ORPHANS, 1)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(
         command,
@@ -92,6 +96,9 @@ def used(command: list[str], cache: Path) -> float:
         text=True,
         check=False,
     )
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            os.wait()
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode:
         sys.exit(done.stderr[-3000:])

@@ -16,7 +16,7 @@ REPOSITORY = Path(__file__).parents[1]
 
 #: From the ground up; a module imports from its own floor or from one below.
 FLOORS = (
-    {"errors", "arrays", "public_names", "whole_files", "environment"},
+    {"errors", "arrays", "public_names", "whole_files", "environment", "codedigest"},
     {"units", "rig", "excitation"},
     {"settings"},
     {"theory", "solver", "records"},
@@ -32,7 +32,7 @@ FLOORS = (
     {"figures"},
     {"report", "record_pages"},
     {"live"},
-    {"commands", "cli", "codedigest", "resultslock", "supervised", "showing"},
+    {"commands", "cli", "resultslock", "supervised", "showing"},
     {"steps", "workflow"},
 )
 

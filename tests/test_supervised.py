@@ -7,13 +7,15 @@ import signal
 import subprocess
 import sys
 import time
+from multiprocessing import forkserver
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.watched import Watched
 
 from vinesexp.errors import RecordError
-from vinesexp.supervised import Forks, on_all
+from vinesexp.supervised import on_all, run_apart
 
 
 def fail_as_user():
@@ -69,18 +71,15 @@ def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
 
 
 @pytest.fixture
-def go(tmp_path, monkeypatch):
+def go(tmp_path):
     """Have the work of tests/watched.py done; the exit code."""
-    root = str(Path(__file__).parents[1])
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]))
-    forks = Forks("tests.watched")
 
     def go(*ids, **given):
-        files = {"folder": str(tmp_path), "log": str(tmp_path / "all.log")}
-        return forks.run({"step": "impacts", "ids": ids, **files, **given})
+        return run_apart("impacts", Watched(tmp_path, ids, **given), log=tmp_path / "all.log")
 
+    forkserver._forkserver._stop()  # the next one prints where this test looks
     yield go
-    forks.end()
+    forkserver._forkserver._stop()
 
 
 def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(go, tmp_path, capsys):
@@ -153,10 +152,11 @@ def test_a_record_that_fails_leaves_the_others(go, tmp_path, capfd):
 def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
     """Ctrl-C twice: what the step clears away on its way out is cleared away."""
     code = (
-        "import signal, sys\nfrom vinesexp.supervised import Forks\n"
+        "import signal, sys\nfrom pathlib import Path\nfrom tests.watched import Watched\n"
+        "from vinesexp.supervised import run_apart\n"
         "signal.signal(signal.SIGINT, lambda *_: None)\n"
-        f"asked = {{'step': 'a', 'folder': {str(tmp_path)!r}, 'log': '/dev/null', 'held': True}}\n"
-        "sys.exit(Forks('tests.watched').run(asked))\n"
+        f"held = Watched(Path({str(tmp_path)!r}), held=True)\n"
+        "sys.exit(run_apart('a', held, log=Path('/dev/null')))\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
@@ -174,9 +174,10 @@ def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
 def test_a_step_ends_when_the_run_is_killed(tmp_path):
     """The next record does not begin; what waits for the step ends too."""
     code = (
-        "from vinesexp.supervised import Forks\n"
-        f"asked = {{'step': 'a', 'folder': {str(tmp_path)!r}, 'log': '/dev/null'}}\n"
-        "Forks('tests.watched').run(asked | {'ids': ['a', 'b'], 'takes': 0.5})\n"
+        "from pathlib import Path\nfrom tests.watched import Watched\n"
+        "from vinesexp.supervised import run_apart\n"
+        f"work = Watched(Path({str(tmp_path)!r}), ('a', 'b'), takes=0.5)\n"
+        "run_apart('a', work, log=Path('/dev/null'))\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)

@@ -1,49 +1,63 @@
-"""Work for `vinesexp.supervised.Forks` that writes a file for each record; some kill it."""
+"""Work for `vinesexp.supervised.run_apart` that writes a file for each record; some kill it."""
 
 import faulthandler
 import os
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import RecordError
 from vinesexp.supervised import on_each
 
 
-def load(asked):
-    """Nothing to load."""
+@dataclass(frozen=True)
+class Watched:
+    """Goes through records; those named in `deadly`, `once`, `wrong`, `stubborn` do as they say."""
 
+    folder: Path
+    ids: tuple[str, ...] = ()
+    takes: float = 0.0
+    deadly: tuple[str, ...] = ()
+    once: tuple[str, ...] = ()
+    wrong: tuple[str, ...] = ()
+    stubborn: tuple[str, ...] = ()
+    how: int = 9
+    killed: bool = False
+    held: bool = False
 
-def do(asked, died, begin):
-    """Go through records: ``{"step": ..., "folder": ..., "ids": [...], "deadly": [...], ...}``."""
-    step, folder, given = asked["step"], Path(asked["folder"]), asked
+    def __call__(self, died, begin):
+        if self.held:
+            return _held(self.folder)
+        if self.killed:
+            os.kill(os.getpid(), 9)
+        ids = [id for id in self.ids if not (self.folder / id).exists()]
+        done = on_each(
+            "impacts",
+            ids,
+            work=self.work,
+            refuse=self.refuse,
+            died=died,
+            begin=begin,
+            log_of=lambda id: self.folder / f"{id}.log",
+        )
+        return 0 if done else 1
 
-    def work(id):
-        tried = folder / f"{id}.tried"
+    def work(self, id):
+        tried = self.folder / f"{id}.tried"
         before = tried.exists()
         tried.touch()
-        time.sleep(given.get("takes", 0.0))
-        if id in given.get("deadly", ()) or (id in given.get("once", ()) and not before):
+        time.sleep(self.takes)
+        if id in self.deadly or (id in self.once and not before):
             faulthandler.disable()  # of pytest, which would print all that the system knows
-            os.kill(os.getpid(), given.get("how", 9))
-        if id in given.get("wrong", ()):
+            os.kill(os.getpid(), self.how)
+        if id in self.wrong:
             raise RecordError("is wrong", file=id)
-        (folder / id).write_text(f"{os.getpid()}")
+        (self.folder / id).write_text(f"{os.getpid()}")
 
-    def refuse(id, reason):
-        if id in given.get("stubborn", ()):
+    def refuse(self, id, reason):
+        if id in self.stubborn:
             os.kill(os.getpid(), 9)
-        (folder / id).write_text(f"refused: {reason}")
-
-    if given.get("held"):
-        return _held(folder)
-    if given.get("killed"):
-        os.kill(os.getpid(), 9)
-    ids = [id for id in given["ids"] if not (folder / id).exists()]
-    done = on_each(
-        step, ids, work=work, refuse=refuse, died=died, begin=begin,
-        log_of=lambda id: folder / f"{id}.log",
-    )  # fmt: skip
-    return 0 if done else 1
+        (self.folder / id).write_text(f"refused: {reason}")
 
 
 def _held(folder):

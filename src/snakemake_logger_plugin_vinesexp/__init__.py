@@ -12,7 +12,7 @@ from __future__ import annotations
 import sys
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from logging import ERROR, LogRecord
 from typing import Any
 
@@ -146,10 +146,9 @@ class Plan:
         if rule in ("all", "results"):  # they only ask for others
             return
         self.jobs += 1
-        wildcards = dict(getattr(record, "wildcards", None) or {})
-        names, why = _subject(rule, wildcards, str(getattr(record, "reason", "")))
-        self.steps.setdefault(rule, []).extend(names)
-        self.reasons.setdefault(rule, Counter()).update(why)
+        step, names, why = _about(record)
+        self.steps.setdefault(step, []).extend(names)
+        self.reasons.setdefault(step, Counter()).update(why)
 
     def __str__(self) -> str:
         n = self.jobs
@@ -157,8 +156,8 @@ class Plan:
         width = max((len(step) for step in self.steps), default=0)
         for step, names in self.steps.items():
             why = self._most([reason for reason, _ in self.reasons[step].most_common()])
-            about = f" {len(names)} records ({self._most(names)})" if names else ""
-            about = about.replace(" 1 records", " 1 record")
+            what = f"{'group' if step == 'simulate' else 'record'}{'' if len(names) == 1 else 's'}"
+            about = f" {len(names)} {what} ({self._most(names)})" if names else ""
             lines.append(f"  {step:{width}}{about}: {why}")
         return "\n".join(lines)
 
@@ -167,31 +166,12 @@ class Plan:
         return ", ".join(words[: self._MOST]) + (f" and {more} more" if more > 0 else "")
 
 
-def _subject(
-    rule: str, wildcards: Mapping[str, object], reason: str
-) -> tuple[Sequence[str], Sequence[str]]:
-    """The records that a job is about, and why it would run, in words of the project."""
-    plan, step = workflow.CURRENT, _step(rule)
-    if plan is not None and step is not None:
-        if "batch" not in wildcards:
-            return (), plan.reasons(step)
-        names = plan.pending(step, str(wildcards["batch"]))
-        return names, plan.reasons(step, names)
-    names = [str(wildcards["record"])] if "record" in wildcards else []
-    for start, words in (
-        ("Missing output files", "not made yet"),
-        ("Input files updated by another job", "follows from other jobs"),
-        ("Forced execution", "asked for"),
-    ):
-        if start in reason:
-            return names, [words]
-    return names, [reason.partition(":")[0] or "asked for"]
-
-
-def _step(rule: str) -> str | None:
-    """The step of a rule, before whose name a workflow that uses this one may put something."""
-    steps = workflow.CURRENT.outdated if workflow.CURRENT else ()
-    return next((step for step in steps if rule == step or rule.endswith(f"_{step}")), None)
+def _about(record: LogRecord) -> tuple[str, Sequence[str], Sequence[str]]:
+    """Step of a job, the records or the group that it is about, and why it would run."""
+    rule = str(record.rule_name)  # type: ignore[attr-defined]
+    plan, wildcards = workflow.CURRENT, dict(getattr(record, "wildcards", None) or {})
+    why = str(getattr(record, "reason", "")).partition(":")[0] or "asked for"
+    return (plan and plan.about(rule, wildcards)) or (rule, (), [why])
 
 
 def _say(line: str) -> None:
@@ -199,12 +179,8 @@ def _say(line: str) -> None:
 
 
 def _label(record: LogRecord) -> str:
-    """A job as its rule's message says; of a batch, which one and of how many records."""
-    wildcards = dict(getattr(record, "wildcards", None) or {})
-    rule, plan = str(record.rule_name), workflow.CURRENT  # type: ignore[attr-defined]
-    step = _step(rule)
-    if plan is not None and step is not None and "batch" in wildcards:
-        names = plan.pending(step, str(wildcards["batch"]))
-        said = names[0] if len(names) == 1 else f"{len(names)} records"
-        return f"{step:10} {said}"
-    return str(getattr(record, "rule_msg", None) or rule)
+    """A job as its rule's message says; of a batch, of how many records."""
+    step, names, _ = _about(record)
+    if names:
+        return f"{step:10} {names[0] if len(names) == 1 else f'{len(names)} records'}"
+    return str(getattr(record, "rule_msg", None) or step)

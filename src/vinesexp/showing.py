@@ -11,7 +11,7 @@ from pathlib import Path
 
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.whole_files import whole_file
+from vinesexp.whole_files import whole_file, write_whole
 
 
 def figures_of_results(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
@@ -98,13 +98,12 @@ def score(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 
 def simulate(campaign: Campaign, group: str, *, paths: ResultPaths) -> None:
-    """Make the instrument files and the truth of one group of tests of the campaign's scene."""
-    from vinesexp.codedigest import code_digest
+    """Make the instrument files and the truth of one group of tests of the campaign's scene.
+
+    In the results a note says that they are there.
+    """
     from vinesexp.laboratory.scene import load_scene
     from vinesexp.laboratory.simulated_files import simulate_once
 
-    scene, code = (
-        load_scene(campaign.folder / "scene.yaml"),
-        code_digest("vinesexp.laboratory.scene"),
-    )
-    simulate_once(scene, group, campaign.folder, code=code)
+    simulate_once(load_scene(campaign.folder / "scene.yaml"), group, campaign.folder)
+    write_whole(paths.simulated(group), "")

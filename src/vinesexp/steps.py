@@ -2,28 +2,25 @@
 
 A step runs where its results no longer hold, by content (`records/stored/freshness.py`); a step on
 records goes through those of its batch and passes over the ones that hold. What a step needs is
-imported when it runs: who only plans needs none of it. The workflow runs all its steps as forks of
-one process (`Forks`), which imports what a step needs before it forks: once a run.
+imported when it runs: who only plans needs none of it.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from vinesexp.codedigest import code_behind, named_modules
-from vinesexp.errors import VinesexpError
-from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text, shortened
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.supervised import Asked, Deaths, on_all, on_each
+from vinesexp.supervised import Begin, Deaths, on_all, on_each
+from vinesexp.whole_files import write_whole
 
 
 @dataclass(frozen=True)
@@ -36,22 +33,25 @@ class Step:
         Module and function that does it: ``function(campaign, [record,] paths=...)``.
     follows : tuple of str
         Steps whose results it reads.
-    makes : str
-        The first output of a step on all records, as `ResultPaths` calls it.
+    makes : tuple of str
+        The outputs of a step on all records, as `ResultPaths` calls them.
     writes : function of paths and record, optional
         The files of a step on one record; None for a step on all of them.
     reads : function of campaign and record
         Files that it reads besides results.
     loads : tuple of str
-        Modules that it imports only where it uses them, and most often does: `Forks` loads them.
+        Modules that it imports only where it uses them, and most often does.
+    about : str
+        What the console says of it.
     """
 
     call: str
     follows: tuple[str, ...] = ()
-    makes: str = ""
+    makes: tuple[str, ...] = ()
     writes: Callable[[ResultPaths, str], list[Path]] | None = None
     reads: Callable[[Campaign, Record | None], list[Path]] = lambda campaign, record: []
     loads: tuple[str, ...] = ("h5py",)
+    about: str = "of all records"
 
     @property
     def each(self) -> bool:
@@ -105,56 +105,90 @@ STEPS: Mapping[str, Step] = {
         writes=lambda paths, id: [paths.estimates(id), paths.decay(id)],
         loads=_NUMBA,
     ),
-    "regimes": Step("vinesexp.pipeline:collect_regimes", ("impacts",), "regimes"),
-    "identify": Step("vinesexp.pipeline:identify", ("impacts", "estimate"), "identified"),
+    "regimes": Step(
+        "vinesexp.pipeline:collect_regimes",
+        ("impacts",),
+        makes=("regimes", "base", "bands", "transitions", "decay_times"),
+    ),
+    "identify": Step(
+        "vinesexp.pipeline:identify",
+        ("impacts", "estimate"),
+        makes=(
+            *("identified", "inputs", "level_values"),
+            *("rig", "rig_budget", "identify_checks"),
+        ),
+        about="M, c1, k1, r from all records",
+    ),
     "compare": Step(
         "vinesexp.pipeline:compare_clearances",
         ("identify", "regimes"),
-        "clearances",
+        makes=("clearances", "budget", "compare_checks"),
+        about="measured and predicted clearances",
     ),
     "replay": Step(
         "vinesexp.pipeline:replay_records",
         ("ingest", "condition", "impacts", "identify", "regimes"),
-        "replay",
+        makes=("replay", "replay_cycles", "replay_checks"),
         loads=_NUMBA,
+        about="every record beside the identified rig",
     ),
     "checks": Step(
         "vinesexp.pipeline:collect_checks",
         ("ingest", "impacts", "identify", "compare", "replay"),
-        "checks",
+        makes=("checks",),
+        about="of all steps",
     ),
-    "score": Step("vinesexp.showing:score", ("impacts", "identify"), "truth", reads=_truth),
+    "score": Step(
+        "vinesexp.showing:score",
+        ("impacts", "identify"),
+        makes=("truth",),
+        reads=_truth,
+        about="against the truth of the scene",
+    ),
     "figures_results": Step(
         "vinesexp.showing:figures_of_results",
         ("condition", "impacts", "estimate", *_TABLES),
-        "figures_results",
+        makes=("figures_results",),
         loads=_MATPLOTLIB,
+        about="of the results",
     ),
     "figures_records": Step(
         "vinesexp.showing:figures_of_records",
         ("ingest", "condition", "impacts"),
-        "figures_records",
+        makes=("figures_records",),
         loads=_MATPLOTLIB,
+        about="of the records",
     ),
     "pages": Step(
         "vinesexp.showing:pages",
         (*_EACH, "identify", "regimes", "replay", "checks"),
-        "records_page",
+        makes=("records_page",),
         loads=("h5py", "jinja2"),
     ),
     "report": Step(
         "vinesexp.showing:report",
         (*_EACH[:3], *_TABLES, "checks", "score", "figures_results", "figures_records"),
-        "report",
+        makes=("report",),
         reads=_description,
         loads=("h5py", "jinja2"),
+        about="of all results",
     ),
     "bundle": Step(
         "vinesexp.showing:bundle",
         (*_EACH, *_TABLES, "checks", "score", "pages", "report"),
-        "bundle",
+        makes=("bundle",),
+        about="of all results",
     ),
 }
+
+#: Makes files of the campaign, not results.
+SIMULATE = Step("vinesexp.showing:simulate", loads=_NUMBA)
+
+
+def modules_of(step: str) -> list[str]:
+    """Modules that a step needs; some are names in a module."""
+    of = STEPS.get(step, SIMULATE)
+    return [*named_modules(of.call), *of.loads]
 
 
 class Study:
@@ -178,11 +212,22 @@ class Study:
         channels = paths.record("any").parent, paths.conditioned("any").parent
         self.derivable = set() if keeps_channels else {str(path.absolute()) for path in channels}
         self._notes: dict[tuple[str, str | None], Notes] = {}
-        self._same: dict[str, dict[str, str]] = {}
         self._outcomes: dict[str, str] = {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        """For the process of a job, which looks at results itself and needs all channels."""
+        return {**self.__dict__, "derivable": set(), "_notes": {}, "_outcomes": {}}
+
     @cached_property
-    def rows(self) -> dict[str, dict[str, str]]:
+    def _same(self) -> dict[str, dict[str, str]]:
+        """What each step uses on whichever record: of campaign.yaml, of the code."""
+        return {
+            name: campaign_text(name, self.campaign) | code_behind(step.call)
+            for name, step in STEPS.items()
+        }
+
+    @cached_property
+    def _rows(self) -> dict[str, dict[str, str]]:
         """The text of each row of the table."""
         return {record.id: row_text(self.campaign, record) for record in self.campaign.records}
 
@@ -204,18 +249,23 @@ class Study:
         for notes in self._notes.values():
             notes.renew()
 
-    def run(self, step: str, id: str | None = None, *, outputs: Iterable[Path] = ()) -> Any:
-        """Run a step and note what it was made from; what its function returns."""
-        done = STEPS[step]
+    def outputs(self, step: str, id: str | None = None) -> list[Path]:
+        """The files of a step, on record `id` where it is one on records."""
+        named = STEPS[step]
+        if named.writes and id is not None:
+            return named.writes(self.paths, id)
+        return [getattr(self.paths, name) for name in named.makes]
+
+    def run(self, step: str, id: str | None = None) -> None:
+        """Run a step and note what it was made from."""
         record = [] if id is None else [self.records[id]]
-        module, _, function = done.call.partition(":")
+        module, _, function = STEPS[step].call.partition(":")
         with self._noted(step, id) as written:
-            result = getattr(import_module(module), function)(
+            found = getattr(import_module(module), function)(
                 self.campaign, *record, paths=self.paths
             )
-            written += done.writes(self.paths, id) if done.writes and id else outputs
-            written += result if step in _MORE_FILES else []
-        return result
+            written += self.outputs(step, id)
+            written += found if module == "vinesexp.showing" else []  # further files
 
     def refuse(self, step: str, id: str, reason: str) -> None:
         """Refuse a record for a reason seen from outside, as `ingest` does, and tell `step` so."""
@@ -225,7 +275,7 @@ class Study:
         with self._noted("ingest", id) as written:
             write_refused(self.paths.record(id), reason)
             write_checks(self.paths.ingest_checks(id), [Check(id, "ingest", "refused", reason)])
-            written += [self.paths.record(id), self.paths.ingest_checks(id)]
+            written += self.outputs("ingest", id)
         for other in (*STEPS[step].follows, step):
             if other != "ingest":
                 self.run(other, id)
@@ -242,10 +292,7 @@ class Study:
 
     def used(self, step: str, id: str | None) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
-        if step not in self._same:
-            self._same[step] = campaign_text(step, self.campaign)
-        found = self._same[step] | rows_text(step, self.rows, id)
-        found |= code_behind(STEPS[step].call)
+        found = self._same[step] | rows_text(step, self._rows, id)
         for other in STEPS[step].follows:
             found[f"result of {other}"] = self._outcome(other, id)
         return found
@@ -259,13 +306,6 @@ class Study:
             parts = [(i, self.notes(step, i).outcome(step)) for i in ids]
             self._outcomes[step] = shortened(repr(parts))
         return self._outcomes[step]
-
-
-#: Where no results are: it makes files of the campaign.
-_SIMULATE = Step("vinesexp.showing:simulate", loads=_NUMBA)
-
-#: Steps that return a list of files which they wrote besides the outputs of their rule.
-_MORE_FILES = ("figures_results", "figures_records", "pages")
 
 
 def members(records: Sequence[str], batch: str) -> list[str]:
@@ -284,66 +324,59 @@ def members(records: Sequence[str], batch: str) -> list[str]:
     return list(records[int(k) - 1 :: int(n)])
 
 
-def load(asked: Asked) -> None:
-    """Import what a step needs, and read what all its forks share."""
-    step = STEPS.get(asked["step"], _SIMULATE)
-    for name in (*named_modules(step.call), *step.loads):
-        with suppress(ModuleNotFoundError):  # some are names in a module
-            import_module(name)
-    code_behind(step.call)
-    with suppress(VinesexpError, OSError):  # which the step says itself
-        _study_of(asked["campaign"], asked["results"])
+@dataclass(frozen=True)
+class Job:
+    """A step as a process does it: on a batch of records, on all of them, or a simulation.
 
+    Parameters
+    ----------
+    study : Study
+    step : str
+    batch : str
+        Of a step on records, as `members` takes it.
+    group : str
+        Of a simulation, which makes files of the campaign.
+    """
 
-def do(asked: Asked, died: Deaths, begin: Callable[..., None]) -> int:
-    """Run one step in this process; its exit code."""
-    try:
-        done = _run(_study_of(asked["campaign"], asked["results"]), asked, died, begin)
-    except VinesexpError as error:
-        print(f"vinesexp: {error}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"vinesexp: {error.filename or asked['log']}: {error.strerror}", file=sys.stderr)
-        return 1
-    return 0 if done else 1
+    study: Study
+    step: str
+    batch: str = ""
+    group: str = ""
 
+    @property
+    def log(self) -> Path:
+        """What the job as a whole printed, and what it took."""
+        named = f"{self.step}.{self.batch}" if self.batch else self.step
+        return self.study.paths.log(named, self.group or None)
 
-@cache
-def _study_of(campaign: str, results: str) -> Study:
-    """A campaign and the text of its rows, read once for all forks."""
-    study = Study(load_campaign(Path(campaign)), ResultPaths(Path(results)))
-    _ = study.rows
-    return study
+    def __call__(self, died: Deaths, begin: Begin) -> int:
+        """Exit code of the job."""
+        if self.batch:
+            return 0 if self._on_records(died, begin) else 1
+        work = partial(self._simulate) if self.group else partial(self.study.run, self.step)
+        return 0 if on_all(work, log=self.log) else 1
 
-
-def _run(study: Study, asked: Asked, died: Deaths, begin: Callable[..., None]) -> bool:
-    step, paths = asked["step"], study.paths
-    log, outputs = Path(asked["log"]), [Path(file) for file in asked["output"]]
-    if step == "simulate":
+    def _simulate(self) -> None:
         from vinesexp.showing import simulate
 
-        done = on_all(partial(simulate, study.campaign, asked["group"], paths=paths), log=log)
-    elif not STEPS[step].each:
-        return on_all(partial(study.run, step, outputs=outputs), log=log)
-    else:
-        # A result asked for by its name brings what it needs; else other jobs have.
-        follows = STEPS[step].follows if asked["batch"].startswith("only.") else ()
-        ids = members(list(study.records), asked["batch"])
+        simulate(self.study.campaign, self.group, paths=self.study.paths)
+
+    def _on_records(self, died: Deaths, begin: Begin) -> bool:
+        study, paths = self.study, self.study.paths
+        alone = self.batch.startswith(
+            "only."
+        )  # a result asked for by its name brings what it needs
         done = all(
             on_each(
-                each,
-                [id for id in ids if study.why(each, id)],
-                work=partial(study.run, each),
-                refuse=partial(study.refuse, each),
+                step,
+                [id for id in members(list(study.records), self.batch) if study.why(step, id)],
+                work=partial(study.run, step),
+                refuse=partial(study.refuse, step),
                 died=died,
                 begin=begin,
-                log_of=partial(paths.log, each),
+                log_of=partial(paths.log, step),
             )
-            for each in (*follows, step)
-            if STEPS[each].each
+            for step in (*(STEPS[self.step].follows if alone else ()), self.step)
         )
-    for note in outputs if done else ():
-        if not note.exists():
-            note.parent.mkdir(parents=True, exist_ok=True)
-            note.touch()
-    return done
+        done_file = paths.batch(self.step, self.batch)
+        return done and (alone or on_all(partial(write_whole, done_file, ""), log=self.log))

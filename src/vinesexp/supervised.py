@@ -1,152 +1,114 @@
-"""Work in forks of a process that has loaded the libraries: each is watched, and ends alone.
+"""Work in processes that are watched and end alone, forked from one that has loaded the libraries.
 
-A fork that dies, because the system is short of memory or a library crashed, takes nothing along:
-who asked for it is told which record it was at and what ended it, and asks for another.
+A process that dies, because the system is short of memory or a library crashed, takes nothing
+along: who asked for it is told which record it was at and what ended it, and asks for another.
 """
 
 from __future__ import annotations
 
 import atexit
 import gc
-import json
 import os
 import signal
-import socket
-import subprocess
 import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from functools import partial
-from importlib import import_module
+from importlib.machinery import ModuleSpec
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import VinesexpError
 
-#: What is to be done, as JSON: its ``step``, its ``log``, and whatever else the work needs.
-Asked = Mapping[str, Any]
-
 #: How the process of a record ended, each time that it died.
 Deaths = Mapping[str, Sequence[str]]
+
+#: Says which ``record`` the work is at.
+Begin = Callable[[str], None]
+
+#: What is to be done; it is sent to the process. Takes the deaths before this one; its exit code.
+Work = Callable[[Deaths, Begin], int]
 
 #: Objects that are made between two searches for garbage. Figures are made of many that all stay
 #: to the end of a figure: with the default of 700 the searches took a quarter of their time.
 _MADE = 100_000
 
+#: To start a process also looks after those that have ended, which two threads must not do at once.
+_STARTING = threading.Lock()
 
-class Forks:
-    """A process that imports what work needs, and forks for it: libraries are loaded once a run.
+
+def run_apart(name: str, work: Work, *, log: Path, loads: Collection[str] = ()) -> int:
+    """Exit code of work that is done in a process of its own.
+
+    A record at which the process dies is tried once more, since the system may have been at fault.
+    After that the work is told to refuse it.
 
     Parameters
     ----------
-    module : str
-        Its ``load(asked)`` is called before a fork, its ``do(asked, died, begin)`` in it: exit code
-        of the work. ``begin(record=id)`` says which record it is at.
+    name : str
+        What the work is called where it fails as a whole.
+    work : callable
+        Can be pickled.
+    log : Path
+        Gets a line that says what the process took.
+    loads : collection of str
+        Modules that are imported before the first process of all, for all of them.
     """
-
-    def __init__(self, module: str = "vinesexp.steps") -> None:
-        self.module = module
-        self._server: socket.socket | None = None
-        self._alone = threading.Lock()
-
-    def run(self, asked: Asked) -> int:
-        """Exit code of the work.
-
-        A record at which its fork dies is tried once more, since the system may have been at fault.
-        After that the work is told to refuse it.
-        """
-        died: dict[str, list[str]] = {}
-        while True:
-            told = self._answer({"asked": asked, "died": died})
-            if "took" in told:
-                _append(Path(asked["log"]), f"process: {told['took']}")
-            if "code" in told or "ended" not in told:
-                return int(told.get("code", 1))
-            of_this = died.setdefault(told.get("record", ""), [])
-            of_this.append(_death(told["ended"]))
-            if "record" not in told or len(of_this) > 2:
-                at = f" while {told['record']} was refused" if "record" in told else ""
-                _say(f"vinesexp: {asked['step']}: {of_this[-1]}{at} (log: {asked['log']})")
-                return 1
-
-    def _answer(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """All that was told of a request: ``record``, ``code``, how the fork ``ended``."""
-        ours, theirs = socket.socketpair()
-        with ours, ours.makefile(encoding="utf-8") as lines:
-            with self._alone, theirs:
-                try:
-                    self._ask(request, theirs)
-                except OSError:  # somebody has ended the process
-                    self.end()
-                    self._ask(request, theirs)
-                theirs.close()  # where nobody holds it any more, the lines end
-                told: dict[str, Any] = json.loads(lines.readline() or "{}")  # requests come singly
-            for line in lines:
-                told |= json.loads(line)
-                if "ended" in told:
-                    break
-        return told
-
-    def _ask(self, request: Mapping[str, Any], tell: socket.socket) -> None:
-        """Send a request; the process starts with the first, and ends when this one does."""
-        if self._server is None:
-            self._server, theirs = socket.socketpair()
-            with theirs:
-                fd = theirs.fileno()
-                command = [sys.executable, "-m", __name__, str(fd), self.module]
-                self._process = subprocess.Popen(command, pass_fds=[fd])
-            atexit.register(self.end)
-        socket.send_fds(self._server, [json.dumps(request).encode()], [tell.fileno()])
-
-    def end(self) -> None:
-        """Wait for the process, which ends when nobody can ask any more."""
-        if self._server is not None:
-            self._server.close()
-            self._process.wait()
-            self._server = None
-
-
-def _serve(client: socket.socket, module: Any) -> None:
-    """Load what each request needs and fork for it, until nobody can ask any more."""
-    one_thread_each()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the forks end without a word from here
-    gc.set_threshold(_MADE)
+    died: dict[str, list[str]] = {}
     while True:
-        text, fds, *_ = socket.recv_fds(client, 1 << 20, 1)
-        if not text:
-            return
-        request = json.loads(text)
-        with socket.socket(fileno=fds[0]) as answer:
-            module.load(request["asked"])
-            gc.freeze()  # what is loaded stays, and forks share its memory
-            with suppress(OSError):  # the run was killed
-                _tell(answer)  # the request is read, another may come
-            if not os.fork():
-                client.close()
-                os._exit(_watch(module, request, answer))
+        told = _told_by_process(work, died, loads)
+        if "took" in told:
+            _append(log, f"process: {told['took']}")
+        if "code" in told or "ended" not in told:
+            return int(told.get("code", 1))
+        of_this = died.setdefault(told.get("record", ""), [])
+        of_this.append(_death(told["ended"]))
+        if "record" not in told or len(of_this) > 2:
+            at = f" while {told['record']} was refused" if "record" in told else ""
+            _say(f"vinesexp: {name}: {of_this[-1]}{at} (log: {log})")
+            return 1
 
 
-def _watch(module: Any, request: Mapping[str, Any], answer: socket.socket) -> int:
+def _told_by_process(work: Work, died: Deaths, loads: Collection[str]) -> dict[str, Any]:
+    """All that was told: the ``record`` it was at, its ``code``, how it ``ended``, and ``took``."""
+    told: dict[str, Any] = {}
+    main, context = sys.modules["__main__"], get_context("forkserver")
+    if main.__spec__ is None:  # as that of `python -m`, which no process imports again
+        main.__spec__ = ModuleSpec("vinesexp.__main__", None)
+    ours, theirs = context.Pipe(duplex=False)
+    with ours, suppress(EOFError, OSError):  # somebody has ended the process that forks
+        with _STARTING, theirs:
+            one_thread_each()
+            context.set_forkserver_preload([*loads, __name__])
+            context.Process(target=_watch, args=(work, died, theirs)).start()
+        while "ended" not in told:
+            told |= ours.recv()
+    return told
+
+
+def _watch(work: Work, died: Deaths, tell: Connection) -> None:
     """Fork once more for the work, and say how that ended."""
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     if not (pid := os.fork()):
-        os._exit(_work(module, request, answer))  # what is loaded need not be cleared away
+        os._exit(_work(work, died, tell))  # what is loaded need not be cleared away
     _, status, used = os.wait4(pid, 0)
     with suppress(OSError):  # the run was killed
-        _tell(answer, ended=os.waitstatus_to_exitcode(status), took=_in_words(used))
-    return 0
+        tell.send({"ended": os.waitstatus_to_exitcode(status), "took": _in_words(used)})
 
 
-def _work(module: Any, request: Mapping[str, Any], answer: socket.socket) -> int:
+def _work(work: Work, died: Deaths, tell: Connection) -> int:
     """Exit code of the work, in the fork; it is told too, so that a death can be told from it."""
     signal.signal(signal.SIGINT, _interrupted)
+    gc.freeze()
+    gc.set_threshold(_MADE)
     try:
-        code = int(module.do(request["asked"], request["died"], partial(_tell, answer)))
+        code = work(died, lambda record: tell.send({"record": record}))
         atexit._run_exitfuncs()
     except KeyboardInterrupt:
         code = 130
@@ -155,12 +117,8 @@ def _work(module: Any, request: Mapping[str, Any], answer: socket.socket) -> int
         if not isinstance(error, BrokenPipeError):  # nobody listens any more
             traceback.print_exc()
     with suppress(OSError):
-        _tell(answer, code=code)
+        tell.send({"code": code})
     return code
-
-
-def _tell(answer: socket.socket, **what: object) -> None:
-    answer.sendall(json.dumps(what).encode() + b"\n")
 
 
 def _interrupted(*_: object) -> None:
@@ -191,7 +149,7 @@ def on_each(
     work: Callable[[str], Any],
     refuse: Callable[[str, str], None],
     died: Deaths,
-    begin: Callable[..., None],
+    begin: Begin,
     log_of: Callable[[str], Path],
 ) -> bool:
     """Do a step on one record after the other, a line of progress each; whether all were done.
@@ -208,13 +166,13 @@ def on_each(
     died : mapping
         Records at which the process died: those at which it did so twice are refused.
     begin : callable
-        Is told the ``record`` that comes now.
+        Is told the record that comes now.
     log_of : callable
         Log of a record.
     """
     failed, began = [], time.monotonic()
     for count, id in enumerate(ids, 1):
-        begin(record=id)
+        begin(id)
         ends = died.get(id, ())
         if refused := len(ends) > 1:
             reason = f"{step}: {ends[-1]} twice while this record was read"
@@ -287,7 +245,3 @@ def _append(path: Path, line: str) -> None:
 
 def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
-
-
-if __name__ == "__main__":
-    _serve(socket.socket(fileno=int(sys.argv[1])), import_module(sys.argv[2]))

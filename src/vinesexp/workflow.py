@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+from snakemake.exceptions import WorkflowError
+
 from vinesexp.errors import VinesexpError, nearest
+from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.resultslock import hold_results, remove_leftovers, require_own_folder
-from vinesexp.steps import STEPS, Study, members
-from vinesexp.supervised import Forks
+from vinesexp.steps import STEPS, Job, Study, members, modules_of
+from vinesexp.supervised import run_apart
 
 if TYPE_CHECKING:
-    from vinesexp.laboratory.simulated_files import SceneOfCampaign
+    from vinesexp.laboratory.bench import Scene
 
 #: Keys of `--config`.
 CONFIG = ("campaign", "results", "keep", "batches")
@@ -116,9 +120,26 @@ def _folder(config: Mapping[str, Any], key: str, default: str) -> Path:
     return Path(str(value))
 
 
-def shown(path: Path) -> str:
-    """A path in a message of a rule, where Snakemake takes braces for wildcards."""
-    return str(path).replace("{", "{{").replace("}", "}}")
+def plan_of(workflow: Any, config: Mapping[str, Any]) -> Planner:
+    """The planner of a run; a mistake of the user ends it with one line."""
+    try:
+        folder, paths = read_config(config)
+        keeps = keeps_channels(config)
+        campaign = load_campaign(folder)
+        try:
+            cores = workflow.cores
+        except WorkflowError:  # none are given where jobs go to a cluster
+            cores = None
+        batches = batches_of(config, cores=cores, records=len(campaign.records))
+        scene = None
+        if (folder / "scene.yaml").is_file():
+            from vinesexp.laboratory.scene import load_scene
+
+            scene = load_scene(folder / "scene.yaml")
+    except VinesexpError as error:
+        sys.exit(f"vinesexp: {error}")
+    study = Study(campaign, paths, keeps_channels=keeps)
+    return Planner(workflow, study, batches=batches, scene=scene)
 
 
 class Planner:
@@ -127,17 +148,15 @@ class Planner:
     Snakemake decides by the times of files and by what it noted in `.snakemake`; both go wrong when
     files are copied, swapped or damaged. Here the content decides (`vinesexp.steps.Study`):
     input functions, which Snakemake asks before it plans, ask for the batches in which a record is
-    outdated and for no others, and mark an outdated job to be run.
+    outdated and for no others, and what is outdated is marked to be run.
 
     Parameters
     ----------
     workflow : snakemake.workflow.Workflow
-        Five things of it are not documented: `is_main_process`, `executor_plugin`, `dryrun`,
-        `dag_settings` and the `forcefiles` of its plan. Nothing else here uses such things.
     study : Study
     batches : int
-        How many batches the records of a step are spread over.
-    scene : SceneOfCampaign, optional
+        How many batches at most.
+    scene : Scene, optional
         Of a simulated campaign.
     """
 
@@ -147,126 +166,135 @@ class Planner:
         study: Study,
         *,
         batches: int,
-        scene: SceneOfCampaign | None = None,
+        scene: Scene | None = None,
     ) -> None:
         global CURRENT
         self.workflow = workflow
         self.study = study
         self.paths = study.paths
         self.scene = scene
-        self.groups = scene.groups if scene else {}
+        self.steps = [step for step in STEPS if scene or step != "score"]
         n = max(1, min(batches, len(study.records)))
         self.batches = [f"{k + 1}of{n}" for k in range(n)]
         self.lock: IO[str] | None = None
-        self.forks = Forks()
         CURRENT = self
 
-    def before(self, step: str) -> Callable[[Any], list[str]]:
+    def before(self, step: str) -> Callable[[Any], list[Path]]:
         """Input function of the rule of a step: what is made before it in this run.
 
         Of the steps that it follows these are the batches in which a record is outdated, and the
         tables that are made anew: of a table that stays, the step itself looks at the content.
         """
 
-        def needed(wildcards: Any) -> list[str]:
+        def needed(wildcards: Any) -> list[Path]:
             if not self.workflow.is_main_process:
                 return []  # a job on a cluster: what it needs has been made
-            if hasattr(wildcards, "record"):
-                return self._before_one(step, wildcards.record)
-            each = STEPS[step].each
-            batches = [wildcards.batch] if each else self.batches
-            output = self.paths.batch(step, batches[0]) if each else self._table(step)
-            if self.outdated[step]:
-                self._force(output)
+            outdated, of = self.outdated, dict(wildcards.items())
+            if step not in STEPS:  # a simulation
+                return []
+            if "record" in of:  # one result of one record; its job makes all of the record
+                return self._simulated_before([self._known(of["record"])])
+            batches = [of["batch"]] if STEPS[step].each else self.batches
             if step == "ingest":
                 return self._simulated_before(members(list(self.study.records), batches[0]))
             follows = STEPS[step].follows
-            made = [self._table(o) for o in follows if STEPS[o].makes and self.outdated[o]]
+            made = [self.study.outputs(o)[0] for o in follows if STEPS[o].makes and outdated[o]]
             for other in follows:
                 made += [self.paths.batch(other, b) for b in batches if self.pending(other, b)]
-            return [str(file) for file in made]
+            return made
 
         return needed
 
-    def _table(self, step: str) -> Path:
-        found: Path = getattr(self.paths, STEPS[step].makes)
-        return found
-
-    def _before_one(self, step: str, id: str) -> list[str]:
-        """Before the rule that makes one result of one record, asked for by its name."""
+    def _known(self, id: str) -> str:
         if id not in self.study.records:
             known = nearest(id, self.study.records)
             raise SystemExit(f"vinesexp: the campaign has no record '{id}'; {known}")
-        writes = STEPS[step].writes
-        if writes and id in self.outdated[step]:
-            self._force(writes(self.paths, id)[0])
-        return self._simulated_before([id])
+        return id
 
-    def _simulated_before(self, ids: Collection[str]) -> list[str]:
-        groups = self.groups.items()
-        return [str(self.paths.simulated(group)) for group, of in groups if not of.isdisjoint(ids)]
+    def _simulated_before(self, ids: Collection[str]) -> list[Path]:
+        return [self.paths.simulated(g) for g, of in self.groups.items() if not of.isdisjoint(ids)]
 
-    def run(self, step: str, log: Sequence[str], output: Sequence[str], **of: str) -> None:
-        """Run a step in a fork of one process that has loaded the libraries.
+    def run(self, step: str, **of: str) -> None:
+        """Run a step in a process of its own.
 
         Parameters
         ----------
         step : str
-        log, output : sequence of str
-            Of the rule.
         **of : str
-            ``batch`` of a step on records, ``group`` of a simulation.
+            ``batch`` of a step on records, or its one ``record``; ``group`` of a simulation.
 
         Raises
         ------
         subprocess.CalledProcessError
             The step has failed; it has said why itself.
         """
-        campaign, results = str(self.study.campaign.folder), str(self.paths.folder)
-        files = {"campaign": campaign, "results": results, "log": log[0], "output": [*output]}
-        if code := self.forks.run({"step": step, **files, **of}):
+        steps = [step, *(other for other, why in self.outdated.items() if why)]
+        if "record" in of:
+            of, steps = {"batch": f"only.{of['record']}"}, [*STEPS[step].follows, step]
+        job = Job(self.study, step, **of)
+        loads = [name for each in steps for name in modules_of(each)]
+        if code := run_apart(step, job, log=job.log, loads=loads):
             raise subprocess.CalledProcessError(code, step)
-
-    def simulation(self, group: str) -> Callable[[Any], list[str]]:
-        """Input function of the rule that simulates a group of tests."""
-
-        def needed(wildcards: Any) -> list[str]:
-            if self.workflow.is_main_process and self.simulated[group]:
-                self._force(self.paths.simulated(group))
-            return []
-
-        return needed
-
-    def _force(self, output: Path) -> None:
-        self.workflow.dag.forcefiles.add(str(output))
 
     def pending(self, step: str, batch: str) -> list[str]:
         """Records of a batch that a step on records has to go through."""
         return [i for i in members(list(self.study.records), batch) if i in self.outdated[step]]
 
-    def reasons(self, step: str, ids: Collection[str] = ("",)) -> list[str]:
-        """Why a step runs, in words for a person; on these records where it is one on records."""
-        found = [why for id in ids for why in self.outdated.get(step, {}).get(id, ())]
-        return found or ["follows from other jobs"]
+    def about(
+        self, rule: str, wildcards: Mapping[str, str]
+    ) -> tuple[str, Sequence[str], Sequence[str]] | None:
+        """Step of a rule, the records or the group of a job, and why it runs; None: another's rule.
+
+        Before the name of a rule a workflow that uses this one may have put something.
+        """
+        rule = rule.removesuffix("_by_name")
+        step = next((s for s in (*STEPS, "simulate") if rule == s or rule.endswith(f"_{s}")), None)
+        if step is None:
+            return None
+        if step == "simulate":
+            return (
+                step,
+                [wildcards["group"]],
+                self.simulated[wildcards["group"]] or ["not made yet"],
+            )
+        ids = [wildcards["record"]] if "record" in wildcards else [""]
+        if "batch" in wildcards:
+            ids = self.pending(step, wildcards["batch"])
+        why = [reason for id in ids for reason in self.outdated[step].get(id, ())]
+        return step, [id for id in ids if id], why or ["follows from other jobs"]
+
+    @cached_property
+    def groups(self) -> dict[str, set[str]]:
+        """Records of each group that is simulated."""
+        from vinesexp.laboratory.simulated_files import records_of_groups
+
+        return records_of_groups(self.scene, self.study.campaign) if self.scene else {}
 
     @cached_property
     def simulated(self) -> dict[str, list[str]]:
         """Reasons to simulate each group."""
-        return {group: self.scene.why(group) for group in self.groups} if self.scene else {}
+        from vinesexp.laboratory.simulated_files import why_simulate
+
+        folder = self.study.campaign.folder
+        return {g: why_simulate(self.scene, g, folder) for g in self.groups} if self.scene else {}
 
     @cached_property
     def outdated(self) -> dict[str, dict[str, list[str]]]:
         """Reasons to run each step, by record; under the name "" for a step on all records."""
-        real = self._hold()
         found: dict[str, dict[str, list[str]]] = {step: {} for step in STEPS}
-        for step in STEPS:
-            if step != "score" or self.scene:
-                self._judge(step, found)
+        if not self.workflow.is_main_process:
+            return found  # a job on a cluster, which was planned elsewhere
+        self._hold()
+        for step in self.steps:
+            self._judge(step, found)
         if self.study.derivable and any(found[step] for step in STEPS if step != "bundle"):
             for step in ("ingest", "condition"):  # what follows needs the channels of all records
                 self._judge(step, found, with_channels=True)
-        if real:
+        if self.lock is not None:
             self.study.remember()
+        again = [self.study.outputs(step, id or None)[0] for step in found for id in found[step]]
+        again += [self.paths.simulated(group) for group, why in self.simulated.items() if why]
+        self.workflow.dag.forcefiles.update(map(str, again))
         return found
 
     def _judge(
@@ -291,11 +319,11 @@ class Planner:
         asked = self.workflow.dag_settings
         return bool(asked and (asked.forceall or step in asked.forcerun))
 
-    def _hold(self) -> bool:
+    def _hold(self) -> None:
         """Lock the results folder, in a real run only: a look at the plan must not wait."""
         workflow = self.workflow
-        if workflow.executor_plugin is None or workflow.dryrun or not workflow.is_main_process:
-            return False
+        if workflow.executor_plugin is None or workflow.dryrun:
+            return
         try:
             self.lock = hold_results(self.paths.folder, campaign=self.study.campaign.folder)
         except VinesexpError as error:
@@ -305,7 +333,6 @@ class Planner:
             Notes(path, self.study.roots).remove()
         for left in self.paths.batches.glob("*.*of*"):  # of a run that was killed
             left.unlink(missing_ok=True)
-        return True
 
     def end(self) -> None:
         """Remove what nothing needs after a run that went well: with keep=final, the channels."""

@@ -1,66 +1,83 @@
-"""Steps as forks of one process: each ends alone, and the process when nobody can ask any more."""
+"""Steps as forks of one process: each ends alone, and another takes the place of a killed one."""
 
 import shutil
 import time
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing import forkserver
 from pathlib import Path
 
 import psutil
 import pytest
 
-from vinesexp.supervised import Forks
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.steps import Job, Study, modules_of
+from vinesexp.supervised import run_apart
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 @pytest.fixture
-def forks():
-    found = Forks()
-    yield found
-    found.end()
+def run(finished, monkeypatch):
+    """Run a step of the finished project on all of its records; the exit code."""
+    monkeypatch.chdir(finished.folder)
+    study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
+
+    def run(step):
+        job = Job(study, step, batch="1of1")
+        return run_apart(step, job, log=job.log, loads=modules_of(step))
+
+    forkserver._forkserver._stop()
+    yield run
+    forkserver._forkserver._stop()
 
 
-def asked(project, step, **other):
-    folder = project.folder
-    files = {"campaign": "data/tiny", "results": "results/tiny", "log": "log"}
-    places = {name: str(folder / file) for name, file in files.items()}
-    return {"step": step, "batch": "1of1", **places, "output": [str(folder / "done")], **other}
+def server():
+    return psutil.Process(forkserver._forkserver._forkserver_pid)
 
 
-def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(forks, finished, capfd):
-    records = finished.folder / "results/tiny/records"
+def kill(process):
+    process.kill()
+    while process.status() != psutil.STATUS_ZOMBIE:  # whose end its parent has to see
+        time.sleep(0.01)
+
+
+def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(run, finished, capfd):
+    records, raw = finished.folder / "results/tiny/records", finished.folder / "data/tiny/raw"
     shutil.rmtree(records)
-    assert forks.run(asked(finished, "ingest")) == 0
+    assert run("ingest") == 0
     assert {path.name for path in records.iterdir()} == {"added.nc", "bare.nc"}
-    assert (finished.folder / "done").is_file()
-    assert forks.run(asked(finished, "condition", campaign="nowhere")) == 1
-    assert "vinesexp: nowhere: no such folder" in capfd.readouterr().err
-    assert forks.run(asked(finished, "nonsense")) != 0
-    assert forks.run(asked(finished, "condition")) == 0
+    assert (finished.folder / "results/tiny/steps/batches/ingest.1of1").is_file()
+    (records / "bare.nc").unlink()
+    (raw / "bare.csv").rename(raw / "elsewhere.csv")
+    assert run("ingest") == 0, "a record without its file is refused"
+    assert (
+        "bare.csv" in (finished.folder / "results/tiny/steps/records/bare/ingest.csv").read_text()
+    )
+    shutil.rmtree(finished.folder / "results/tiny/conditioned")
+    (finished.folder / "results/tiny/conditioned").touch()
+    assert run("condition") == 1
+    assert "conditioned" in capfd.readouterr().err
+    (finished.folder / "results/tiny/conditioned").unlink()
+    assert run("condition") == 0
 
 
-def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
-    forks = Forks()
-    assert forks.run(asked(finished, "ingest")) == 0
-    child = psutil.Process(forks._process.pid)
-    loaded = {part for one in child.memory_maps() for part in Path(one.path).parts}
+def test_libraries_are_loaded_once_for_all_steps(run):
+    assert run("ingest") == 0
+    loaded = {part for one in server().memory_maps() for part in Path(one.path).parts}
     assert {"numpy", "h5py", "pandas"} <= loaded, "what the step names and what it asks for later"
-    forks.end()
-    assert not child.is_running()
 
 
-def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_place(forks, finished):
+def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_place(run):
     """The step under way ends by itself; one that has not begun fails; the next ones are done."""
-    assert forks.run(asked(finished, "ingest")) == 0
+    assert run("ingest") == 0
     for _ in range(2):
-        child = psutil.Process(forks._process.pid)
-        child.kill()
-        child.wait()
-        assert forks.run(asked(finished, "condition")) == 0
-    child = psutil.Process(forks._process.pid)
-    child.suspend()  # asked, and killed before it answers
-    answer = ThreadPoolExecutor().submit(forks.run, asked(finished, "condition"))
+        kill(server())
+        assert run("condition") == 0
+    held = server()
+    held.suspend()  # asked, and killed before it answers
+    answer = ThreadPoolExecutor().submit(run, "condition")
     time.sleep(0.2)
-    child.kill()
+    kill(held)
     assert answer.result(timeout=20) == 1
-    assert forks.run(asked(finished, "condition")) == 0
+    assert run("condition") == 0

@@ -192,7 +192,12 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.steps import Study
 from vinesexp.workflow import Planner
 
-look = SimpleNamespace(executor_plugin=None, dag_settings=None)
+look = SimpleNamespace(
+    executor_plugin=None,
+    dag_settings=None,
+    is_main_process=True,
+    dag=SimpleNamespace(forcefiles=set()),
+)
 study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
 print(*(step for step, why in Planner(look, study, batches=1).outdated.items() if why))
 """

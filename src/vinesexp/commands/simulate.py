@@ -24,7 +24,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write raw/, truth/ and, where they are missing, scene.yaml, campaign.yaml, records.csv."""
-    from vinesexp.codedigest import code_digest
     from vinesexp.laboratory.scene import group_files, load_scene
     from vinesexp.laboratory.simulated_files import refuse_measured, simulate_once
 
@@ -38,7 +37,6 @@ def run(args: argparse.Namespace) -> int:
     if not args.force:
         refuse_measured(args.out)
     write_description(args.scene, args.out)
-    code = code_digest("vinesexp.laboratory.scene")
     tests = [test for group in groups for test in scene.groups[group]]
     seconds = sum(test.settle + test.duration for test in tests)
     print(f"{len(tests)} records, {seconds:,.0f} s of motion", file=sys.stderr, flush=True)
@@ -48,9 +46,10 @@ def run(args: argparse.Namespace) -> int:
             bar = Bar(f"records of {group}")
             done, total = count(1), len(scene.groups[group])
             files = simulate_once(
-                scene, group, args.out, code=code, force=args.force,
+                *(scene, group, args.out),
+                force=args.force,
                 progress=lambda: bar(next(done), total),  # noqa: B023
-            )  # fmt: skip
+            )
             bar.end()
         except KeyboardInterrupt:
             print(

@@ -11,15 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
+from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.laboratory.bench import Scene, Test, stated
 from vinesexp.laboratory.scene import (
     group_files,
     group_text,
-    load_scene,
     raw_file,
     simulate_group,
     truth_file,
@@ -36,37 +35,20 @@ def made_by_simulation(folder: Path, group: str) -> Path:
     return folder / "truth" / ".made" / f"{group}.json"
 
 
-def what_files_depend_on(scene: Scene, group: str, *, code: str) -> Mapping[str, str]:
+def what_files_depend_on(scene: Scene, group: str) -> Mapping[str, str]:
     """All that the files of a group depend on, by name."""
-    return {"scene": group_text(scene, group), "code": code}
+    return {"scene": group_text(scene, group), "code": code_digest("vinesexp.laboratory.scene")}
 
 
-def why_simulate(scene: Scene, group: str, folder: Path, *, code: str) -> list[str]:
+def why_simulate(scene: Scene, group: str, folder: Path) -> list[str]:
     """Reasons to make the files of a group; empty where they hold."""
     notes = Notes(made_by_simulation(folder, group), {"campaign": folder})
-    return notes.why_outdated("simulate", what_files_depend_on(scene, group, code=code))
+    return notes.why_outdated("simulate", what_files_depend_on(scene, group))
 
 
-@dataclass(frozen=True)
-class SceneOfCampaign:
-    """Groups of tests of a scene: the records that each makes, and whether its files hold.
-
-    Parameters
-    ----------
-    groups : mapping
-        Records of the campaign by group.
-    why : function of a group
-        Reasons to make its files.
-    """
-
-    groups: Mapping[str, frozenset[str]]
-    why: Callable[[str], list[str]]
-
-
-def scene_of_campaign(campaign: Campaign, *, code: str) -> SceneOfCampaign:
-    """The scene of a simulated campaign; `code` as for `simulate_once`."""
+def records_of_groups(scene: Scene, campaign: Campaign) -> dict[str, set[str]]:
+    """Records of a simulated campaign whose files each group of its scene makes."""
     folder = campaign.folder
-    scene = load_scene(folder / "scene.yaml")
     made = {
         (folder / path).resolve(): group
         for group in scene.groups
@@ -77,10 +59,7 @@ def scene_of_campaign(campaign: Campaign, *, code: str) -> SceneOfCampaign:
         for file in record.files:
             if file.resolve() in made:
                 groups[made[file.resolve()]].add(record.id)
-    return SceneOfCampaign(
-        {group: frozenset(ids) for group, ids in groups.items()},
-        lambda group: why_simulate(scene, group, folder, code=code),
-    )
+    return groups
 
 
 def simulate_once(
@@ -88,7 +67,6 @@ def simulate_once(
     group: str,
     folder: Path,
     *,
-    code: str,
     force: bool = False,
     progress: Callable[[], None] | None = None,
 ) -> list[Path]:
@@ -101,8 +79,6 @@ def simulate_once(
         One of `Scene.groups`.
     folder : Path
         The campaign folder; `raw` and `truth` are made in it.
-    code : str
-        Digest of the code that simulates.
     force : bool
         Simulate in any case, over whatever files are there.
     progress : callable, optional
@@ -118,7 +94,7 @@ def simulate_once(
     VinesexpError
         A file is there that no simulation has made.
     """
-    if not force and not why_simulate(scene, group, folder, code=code):
+    if not force and not why_simulate(scene, group, folder):
         return []
     made = made_by_simulation(folder, group)
     files = [folder / path for path in group_files(scene, group)]
@@ -126,13 +102,13 @@ def simulate_once(
         refuse_measured(folder)
     made.parent.mkdir(parents=True, exist_ok=True)
     with _alone(made.parent / "lock"):
-        if not force and not why_simulate(scene, group, folder, code=code):
+        if not force and not why_simulate(scene, group, folder):
             return []
         notes = Notes(made, {"campaign": folder})
         notes.begin("simulate")
         simulate_group(scene, group, folder, progress=progress)
         truths = [folder / truth_file(test) for test in scene.groups[group]]
-        used = what_files_depend_on(scene, group, code=code)
+        used = what_files_depend_on(scene, group)
         notes.finish("simulate", used, writes=[*files, *truths])
     return files
 

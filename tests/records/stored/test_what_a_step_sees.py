@@ -8,7 +8,6 @@ import pytest
 from vinesexp.records.campaign.published_table import PublishedValue
 from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record, Setup, TimeColumn
 from vinesexp.records.stored.freshness import (
-    CAMPAIGN_FIELDS,
     campaign_seen_by,
     campaign_text,
     record_seen_by,
@@ -16,6 +15,7 @@ from vinesexp.records.stored.freshness import (
     rows_text,
 )
 from vinesexp.settings.stages import FilterSettings, ImpactSettings, Settings
+from vinesexp.steps import STEPS
 from vinesexp.units import Quantity
 
 CHANNEL = Channel("base", "CH1", "displacement", 1.0)
@@ -72,7 +72,7 @@ def changed_by(other, record):
     """Steps whose text differs, and steps that see the difference."""
     on_record = {"ingest", "condition", "impacts", "estimate"}
     text, seen = set(), set()
-    for step in CAMPAIGN_FIELDS:
+    for step in STEPS:
         old, new = (RECORD, record) if step in on_record else (None, None)
         if step_text(step, CAMPAIGN, old) != step_text(step, other, new):
             text.add(step)

@@ -18,12 +18,12 @@ import os
 import stat
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import MISSING, Field, fields, replace
+from dataclasses import fields, replace
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from vinesexp.records.campaign.schema import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.whole_files import write_whole
 
 #: Names of folders, so that notes on results hold when both are moved.
@@ -82,7 +82,7 @@ class Notes:
         with suppress(OSError, ValueError):
             found = json.loads(self.path.read_bytes())
             if isinstance(found, dict) and found.pop("format", None) == _FORMAT:
-                self.steps = found
+                self.steps = {step: made for step, made in found.items() if _is_whole(made)}
 
     def why_outdated(
         self, step: str, used: Mapping[str, str], *, derivable: Collection[str] = ()
@@ -100,21 +100,18 @@ class Notes:
         if step not in self.steps:
             return ["not made yet"]
         made = self.steps[step]
-        try:
-            if made["used"] is None:
-                return ["was not finished"]
-            reasons = []
-            if used != made["used"]:  # short texts, and most often the same
-                names = dict.fromkeys([*used, *made["used"]])
-                now = {name: shortened(text) for name, text in used.items()}
-                reasons = [f"{n} changed" for n in names if now.get(n) != made["used"].get(n)]
-            for kind, change in (("reads", "changed"), ("writes", "is not as the step left it")):
-                for name, state in made[kind].items():
-                    if reason := self._difference(made[kind], name, state, derivable):
-                        words = change if reason == "differs" else reason
-                        reasons.append(f"{os.path.basename(self._place(name))} {words}")
-        except (KeyError, TypeError, AttributeError, IndexError):
-            return [f"{self.path.name} is damaged"]
+        if made["used"] is None:
+            return ["was not finished"]
+        reasons = []
+        if used != made["used"]:  # short texts, and most often the same
+            names = dict.fromkeys([*used, *made["used"]])
+            now = {name: shortened(text) for name, text in used.items()}
+            reasons = [f"{n} changed" for n in names if now.get(n) != made["used"].get(n)]
+        for kind, change in (("reads", "changed"), ("writes", "is not as the step left it")):
+            for name, state in made[kind].items():
+                if reason := self._difference(made[kind], name, state, derivable):
+                    words = change if reason == "differs" else reason
+                    reasons.append(f"{os.path.basename(self._place(name))} {words}")
         return reasons
 
     def _difference(
@@ -142,9 +139,8 @@ class Notes:
         """
         self.read()
         self._begun = self._states(reads)
-        before = self.steps.get(step)
-        if isinstance(before, dict) and isinstance(before.get("writes"), dict):
-            self.steps[step] = {"used": None, "reads": {}, "writes": before["writes"]}
+        if step in self.steps:
+            self.steps[step] |= {"used": None, "reads": {}}
             self._write()
 
     def finish(self, step: str, used: Mapping[str, str], *, writes: Iterable[Path]) -> None:
@@ -169,7 +165,7 @@ class Notes:
     def outcome(self, step: str) -> str:
         """Digest of what a step wrote, for the steps that follow it."""
         written = self._written(step)
-        return repr([(name, written[name] and written[name][-1]) for name in sorted(written)])
+        return repr([(name, state and state[-1]) for name, state in sorted(written.items())])
 
     def files(self, step: str) -> list[Path]:
         """The files that a step wrote."""
@@ -182,10 +178,9 @@ class Notes:
             self._write()
             self.new_times = False
 
-    def _written(self, step: str) -> dict[str, Any]:
-        made = self.steps.get(step)
-        written = made.get("writes") if isinstance(made, dict) else None
-        return written if isinstance(written, dict) else {}
+    def _written(self, step: str) -> States:
+        written: States = self.steps.get(step, {}).get("writes", {})
+        return written
 
     def _remove(self, names: Iterable[str]) -> None:
         for name in names:
@@ -213,7 +208,19 @@ class Notes:
 
     def _place(self, name: str) -> str:
         root, _, rest = name.partition(":")
-        return os.path.join(self.roots[root], rest) if root else rest
+        return os.path.join(self.roots.get(root, ""), rest)
+
+
+def _is_whole(made: Any) -> bool:
+    """Whether a note on a step says what it used, read and wrote."""
+    if not isinstance(made, dict) or made.keys() != {"used", "reads", "writes"}:
+        return False
+    files = made["reads"], made["writes"]
+    return (made["used"] is None or isinstance(made["used"], dict)) and all(
+        isinstance(states, dict)
+        and all(s is None or (isinstance(s, list) and len(s) == 4) for s in states.values())
+        for states in files
+    )
 
 
 def _stat(file: str | Path) -> list[int] | None:
@@ -234,66 +241,33 @@ def _digest(file: str | Path) -> str:
 
 _ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
 _MEASURED = tuple(name for name in _ROW if name != "settings")
-_REPORTED = tuple(f.name for f in fields(Campaign) if f.name not in ("folder", "records"))
+_REPORTED = tuple(f.name for f in fields(Campaign) if f.name not in ("folder", "name", "records"))
 #: Cells of a row that say what its test is.
 _CELLS = ("test", "clearance", "base_amplitude", "added_mass", "release")
 #: Published values and the title are for pages: no step of the analysis may see them.
 _ALL = tuple(name for name in _REPORTED if name not in ("published", "title"))
 
-#: Fields of the campaign that a step sees, parts of a field with a dot. A step that weighs all
-#: records sees everything.
-CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
-    "ingest": ("channels", "time", "sample_rate", "setups", "people"),
-    "condition": ("bandpass",),
-    "impacts": ("known.nes_mass",),
-    "estimate": ("known.nes_mass",),
-    "regimes": (),
-    "identify": _ALL,
-    "compare": _ALL,
-    "replay": _ALL,
-    "checks": ("known.nes_mass",),
-    "score": (),
-    "figures_results": _ALL,
-    "figures_records": _ALL,
-    "pages": ("title", "known"),
-    "report": _REPORTED,
-    "bundle": (),
-}
-
-#: Fields of a row of records.csv that a step sees: its record's row, or all rows.
-RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
-    "ingest": _MEASURED,
-    "condition": ("frequency", "settings.filter", "settings.channels"),
-    "impacts": ("test", "clearance", "release", "settings"),
-    "estimate": ("test", "clearance", "added_mass", "frequency"),
-    "regimes": ("test", "clearance", "base_amplitude"),
-    "identify": _ROW,
-    "compare": _ROW,
-    "replay": _ROW,
-    "checks": (*_CELLS, "exclude", "note"),
-    "score": (),
-    "figures_results": _ROW,
-    "figures_records": _ROW,
-    "pages": _ROW,
-    "report": _ROW,
-    "bundle": (),
-}
-
-_BLANK: Mapping[str, Any] = {
-    "title": "",
-    "known": Known(),
-    "channels": {},
-    "time": None,
-    "sample_rate": None,
-    "bandpass": None,
-    "test": "",
+#: Fields of the campaign and of a row that a step sees, parts of a field with a dot: of its
+#: record's row, or of all rows. A step that is not named weighs all records: it sees everything.
+_SEES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "ingest": (("channels", "time", "sample_rate", "setups", "people"), _MEASURED),
+    "condition": (("bandpass",), ("frequency", "settings.filter", "settings.channels")),
+    "impacts": (("known.nes_mass",), ("test", "clearance", "release", "settings")),
+    "estimate": (("known.nes_mass",), ("test", "clearance", "added_mass", "frequency")),
+    "regimes": ((), ("test", "clearance", "base_amplitude")),
+    "checks": (("known.nes_mass",), (*_CELLS, "exclude", "note")),
+    "score": ((), ()),
+    "pages": (("title", "known"), _ROW),
+    "report": (_REPORTED, _ROW),
+    "bundle": ((), ()),
 }
 
 
 def campaign_seen_by(step: str, campaign: Campaign) -> Campaign:
     """The campaign with only what `step` uses; its records likewise."""
     records = tuple(record_seen_by(step, record) for record in campaign.records)
-    return replace(campaign, records=records, **_hidden(campaign, CAMPAIGN_FIELDS[step]))
+    seen = {"title": "", **_parts(campaign, _seen(step)[0])}
+    return Campaign(campaign.folder, campaign.name, records=records, **seen)
 
 
 def record_seen_by(step: str, record: Record) -> Record:
@@ -305,14 +279,30 @@ def record_seen_by(step: str, record: Record) -> Record:
     >>> record_seen_by("condition", Record("a", Path("a.csv"), "sweep", (0.034,), row=3)).clearance
     ()
     """
-    return replace(record, **_hidden(record, RECORD_FIELDS[step]))
+    named = {"id": record.id, "file": record.file, "test": ""}
+    return Record(**{**named, **_parts(record, _seen(step)[1])})
+
+
+def _seen(step: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    return _SEES.get(step, (_ALL, _ROW))
+
+
+def _parts(thing: Campaign | Record, names: tuple[str, ...]) -> dict[str, Any]:
+    """Fields by name; of one of which a part is named, the other parts are as by default."""
+    found: dict[str, Any] = {}
+    for whole, _, part in (name.partition(".") for name in names):
+        value = getattr(thing, whole)
+        if part:
+            value = replace(found.get(whole, type(value)()), **{part: getattr(value, part)})
+        found[whole] = value
+    return found
 
 
 def campaign_text(step: str, campaign: Campaign) -> dict[str, str]:
     """What `step` uses of campaign.yaml, field by field; nothing in it names a folder."""
     return {
         f"{name} of campaign.yaml": shortened(repr(attrgetter(name)(campaign)))
-        for name in CAMPAIGN_FIELDS[step]
+        for name in _seen(step)[0]
     }
 
 
@@ -328,34 +318,17 @@ def rows_text(
     step: str, rows: Mapping[str, Mapping[str, str]], id: str | None = None
 ) -> dict[str, str]:
     """What `step` uses of rows: of that of record `id`, field by field, or of all, as one text."""
-    names = RECORD_FIELDS[step]
+    names = _seen(step)[1]
     if id is not None:
         return {name: rows[id][name] for name in names}
     seen = [(i, {name: row[name] for name in names}) for i, row in rows.items()]
     return {"records": shortened(repr(seen))}
 
 
-_FIELDS = {name: attrgetter(name) for name in dict.fromkeys(sum(RECORD_FIELDS.values(), ()))}
+_FIELDS = {name: attrgetter(name) for _, row in _SEES.values() for name in row}
 
 
 def _place(file: Path, campaign: Campaign) -> str:
     """A file as seen from the campaign folder, where it is inside."""
     inside = file.is_relative_to(campaign.folder)
     return (file.relative_to(campaign.folder) if inside else file).as_posix()
-
-
-def _hidden(thing: Campaign | Record, seen: tuple[str, ...]) -> dict[str, Any]:
-    """Blanks for all fields but those seen, and but what names things."""
-    kept = ("folder", "name", "records", "id", "file", *seen)
-    hidden = {field.name: _blank(field) for field in fields(thing) if field.name not in kept}
-    for whole, dot, part in (name.partition(".") for name in seen):
-        if dot:
-            value = attrgetter(f"{whole}.{part}")(thing)
-            hidden[whole] = replace(hidden[whole], **{part: value})
-    return hidden
-
-
-def _blank(field: Field[Any]) -> Any:
-    if field.name in _BLANK:
-        return _BLANK[field.name]
-    return field.default_factory() if field.default_factory is not MISSING else field.default
