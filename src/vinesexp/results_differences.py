@@ -27,6 +27,15 @@ _EQUAL, _CLOSE = 1e-9, 1e-5
 _AMPLITUDE = 0.01
 
 
+#: Columns of a measured and of a predicted clearance with its ends, and the width between the ends
+#: in standard errors: a measured bracket holds the optimum anywhere with equal right, a
+#: prediction's is of 95 %.
+CLEARANCES = {
+    "measured": (("measured_mm", "measured_low_mm", "measured_high_mm"), math.sqrt(12.0)),
+    "predicted": (("exact_mm", "predicted_low_mm", "predicted_high_mm"), 2.0 * COVERAGE_95),
+}
+
+
 # One difference between two results folders, and all of them: what `vinesexp compare` shows.
 Verdict = Literal["same", "within error", "differs", "changed", "only in A", "only in B"]
 
@@ -224,26 +233,26 @@ def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
             text = "" if row["measured_mm"] is None else f"{row['measured_mm']:.6g}"
             yield _only(name in one, "clearance", f"measured, {name}", text)
             continue
-        for what, of, ends in (
-            ("measured", "measured_mm", ("measured_low_mm", "measured_high_mm")),
-            ("predicted", "exact_mm", ("predicted_low_mm", "predicted_high_mm")),
-        ):
-            yield from _clearance(f"{what}, {name}", of, ends, one[name], other[name], same)
+        for kind in CLEARANCES:
+            yield from _clearance(f"{kind}, {name}", kind, one[name], other[name], same)
 
 
-def _clearance(
-    name: str, of: str, ends: tuple[str, str], one: Row, other: Row, same: bool
-) -> Iterator[Difference]:
-    values = [row[of] for row in (one, other)]
+def clearance_with_error(row: Row, kind: str) -> tuple[Row, float | None]:
+    """Value, low and high end of a clearance, and its standard error; None where unknown."""
+    names, width = CLEARANCES[kind]
+    found = dict(zip(("value", "low", "high"), (row[name] for name in names), strict=True))
+    known = found["low"] is not None and found["high"] is not None
+    return found, (found["high"] - found["low"]) / width if known else None
+
+
+def _clearance(name: str, kind: str, one: Row, other: Row, same: bool) -> Iterator[Difference]:
+    found, errors = zip(*(clearance_with_error(row, kind) for row in (one, other)), strict=True)
+    values, spans = [row["value"] for row in found], [(row["low"], row["high"]) for row in found]
     known = [f"{value:.6g}" for value in values if value is not None]
     if len(known) < 2:
         if known:
             yield _only(values[0] is not None, "clearance", name, known[0])
         return
-    spans = [[row[end] for end in ends] for row in (one, other)]
-    # A measured bracket holds the optimum anywhere with equal right; a prediction's is 95 %.
-    half = math.sqrt(12.0) if of == "measured_mm" else 2.0 * COVERAGE_95
-    errors = [None if low is None or high is None else (high - low) / half for low, high in spans]
     verdict, d, error = difference_of(values[0], values[1], errors, same_data=same)
     note = _widened(errors)
     if [end is None for end in spans[0]] != [end is None for end in spans[1]]:

@@ -13,8 +13,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.records.stored.tables import Column, Table
 from vinesexp.results import Results
-from vinesexp.results_differences import sources_of
-from vinesexp.units import COVERAGE_95
+from vinesexp.results_differences import CLEARANCES, clearance_with_error, sources_of
 
 #: Probability of a scatter this large by chance below which the values do not repeat.
 _CHANCE = 0.05
@@ -184,13 +183,11 @@ def _values_of(folder: Path) -> list[tuple[str, str, float, float]]:
             found.append((name, row["unit"], row["value"], row["std_error"]))
     rows = results.rows("clearances")
     predicted: set[tuple[str, float | None, float | None]] = set()
-    for kind, value, low, high, half in (
-        ("measured", "measured_mm", "measured_low_mm", "measured_high_mm", math.sqrt(12.0)),
-        ("predicted", "exact_mm", "predicted_low_mm", "predicted_high_mm", 2.0 * COVERAGE_95),
-    ):
+    for kind in CLEARANCES:
         for row in rows:
-            at, ends = row[value], (row[low], row[high])
-            if at is None or ends[0] is None or ends[1] is None or ends[1] <= ends[0]:
+            ends, error = clearance_with_error(row, kind)
+            at = ends["value"]
+            if at is None or error is None or error <= 0.0:
                 continue  # a bound, or nothing
             level = row["level"]
             if kind == "predicted":  # one b_c a base amplitude, one b_t a release
@@ -200,7 +197,7 @@ def _values_of(folder: Path) -> list[tuple[str, str, float, float]]:
                 predicted.add(of)
                 level = level if row["release_mm"] is None else f"from {row['release_mm']:.6g} mm"
             name = f"{kind} clearance, {row['test']}, {level}"
-            found.append((name, "mm", at, (ends[1] - ends[0]) / half))
+            found.append((name, "mm", at, error))
     return found
 
 

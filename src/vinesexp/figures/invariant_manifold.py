@@ -51,27 +51,25 @@ def sized_figure(
     return figure, axes
 
 
-def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> None:
-    """The SIM on `axis`: stable part, unstable parts, T1 and T2; `scale` is b in mm."""
+def sim_parts(r: float, top: float) -> list[tuple[str, FloatArray, FloatArray]]:
+    """Parts of the SIM in clearances, unstable, stable (T1 to T2), unstable up to an amplitude."""
     C_1, C_2 = float(manifold.C_1(r)), float(manifold.C_2())
     highest = float(manifold.upper_branch(max(top, float(manifold.A_2(r))), r=r))
-    parts = (
-        (np.linspace(1e-3, C_1, 200), "unstable", "unstable"),
-        (np.linspace(C_1, C_2, 200), "stable", "stable (T1 to T2)"),
-        (np.linspace(C_2, highest, 100), "unstable", None),
-    )
-    for C, kind, name in parts:
-        A = manifold.amplitude(C, r=r)
+    ends = (("unstable", 1e-3, C_1), ("stable", C_1, C_2), ("unstable", C_2, highest))
+    ranges = [(kind, np.linspace(low, high, 160)) for kind, low, high in ends]
+    return [(kind, C, np.asarray(manifold.amplitude(C, r=r))) for kind, C in ranges]
+
+
+def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> None:
+    """The SIM on `axis`: stable part, unstable parts, T1 and T2; `scale` is b in mm."""
+    names = {"unstable": "unstable", "stable": "stable (T1 to T2)"}
+    for kind, C, A in sim_parts(r, top):
+        width, dashes = (2.2, "-") if kind == "stable" else (1.4, (0, (4, 2)))
+        name = names.pop(kind, None)
         axis.plot(
-            scale * C,
-            scale * A,
-            color=COLOURS[kind],
-            lw=2.2 if kind == "stable" else 1.4,
-            ls="-" if kind == "stable" else (0, (4, 2)),
-            label=name,
-            zorder=2,
+            scale * C, scale * A, color=COLOURS[kind], lw=width, ls=dashes, label=name, zorder=2
         )
-    for name, at in (("T1", C_1), ("T2", C_2)):
+    for name, at in (("T1", float(manifold.C_1(r))), ("T2", float(manifold.C_2()))):
         point = (scale * at, scale * float(manifold.amplitude(at, r=r)))
         axis.plot(*point, "o", ms=6, color=COLOURS["stable"], zorder=4)
         offset = (4, -16) if name == "T1" else (18, -6)

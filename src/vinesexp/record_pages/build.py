@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.figures.invariant_manifold import on_manifold
+from vinesexp.figures.invariant_manifold import on_manifold, sim_parts
 from vinesexp.figures.numbers import plus_minus, significant
 from vinesexp.figures.record_words import clearance_of, settings_of
 from vinesexp.figures.style import COLOURS
@@ -31,7 +31,7 @@ from vinesexp.records.stored.tables import Row, columns_of
 from vinesexp.report.page import band_kept
 from vinesexp.report.rendering import rendered
 from vinesexp.results import CampaignResults
-from vinesexp.theory.manifold import C_1, C_2, amplitude, upper_branch
+from vinesexp.theory.manifold import C_1, C_2, amplitude
 from vinesexp.whole_files import write_whole
 
 #: Outcomes of checks, worst first; a record's is its worst.
@@ -119,6 +119,7 @@ def _note(one: Estimate) -> str:
 #: Points on the manifold that are drawn.
 _MOST_POINTS = 3000
 _FEWEST_POINTS = 5
+_HIGHEST = 1.5  # amplitude up to which it is drawn, clearances
 
 #: Attributes of a measured record that are no bookkeeping, as its page names them.
 _ATTRIBUTES = {
@@ -277,27 +278,13 @@ def manifold_curve(rig: IdentifiedRig) -> dict[str, Any] | None:
     if "r" not in rig.values:
         return None
     r = rig.values["r"].value
-    first, second = float(C_1(r)), float(C_2())
-    highest = max(float(upper_branch(1.5, r=r)), 1.2 * second)
-    parts = [
-        (name, np.linspace(low, high, 120))
-        for name, low, high in (
-            ("unstable", 1e-3, first),
-            ("stable", first, second),
-            ("unstable", second, highest),
-        )
-    ]
+    ends = {"T1": float(C_1(r)), "T2": float(C_2())}
     return {
         "r": r,
-        "T1": [first, float(amplitude(first, r=r))],
-        "T2": [second, float(amplitude(second, r=r))],
+        **{name: [C, float(amplitude(C, r=r))] for name, C in ends.items()},
         "parts": [
-            {
-                "kind": name,
-                "C": np.round(C, 4).tolist(),
-                "A": np.round(amplitude(C, r=r), 5).tolist(),
-            }
-            for name, C in parts
+            {"kind": kind, "C": np.round(C, 4).tolist(), "A": np.round(A, 5).tolist()}
+            for kind, C, A in sim_parts(r, _HIGHEST)
         ],
     }
 

@@ -30,7 +30,6 @@ from vinesexp.report.tables_shown import (
     identified_table,
     levels_table,
     regimes_by_test,
-    settings_columns,
     stated_rows,
     stated_sentence,
     tests_table,
@@ -420,7 +419,6 @@ def _of_tests(results: CampaignResults) -> dict[str, Any]:
     others = [figure for figure in figures if figure is not first]
     return {
         "tests": tests,
-        "columns": settings_columns(tests),
         "regimes": regimes,
         "figures": figures,
         "first": first,

@@ -3,8 +3,9 @@ values, and how often stated intervals held the truth."""
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib import resources
 from typing import Any
 
@@ -16,7 +17,7 @@ from vinesexp.figures.numbers import (
     significant,
 )
 from vinesexp.figures.record_words import clearance_of
-from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
@@ -65,50 +66,44 @@ TESTS = {
     "drop": "Drop tests",
 }
 
-#: Settings of the tests that get a column where any test has them.
-SETTINGS = {
-    "clearances": "clearance (mm)",
-    "base": "base amplitude (mm)",
-    "frequency": "frequency (Hz)",
-    "added": "added mass (g)",
-    "release": "release (mm)",
+#: Settings of the tests that get a column where any test has them, with the values of a record.
+SETTINGS: dict[str, Callable[[Record], Iterable[float | None]]] = {
+    "clearance (mm)": lambda record: (1e3 * b for b in record.clearance),
+    "base amplitude (mm)": lambda record: [1e3 * (record.base_amplitude or 0.0)],
+    "frequency (Hz)": lambda record: record.frequency or (),
+    "added mass (g)": lambda record: [1e3 * (record.added_mass or 0.0)],
+    "release (mm)": lambda record: [1e3 * (record.release or 0.0)],
 }
 
 
 def tests_table(campaign: Campaign, checks: Sequence[Row]) -> list[dict[str, Any]]:
     """One row a kind of test; `unused` counts its records that were refused or excluded.
 
-    The settings are those of the records that were used.
+    Its `settings` are those of the records that were used, by the heading of their column; columns
+    that no test fills are left out.
     """
-    rows = []
+    rows: list[dict[str, Any]] = []
     unused = {row["record"] for row in checks if row["outcome"] in ("refused", "excluded")}
     for test, heading in TESTS.items():
         every = [r for r in campaign.records if r.test == test]
-        records = [record for record in every if record.id not in unused]
+        used = [record for record in every if record.id not in unused]
         if every:
             rows.append(
                 {
                     "test": test,
                     "heading": heading,
                     "count": len(every),
-                    "unused": len(every) - len(records),
-                    "clearances": _range([1e3 * b for r in records for b in r.clearance]),
-                    "base": _range([1e3 * r.base_amplitude for r in records if r.base_amplitude]),
-                    "frequency": _range([f for r in records for f in r.frequency or ()]),
-                    "added": _range([1e3 * r.added_mass for r in records if r.added_mass]),
-                    "release": _range([1e3 * r.release for r in records if r.release]),
+                    "unused": len(every) - len(used),
+                    "settings": {
+                        name: _range([value for record in used for value in of(record) if value])
+                        for name, of in SETTINGS.items()
+                    },
                 }
             )
+    empty = [name for name in SETTINGS if all(row["settings"][name] == "–" for row in rows)]
+    for row, name in itertools.product(rows, empty):
+        del row["settings"][name]
     return rows
-
-
-def settings_columns(tests: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
-    """Columns of the settings that any of the tests has."""
-    return [
-        {"key": key, "name": name}
-        for key, name in SETTINGS.items()
-        if any(row[key] != "–" for row in tests)
-    ]
 
 
 def _range(values: Sequence[float]) -> str:
