@@ -7,7 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vinesexp.identification.flights import Flights
-from vinesexp.identification.joint.collisions import LOCALS, Collisions, with_errors
+from vinesexp.identification.joint.collisions import (
+    LOCALS,
+    Collisions,
+    _scatter,
+    with_errors,
+)
 from vinesexp.identification.joint.observations import with_own_errors
 
 W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
@@ -177,3 +182,14 @@ def test_a_displacement_that_is_not_straight_is_a_law_of_places_and_velocities(n
     )
     assert left(bent) > 3e-4
     assert left(bent, **{name: bend}) < 0.1 * left(bent)
+
+
+@pytest.mark.parametrize("size", [2, 3, 20])
+def test_the_scatter_of_collisions_does_not_depend_on_how_many_are_alike(size: int) -> None:
+    """About the mean of a group of two it was 0.7 of the true one, of single ones nothing."""
+    random = np.random.default_rng(3)
+    groups = np.concatenate([np.repeat(np.arange(600), size), 600 + np.arange(500)])
+    level = random.standard_normal(1100)[groups]  # groups differ by much more than they scatter
+    rest = 10.0 * level + 0.1 * random.standard_normal(groups.size)
+    shuffled = random.permutation(groups.size)
+    assert _scatter(rest[shuffled], groups[shuffled]) == pytest.approx(0.1, rel=0.1)

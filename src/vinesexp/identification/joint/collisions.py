@@ -24,6 +24,7 @@ the ends of their range show it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -223,7 +224,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
             continue
         centre = np.array([_median(part[own & good]) for own in member])[groups]
         off = np.where(good, part - centre, 0.0)
-        scatter[k] = 1.4826 * float(np.median(np.abs(off[good]))) + _TINY
+        scatter[k] = _scatter(part[good], groups[good]) + _TINY
         weight = np.where(good, (_FREEDOM + 1.0) / (_FREEDOM + (off / scatter[k]) ** 2), 0.0)
         own = member * weight
         total = own.sum(axis=1)
@@ -235,6 +236,16 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         floor = _READ[k] * (member @ size) / member.sum(axis=1)
         sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
     return replace(c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma)
+
+
+def _scatter(rest: FloatArray, groups: IntArray) -> float:
+    """Standard deviation of single collisions about those alike, by differences of two in turn.
+
+    Of a group of one or two, which its own mean follows, nothing but a difference says it.
+    """
+    order = np.argsort(groups, kind="stable")
+    alike = np.diff(groups[order]) == 0
+    return 1.4826 / math.sqrt(2.0) * _median(np.abs(np.diff(rest[order])[alike]))
 
 
 def _stands_out(rest: FloatArray, side: FloatArray) -> BoolArray:
