@@ -72,8 +72,6 @@ class Layout:
         Cells that a row of data may have at most.
     unpaired : str
         Why the names cannot be paired with the columns; empty where they are.
-    quoted : bool
-        Whether cells of data stand in quotes.
     behind : tuple of str
         Lines after the last row that are no data: what programs write when they end.
     end : int
@@ -94,7 +92,6 @@ class Layout:
     stamps: tuple[int, ...] = ()
     width: int = 0
     unpaired: str = ""
-    quoted: bool = False
     behind: tuple[str, ...] = ()
     end: int = 0
     cut: bool = False
@@ -185,8 +182,6 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     if cut := not behind:
         behind, end = _begun_row(path, layout)
     tail = last_rows()
-    if any('"' in line for line in tail):
-        layout = replace(layout, quoted=True)
     layout = replace(layout, behind=tuple(behind), end=end, cut=cut and bool(behind))
     return layout, _body(path, layout, lines, tail)
 
@@ -210,15 +205,9 @@ def _behind(path: Path, encoding: str, is_row: Callable[[str], bool]) -> tuple[l
     """
     size = path.stat().st_size
     with path.open("rb") as stream:
-        mark = stream.read(2)
-        stream.seek(max(size - _TAIL, 0) // 2 * 2)
+        stream.seek(max(size - _TAIL, 0))
         raw = stream.read()
-    if encoding == "utf-16":
-        encoding = "utf-16-le" if mark == b"\xff\xfe" else "utf-16-be"
-        text = raw.decode(encoding, "replace")
-        lines = [line.encode(encoding, "replace") for line in text.splitlines(keepends=True)]
-    else:
-        lines = re.split(rb"(?<=\n)|(?<=\r)(?!\n)", raw)
+    lines = re.split(rb"(?<=\n)|(?<=\r)(?!\n)", raw)
     found: list[str] = []
     end = size
     for line in reversed(lines):
@@ -244,7 +233,7 @@ def _begun_row(path: Path, layout: Layout) -> tuple[list[str], int]:
         stream.seek(max(size - _TAIL, 0))
         raw = stream.read()
     *above, last = re.split(rb"\r\n|\n|\r", raw)
-    if layout.encoding == "utf-16" or not last.strip():
+    if not last.strip():
         return [], 0
     line, *lines = (text.decode(layout.encoding, "replace") for text in (last, *above[-_NEAR:]))
     shapes = [_shape(layout, one) for one in lines[size > _TAIL :] if one.strip()]
@@ -280,7 +269,7 @@ def _is_row(line: str) -> bool:
     if line.startswith(("#", "%", "//")):
         return False
     for delimiter, decimal in _CANDIDATES:
-        layout = Layout("", delimiter, decimal, quoted='"' in line)
+        layout = Layout("", delimiter, decimal)
         cells = [cell for cell in layout.cells(line) if cell]
         values = sum(layout.is_value(cell) or is_stamp(cell) for cell in cells)
         if 2 * values > len(cells):
@@ -289,8 +278,6 @@ def _is_row(line: str) -> bool:
 
 
 def _decode(raw: bytes) -> tuple[str, str]:
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", errors="ignore"), "utf-16"
     for cut in range(4):  # the head may end inside a character
         try:
             return raw[: len(raw) - cut].decode("utf-8-sig"), "utf-8-sig"

@@ -18,7 +18,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.header import find_layout
 from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value
@@ -41,6 +41,7 @@ _FEWEST = 3  # rows of a block; what follows fewer is a remark
 _MOST = 0.2  # stretches of words for each row: more are rows with text in them
 _WORDS = np.zeros(256, dtype=bool)
 _WORDS[[*range(65, 91), *range(97, 123), *b'#*%"[']] = True
+_NUMBERS, _WORDED, _EMPTY = 0, 1, 2  # kinds of lines
 
 # Whether every row of a text file holds the cells it should, before its numbers are trusted.
 #
@@ -50,6 +51,7 @@ _WORDS[[*range(65, 91), *range(97, 123), *b'#*%"[']] = True
 _CHUNK = 1 << 22
 _LONGEST = 1 << 20  # bytes of one line; more is no row of numbers
 _NEWLINE, _QUOTE, _BLANK = 10, 34, 32
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # the mark that such a file begins with
 
 
 def require_whole_rows(path: Path, layout: Layout) -> int:
@@ -60,8 +62,6 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
     RecordError
         A row with more cells than columns, an unbalanced quote, zero bytes; with the line.
     """
-    if layout.quoted or layout.encoding == "utf-16":
-        return _slowly(path, layout)
     count = 0
     line = 0
     for chunk in whole_lines(path, layout.end):
@@ -133,47 +133,26 @@ def _count(
     codes: NDArray[np.uint8], ends: NDArray[np.int64], layout: Layout
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]]:
     """For every line: its cells, whether it holds any, and whether odd bytes stand in it."""
-    solid = codes > _BLANK
+    solid, quotes = codes > _BLANK, codes == _QUOTE
     if layout.delimiter is None:
         starts = solid.copy()
         starts[1:] &= ~solid[:-1]
         cells = _per_line(starts, ends)
         filled = cells > 0
     else:
-        code = ord(layout.delimiter)
-        cells = _per_line(codes == code, ends) + 1
+        parts = codes == ord(layout.delimiter)
         # The fast reader counts a line of separators as a row; a line of blanks is none.
-        filled = _per_line(solid | (codes == code), ends) > 0
-    odd = _per_line((codes == 0) | (codes == _QUOTE), ends) > 0
+        filled = _per_line(solid | parts, ends) > 0
+        if quotes.any():
+            parts &= np.cumsum(quotes) % 2 == 0
+        cells = _per_line(parts, ends) + 1
+    odd = (_per_line(codes == 0, ends) > 0) | (_per_line(quotes, ends) % 2 == 1)
     return cells, filled, odd
 
 
 def _per_line(marked: NDArray[np.bool_], ends: NDArray[np.int64]) -> NDArray[np.int64]:
     at = np.searchsorted(np.flatnonzero(marked), ends)
     return np.diff(at, prepend=0)
-
-
-def _slowly(path: Path, layout: Layout) -> int:
-    count = 0
-    last = _lines_of_data(path, layout)
-    with path.open(encoding=layout.encoding, errors="replace") as stream:
-        for number, line in enumerate(islice(stream, last), start=1):
-            if number > layout.first and line.strip():
-                count += 1
-                odd = "\0" in line or line.count('"') % 2
-                if odd or len(layout.cells(line)) > layout.width:
-                    _judge(path, layout, line.encode(), number)
-    return count
-
-
-def _lines_of_data(path: Path, layout: Layout) -> int | None:
-    """Lines up to the last row; None where nothing stands behind it."""
-    if not layout.end:
-        return None
-    if layout.encoding == "utf-16":
-        with path.open("rb") as stream:
-            return stream.read(layout.end).decode("utf-16", "replace").count("\n")
-    return sum(len(codes_and_ends(chunk)[1]) for chunk in whole_lines(path, layout.end))
 
 
 def _judge(path: Path, layout: Layout, raw: bytes, line: int) -> None:
@@ -203,19 +182,28 @@ def _judge(path: Path, layout: Layout, raw: bytes, line: int) -> None:
 
 def recognises(head: bytes, suffix: str) -> bool:
     """Text has no zero bytes, unless it is UTF-16, which begins with its mark."""
-    return head[:2] in (b"\xff\xfe", b"\xfe\xff") or b"\0" not in head.rstrip(b"\0")
+    return head[:2] in _UTF_16 or b"\0" not in head.rstrip(b"\0")
 
 
 def open_file(path: Path) -> TextSource:
     """Open a text file, or one of its blocks; RecordError where it holds no columns of numbers."""
     file = file_of(path)
-    layout = find_layout(file)
-    found = find_blocks(file, layout)
-    if found:
+    with file.open("rb") as stream:
+        layout = None if stream.read(2) in _UTF_16 else find_layout(file)
+    if layout is not None and (found := find_blocks(file, layout)):
         return BlockSource(path, layout, found)
     if part_of(path):
         raise RecordError("holds one block of rows; leave out the # and what follows it", file=path)
-    return TextSource(file, layout)
+    return TextSource(file, layout) if layout is not None else AsideSource(file, *_narrow(file))
+
+
+def _narrow(file: Path) -> tuple[IO[bytes], Path]:
+    """UTF-16 laid aside as UTF-8, of which a line end is one byte and a delimiter another."""
+    aside, text = file_aside()
+    with file.open(encoding="utf-16", errors="replace", newline="") as stream:
+        while piece := stream.read(_CHUNK):
+            aside.write(piece.encode("utf-8", "replace"))
+    return aside, text
 
 
 class TextSource(Source):
@@ -436,14 +424,16 @@ def find_blocks(path: Path, layout: Layout) -> list[RowBlock]:
     blank line, or repeat what stands above the first block, be it counted (``Track 2``): one bad
     row is none of these.
     """
-    if layout.encoding == "utf-16":
+    kinds = _kinds_of_lines(path)
+    total = len(kinds)
+    kinds[: layout.first] = _NUMBERS
+    after = np.flatnonzero(kinds == _WORDED)
+    gaps = list(runs_of(kinds != _NUMBERS))
+    if not len(after) or len(gaps) > _MOST * (total - layout.first):
         return []
-    worded, blank, total = _lines_without_numbers(path)
-    after = [i for i in worded if i >= layout.first]
-    gaps = list(_runs(sorted({*after, *(i for i in blank if i > layout.first)})))
-    if not after or len(gaps) > _MOST * (total - layout.first):
-        return []
-    texts = _texts(path, layout, set(after) | {layout.first - 1})
+    wanted = {layout.first - 1, *after.tolist()}
+    with path.open(encoding=layout.encoding, errors="replace") as stream:
+        texts = {i: line for i, line in enumerate(stream) if i in wanted}
     names = texts.get(layout.first - 1, "")
     starts: list[tuple[int, int]] = []
     for begin, end in gaps:
@@ -491,39 +481,18 @@ def _uncounted(line: str) -> str:
     return re.sub(r"\d+", "", line).strip()
 
 
-def _lines_without_numbers(path: Path) -> tuple[list[int], list[int], int]:
-    """Lines that begin with a letter or a mark, blank lines, and how many lines there are."""
-    worded: list[int] = []
-    blank: list[int] = []
-    total = 0
+def _kinds_of_lines(path: Path) -> NDArray[np.uint8]:
+    """Which lines begin with a letter or a mark, and which are blank."""
+    found = [np.zeros(0, np.uint8)]
     for chunk in whole_lines(path):
         codes = np.frombuffer(chunk, np.uint8)
         first = np.append(codes[:1], codes[1:][codes[:-1] == _NEWLINE])
-        if not (_WORDS[first] | (first <= _BLANK)).any():
-            total += len(first)
-            continue
-        codes, ends = codes_and_ends(chunk)
-        begins = np.concatenate(([0], ends[:-1] + 1))
-        worded += (total + np.flatnonzero(_WORDS[first] & (ends > begins))).tolist()
-        brief = np.flatnonzero((ends - begins <= 4) & (first <= 32))
-        blank += [total + int(k) for k in brief if not chunk[int(begins[k]) : int(ends[k])].strip()]
-        total += len(ends)
-    return worded, blank, total
-
-
-def _texts(path: Path, layout: Layout, wanted: set[int]) -> dict[int, str]:
-    with path.open(encoding=layout.encoding, errors="replace") as stream:
-        return {i: line for i, line in enumerate(stream) if i in wanted}
-
-
-def _runs(lines: list[int]) -> Iterator[tuple[int, int]]:
-    """Stretches of successive lines: the first, and the one after the last."""
-    if not lines:
-        return
-    begin = previous = lines[0]
-    for line in lines[1:]:
-        if line != previous + 1:
-            yield begin, previous + 1
-            begin = line
-        previous = line
-    yield begin, previous + 1
+        kinds = np.where(_WORDS[first], _WORDED, _NUMBERS).astype(np.uint8)
+        if (first <= _BLANK).any():
+            ends = codes_and_ends(chunk)[1]
+            begins = np.concatenate(([0], ends[:-1] + 1))
+            for k in np.flatnonzero((first <= _BLANK) & (ends - begins <= 4)):
+                if not chunk[int(begins[k]) : int(ends[k])].strip():
+                    kinds[k] = _EMPTY
+        found.append(kinds)
+    return np.concatenate(found)
