@@ -39,7 +39,6 @@ _AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises a
 _MOST_DECIBELS = 400.0
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _SINCE_1970, _SLOW_LOGGER = (1e9, 4e9), 60.0  # s: the years 2001 to 2096; steps of such times
-_PAUSE = 1.6  # times the usual step: a logger pauses
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
 
@@ -462,15 +461,18 @@ def _kind(values: FloatArray, unit: str | None) -> str:
     return "signal"
 
 
-def _stairs(path: Path, times: FloatArray) -> tuple[float, float] | None:
-    """Rate and samples to a printed step of times that stand still between its leaps."""
-    clock = Clock(path, str)
+def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float, list[str], bool]:
+    """Rate of a column of times, Hz, what a check says of them, and whether they are even."""
+    clock = Clock(source.path, source.locate, UNITS["time"][unit])
     try:
         clock.add(times, row=0)
-        rate = clock.finish()[0]
-    except (RecordError, UnevenClockError):
-        return None
-    return (rate, clock.stairs) if clock.stairs else None
+        return clock.finish()[0], clock.remarks(), True
+    except UnevenClockError as uneven:
+        often = len(uneven.pauses) * _FEWEST > len(times)  # the rows are as the mean rate says
+        rate = _rate_of(times, unit) if often else 1.0 / (uneven.interval * clock.size)
+        return rate, [uneven.said(source.locate)], False
+    except RecordError as error:
+        return _rate_of(times, unit), [error.problem], False
 
 
 def _stated_rate(source: Source) -> float | None:
@@ -515,53 +517,22 @@ def _time_and_rate(
             ]
         if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
             continue
-        usual = steps[steps < _PAUSE * float(np.median(steps))]
-        pauses = len(steps) - len(usual)
-        if not named or len(back) or pauses * _FEWEST > len(steps):  # no logger pauses so often
-            usual, pauses = steps, 0
-        clock = _stairs(source.path, finite) if steps.min() == 0.0 else None
-        uneven = clock is None and float(np.std(usual)) > _UNEVEN * float(usual.mean())
-        if not named and (uneven or steps.min() == steps.max() == 1.0):
-            continue  # anything that grows; row numbers
         unit = _unit_of_times(source.columns[j].unit, read[j])
+        rate, remarks, even = _clock_of(source, finite, unit)
+        scattered = not even and float(np.std(steps)) > _UNEVEN * float(steps.mean())
+        if not named and (scattered or steps.min() == steps.max() == 1.0):
+            continue  # anything that grows; row numbers
         if not named and unit == "s" and steps.mean() > 1.0 / SLOWEST:
             continue  # nobody samples a vibration so slowly: frequencies, angles, positions
-        interval = float(usual.mean()) if clock is None else 1.0 / clock[0]
-        rate = 1.0 / (interval * UNITS["time"].get(unit, 1.0))
-        remarks = []
         if not named and _is_named(name := source.columns[j].name):
             remarks.append(
                 f"'{name}' is taken for the times, since it comes first and rises evenly; if it is "
                 "none, give 'sample_rate'"
             )
-        if clock is not None:
-            remarks.append(
-                f"times are printed to steps of {clock[1]:.2g} samples: the rate is known to "
-                f"{100.0 * clock[1] / len(finite):.1g} %, and a lost sample would not show"
-            )
-            pauses = 0
-        if len(back):
-            k = int(back[0])
-            remarks.append(
-                f"times go back {len(back)} time{'s' * (len(back) > 1)}, first from "
-                f"{finite[k]:.9g} to {finite[k + 1]:.9g} {unit}; if only the times are wrong, give "
-                f"'sample_rate: {rate:.6g} Hz' instead of 'time'"
-            )
-        if pauses:
-            k = int(np.argmax(steps))
-            remarks.append(
-                f"times pause {pauses} time{'s' * (pauses > 1)}, the longest from {finite[k]:.6g} "
-                f"to {finite[k + 1]:.6g} {unit}: there are no samples there"
-            )
         if unit != "s" and source.columns[j].unit not in UNITS["time"]:
             remarks.append(
                 f"the times have no unit and steps of {float(np.median(steps)):.4g}: {unit} is "
                 f"assumed, since seconds would mean {rate * UNITS['time'][unit]:.3g} Hz"
-            )
-        if uneven:
-            remarks.append(
-                f"times are uneven: their steps run from {steps.min():.3g} to "
-                f"{steps.max():.3g} {unit}"
             )
         if (step := source.sample_interval) and abs(1.0 / step - rate) > _APART * rate:
             remarks.append(f"the header states {1.0 / step:.6g} Hz, the times give {rate:.6g} Hz")

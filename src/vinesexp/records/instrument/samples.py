@@ -275,13 +275,7 @@ class Samples:
             self.start += self.trimmed[0] / self.sample_rate
             return
         self.sample_rate, self.start = self._clock.finish()
-        if self._clock.stray > 0.01:
-            stray = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
-            self.warnings.append(("time", stray + "which is ignored"))
-        if stairs := self._clock.stairs:
-            said = f"times are printed to steps of {stairs:.2g} samples: the rate is known to "
-            said += f"{100.0 * stairs / self._clock.n:.1g} %, and a lost sample would not show"
-            self.warnings.append(("time", said))
+        self.warnings += [("time", said) for said in self._clock.remarks()]
         self._compare_with_header()
 
     def _once(self, rows: Rows) -> Iterator[tuple[int, FloatArray]]:
@@ -339,14 +333,7 @@ class Samples:
         )
         uneven = self._uneven
         assert uneven is not None  # nothing else resamples
-        said = f"times stray by up to {uneven.stray:.2g} samples from a uniform clock"
-        if uneven.pauses:
-            longest = max(uneven.pauses, key=lambda pause: pause.after - pause.before)
-            said = (
-                f"the times pause {len(uneven.pauses)} time{'s' * (len(uneven.pauses) > 1)}, the "
-                f"longest from {longest.before:.9g} to {longest.after:.9g} "
-                f"({self.source.locate(longest.row)}); nothing is known there"
-            )
+        said = uneven.said(self.source.locate)
         said += f"; resampled to {self.sample_rate:.9g} Hz, error of the interpolation {errors}"
         self.warnings.append(("time", said))
         self._compare_with_header()

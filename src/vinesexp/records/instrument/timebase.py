@@ -76,6 +76,17 @@ class UnevenClockError(Exception):
         self.interval = interval
         self.pauses = tuple(pauses)
 
+    def said(self, locate: Callable[[int], str]) -> str:
+        """What is wrong with the times, for a warning."""
+        if not self.pauses:
+            return f"times stray by up to {self.stray:.2g} samples from a uniform clock"
+        longest = max(self.pauses, key=lambda pause: pause.after - pause.before)
+        return (
+            f"the times pause {len(self.pauses)} time{'s' * (len(self.pauses) > 1)}, the longest "
+            f"from {longest.before:.9g} to {longest.after:.9g} ({locate(longest.row)}); nothing is "
+            "known there"
+        )
+
 
 class Clock:
     """Checks uniformity block by block; `finish` gives sample rate and start.
@@ -209,6 +220,21 @@ class Clock:
         if self.stray > 0.0 or self._coarsest > _COARSE * interval:
             interval = self._interval_of_line()
         return self._rate(interval), self.first * self.size
+
+    def remarks(self) -> list[str]:
+        """What is odd about times that are used as a uniform clock; after `finish`."""
+        said = []
+        if self.stray > 0.01:
+            said.append(
+                f"times stray by up to {self.stray:.2g} samples from a uniform clock, which is "
+                "ignored"
+            )
+        if self.stairs:
+            said.append(
+                f"times are printed to steps of {self.stairs:.2g} samples: the rate is known to "
+                f"{100.0 * self.stairs / self.n:.1g} %, and a lost sample would not show"
+            )
+        return said
 
     def _interval_of_line(self) -> float:
         """Interval of the straight line through all times (least squares).
