@@ -161,3 +161,13 @@ def test_a_clearance_that_is_fastest_to_some_levels_agrees_in_part() -> None:
     row = verdict("fastest clearance", "33", release_mm=20.0, tables=tables)
     assert row["verdict"] == "in part: to 3 mm"
     assert row["kind"] == "in part"
+
+
+def test_a_clearance_between_two_brackets_agrees_with_neither() -> None:
+    """42 (36 to 48) to 5 mm and 30 (24 to 33) to 3 mm: 34.5 is in none of them."""
+    row = TABLES["clearances"][1]
+    five = {**row, "measured_mm": 42, "measured_low_mm": 36, "measured_high_mm": 48}
+    three = {**row, "target_mm": 3.0, "measured_mm": 30, "measured_low_mm": 24}
+    tables = {**TABLES, "clearances": [five, {**three, "measured_high_mm": 33}]}
+    found = verdict("fastest clearance", "34.5", release_mm=20.0, tables=tables)
+    assert found["verdict"] == "differs by +21.7 %"

@@ -16,28 +16,33 @@ AGREES, DIFFERS, NOT_MEASURED = "agrees", "differs", "not measured"
 IN_PART = "in part"
 
 
+#: Value, low and high end of an interval, and the amplitude to which it belongs where there are
+#: several.
+Interval = tuple[float, float, float, str]
+
+
 @dataclass(frozen=True)
 class Own:
     """What the campaign has for a published value.
 
     Attributes
     ----------
-    value, low, high : the number and its interval.
     words : how it is said.
-    measures : the interval is no error but reaches from one measure of the same thing to another,
-        as an amplitude from its running mean to its largest cycle.
-    brackets : of a clearance that is the fastest to several levels: value, low, high and level of
-        each.
+    intervals : one; of a clearance that is the fastest, one for each amplitude to be reached; of an
+        amplitude of a sweep, two measures of the same thing.
+    measures : whether they are measures: the printed number may be either of them, or between.
     best : the best of the clearances that were tried, as the published table writes it.
     """
 
-    value: float
-    low: float
-    high: float
     words: str
+    intervals: tuple[Interval, ...] = ()
     measures: bool = False
-    brackets: tuple[tuple[float, float, float, str], ...] = ()
     best: str = ""
+
+
+def _exact(value: float, words: str) -> Own:
+    """A value without an interval."""
+    return Own(words, ((value, value, value, ""),))
 
 
 def published_rows(results: CampaignResults) -> list[dict[str, str]]:
@@ -70,24 +75,20 @@ def _verdict(value: PublishedValue, own: Own) -> tuple[str, str]:
     if own.best:
         return (AGREES if value.value == own.best else DIFFERS), ""
     printed, half = float(value.value), value.half_digit
-    if own.brackets:
-        met = [
-            name
-            for v, low, high, name in own.brackets
-            if _meets(v, low, high, printed=printed, half=half)
-        ]
-        if met and len(met) < len(own.brackets):
-            return IN_PART, f": {', '.join(met)}"
-    if own.measures:
-        if any(_meets(end, end, end, printed=printed, half=half) for end in (own.low, own.high)):
-            return AGREES, ""
-        if own.low < printed < own.high:
-            return IN_PART, ": between the two"
-        ends = [percent(end / printed - 1.0, 0) for end in sorted({own.low, own.high})]
-        return DIFFERS, f" by {' to '.join(ends)}"
-    if _meets(own.value, own.low, own.high, printed=printed, half=half):
+    met = [
+        name
+        for v, low, high, name in own.intervals
+        if _meets(v, low, high, printed=printed, half=half)
+    ]
+    if len(met) == len(own.intervals) or (met and own.measures):
         return AGREES, ""
-    return DIFFERS, f" by {percent(own.value / printed - 1.0)}"
+    if met:
+        return IN_PART, f": {', '.join(met)}"
+    values = sorted({v for v, *_ in own.intervals}) if own.measures else [own.intervals[0][0]]
+    if values[0] < printed < values[-1]:
+        return IN_PART, ": between the two"
+    places = 0 if own.measures else 1
+    return DIFFERS, f" by {' to '.join(percent(v / printed - 1.0, places) for v in values)}"
 
 
 def _meets(value: float, low: float, high: float, *, printed: float, half: float) -> bool:
@@ -141,7 +142,7 @@ def _rig(name: str, results: CampaignResults) -> Own | None:
         v, low, high = row["value"], row["ci95_low"], row["ci95_high"]
         low, high = v if low is None else low, v if high is None else high
         unit = "" if row["unit"] in ("", "1") else f" {row['unit']}"
-        return Own(v, low, high, f"{v:.6g} ({low:.6g} to {high:.6g}){unit}")
+        return Own(f"{v:.6g} ({low:.6g} to {high:.6g}){unit}", ((v, low, high, ""),))
     masses = [mass.value for mass in results.campaign.known.nes_mass]
     if name not in ("eps", "lambda") or not masses or "M" not in rows:
         return None
@@ -149,7 +150,7 @@ def _rig(name: str, results: CampaignResults) -> Own | None:
         return None
     eps = masses[0] / rows["M"]["value"]
     v = eps if name == "eps" else 2.0 * rows["zeta"]["value"] / eps
-    return Own(v, v, v, f"{v:.5g}")
+    return _exact(v, f"{v:.5g}")
 
 
 def _clearance(value: PublishedValue, clearances: Sequence[Row]) -> Own | None:
@@ -162,26 +163,18 @@ def _clearance(value: PublishedValue, clearances: Sequence[Row]) -> Own | None:
             return None
         formula, exact = rows[0]["published_mm"], rows[0]["exact_mm"]
         words = f"{formula:.2f} mm" + (f" (exact {exact:.2f})" if exact else "")
-        return Own(formula, formula, formula, words)
+        return _exact(formula, words)
     rows = [row for row in rows if row["measured_mm"]]
     if value.quantity == "best clearance":
         rows = [row for row in rows if row["kind"] == "lowest amplitude"]
     if not rows:
         return None
     brackets = tuple(_bracket(row) for row in rows)
-    return Own(
-        brackets[0][0],
-        min(low for _, low, _, _ in brackets),
-        max(high for _, _, high, _ in brackets),
-        "; ".join(
-            f"{v:.4g} ({low:.4g} to {high:.4g}) mm {name}".rstrip()
-            for v, low, high, name in brackets
-        ),
-        brackets=brackets,
-    )
+    said = [f"{v:.4g} ({low:.4g} to {high:.4g}) mm {to}".rstrip() for v, low, high, to in brackets]
+    return Own("; ".join(said), brackets)
 
 
-def _bracket(row: Row) -> tuple[float, float, float, str]:
+def _bracket(row: Row) -> Interval:
     measured, low, high = (row[f"measured_{end}mm"] for end in ("", "low_", "high_"))
     name = "" if row.get("target_mm") is None else f"to {row['target_mm']:.6g} mm"
     return measured, measured if low is None else low, measured if high is None else high, name
@@ -214,17 +207,20 @@ def _of_record(value: PublishedValue, record: Record, results: CampaignResults) 
     row = next(iter(results.of_record("regimes", record.id)), None)
     if value.quantity == "largest amplitude" and row and row["amplitude_max_m"]:
         peak, running = 1e3 * row["amplitude_max_m"], row.get("amplitude_running_max_m")
-        low = peak if running is None else 1e3 * running
-        mean = "" if running is None else f"; {low:.2f} as a mean over 0.1 Hz"
-        return Own(peak, min(low, peak), peak, f"{peak:.2f} mm{mean}", measures=True)
+        if running is None:
+            return _exact(peak, f"{peak:.2f} mm")
+        mean = 1e3 * running
+        words = f"{peak:.2f} mm; {mean:.2f} as a mean over 0.1 Hz"
+        return Own(words, tuple((v, v, v, "") for v in (peak, mean)), measures=True)
     if value.quantity == "time to level":
         time = _time(record, value, results.rows("decay_times"))
-        return None if time is None else Own(time, time, time, f"{time:.3g} s")
+        return None if time is None else _exact(time, f"{time:.3g} s")
     if value.quantity == "transition amplitude":
         own = results.of_record("transitions", record.id)
         lost = [1e3 * row["transition_m"] for row in own]
         if lost:
-            return Own(lost[0], min(lost), max(lost), ", ".join(f"{a:.2f}" for a in lost) + " mm")
+            words = ", ".join(f"{a:.2f}" for a in lost) + " mm"
+            return Own(words, ((lost[0], min(lost), max(lost), ""),))
     return None
 
 
@@ -253,9 +249,9 @@ def _best_of(value: PublishedValue, results: CampaignResults) -> Own | None:
     if len(found) < len(value.tried):
         return None
     unit = "s" if value.quantity == "fastest of tried" else "mm"
-    least, best = min(found)
+    _, best = min(found)
     others = ", ".join(f"{_plus(b)}: {v:.3g} {unit}" for v, b in found)
-    return Own(least, least, least, f"{_plus(best)} mm ({others})", best=best)
+    return Own(f"{_plus(best)} mm ({others})", best=best)
 
 
 def _plus(clearance: str) -> str:
