@@ -23,6 +23,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from vinesexp.codedigest import imported_modules
+from vinesexp.environment import one_thread_each
 
 ROOT = Path(__file__).resolve().parent.parent
 #: Minutes of one core that a page takes; others take longer, or arguments.
@@ -114,6 +115,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--make", type=float, default=0.0, metavar="MINUTES")
     most = parser.parse_args().make
+    one_thread_each()  # as every step of a run: times of the processor are sums over threads
     ages = [age_of(page) for page in sorted((ROOT / "docs/benchmarks").glob("*.md"))]
     for age in sorted(ages, key=lambda age: -age.lines):
         print(age.words)

@@ -254,7 +254,7 @@ def found_minus_stated(values: Sequence[StatedValue]) -> Figure:
     most = max([abs(v.away) + COVERAGE_95 * v.error for v in values], default=1.0)
     reach = 1.15 * max(most, 2.2)
     if reach > _LINEAR:
-        axis.set_xscale("symlog", linthresh=_LINEAR / 2.0)
+        axis.set_xscale("symlog", linthresh=_LINEAR / 10.0)
     axis.set_xlim(-reach, reach)
     axis.set_xlabel("found minus stated\n(in stated standard uncertainties)")
     for row, value in enumerate(values):
