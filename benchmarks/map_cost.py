@@ -106,10 +106,10 @@ def page() -> str:
         "",
         f"A cell of `vinesexp map` with its 8 random starts takes {cell():.0f} ms of one thread.",
         "",
-        "In modulated response a flight differs from the last one, so that the guess of its contact",
-        "fails and the contact is searched in safe steps (evaluations per impact: simulation.md, cost",
-        "of an impact). In many cells of a map the ball seldom meets a wall; there the steps between",
-        "the impacts, nine per cycle, determine the cost.",
+        "In modulated response a flight differs from the last one, so that the guess of its",
+        "contact fails and the contact is searched in safe steps (evaluations per impact:",
+        "simulation.md, cost of an impact). In many cells of a map the ball seldom meets a wall;",
+        "there the steps between the impacts, nine per cycle, determine the cost.",
         "",
     ]
     return "\n".join(lines)
