@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from fnmatch import fnmatchcase
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -20,6 +19,7 @@ from vinesexp.proposal.campaign_proposal import ProposedRecord, propose_record
 from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Channel, Record
+from vinesexp.records.instrument.samples import fitting
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.units import Quantity
 
@@ -142,13 +142,15 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
 
 def _channel_of(column: ColumnView, channels: Mapping[str, Channel]) -> Channel | None:
     """The channel of a set that a column is."""
-    for channel in channels.values():
-        if channel.column == column.index or (
-            isinstance(channel.column, str)
-            and (channel.column == column.name or fnmatchcase(column.name, channel.column))
-        ):
-            return channel
-    return None
+    return next(
+        (
+            channel
+            for channel in channels.values()
+            if channel.column == column.index
+            or (isinstance(channel.column, str) and fitting([column.name], channel.column))
+        ),
+        None,
+    )
 
 
 def _in_si(column: ColumnView, channel: Channel) -> ColumnView:

@@ -42,11 +42,11 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
             f"no column {wanted}; there are {_listed(columns)}", file=source.path, where=where
         )
     names = [column.name.strip() for column in columns]
-    fitting = _fitting(names, wanted)
-    if len(fitting) == 1:
-        return fitting[0]
-    if fitting:
-        reported = ", ".join(f"{j}: '{names[j]}'" for j in fitting)
+    found = fitting(names, wanted)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        reported = ", ".join(f"{j}: '{names[j]}'" for j in found)
         raise RecordError(
             f"'{wanted}' fits several columns ({reported}); name one, or give its number",
             file=source.path,
@@ -71,10 +71,10 @@ def has_column(source: Source, wanted: str | int) -> bool:
     """Whether any column fits."""
     if isinstance(wanted, int):
         return wanted < len(source.columns)
-    return bool(_fitting([column.name.strip() for column in source.columns], wanted))
+    return bool(fitting([column.name.strip() for column in source.columns], wanted))
 
 
-def _fitting(names: Sequence[str], wanted: str) -> list[int]:
+def fitting(names: Sequence[str], wanted: str) -> list[int]:
     """Numbers of the names that are `wanted`, else fit it as a pattern, else but for the case."""
     exact = [j for j, name in enumerate(names) if name == wanted]
     alike = exact or [j for j, name in enumerate(names) if fnmatchcase(name, wanted)]

@@ -101,7 +101,7 @@ class Hdf5Source(Source):
                     raise RecordError(f"dataset '{name}' {reason}; copy its samples into this file")
 
             if scalars:
-                visit(file, see, self._units, require_own)
+                _Walk(file, see, self._units, require_own).down("", file, 0)
             else:
                 file.visititems(see)
             for name, item in found:
@@ -346,31 +346,21 @@ def interval_from(stated: Mapping[str, Sequence[float]]) -> float | None:
     return low
 
 
-def visit(
-    file: Any,
-    see: Callable[[str, Any], None],
-    units: dict[str, str],
-    require_own: Callable[[str, Any], None],
-) -> None:
-    """Call `see` with name and item for all that a file holds, as MATLAB names it.
+@dataclass(frozen=True)
+class _Walk:
+    """A way through all that a file holds, as MATLAB names it.
 
     Parameters
     ----------
     file : h5py.File
         Open.
     see : function
-        Of the name (``ch/0/x`` in an array of structures) and the group or dataset.
+        Called with the name (``ch/0/x`` in an array of structures) and the group or dataset.
     units : dict
         Filled with the words called unit, by the name of what they stand in.
     require_own : function
         Of the same, before anything is read from it: raises where it stands in another file.
     """
-    _Walk(file, see, units, require_own).down("", file, 0)
-
-
-@dataclass(frozen=True)
-class _Walk:
-    """A way through all that a file holds."""
 
     file: Any
     see: Callable[[str, Any], None]

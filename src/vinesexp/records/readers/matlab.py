@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import struct
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,21 +91,36 @@ class MatlabSource(Source):
         variables = self._call("whosmat")
         self._refuse_impossible(variables)
         for name, shape, kind in variables:
-            if kind in ("struct", "cell"):
-                held = self._call("loadmat", variable_names=[name], struct_as_record=False)
-                self._walk(name, held[name], names, stated, 0)
-            elif kind not in _NUMBERS or len(shape) != 2 or not min(shape):
+            nested = kind in ("struct", "cell")
+            if not nested and (kind not in _NUMBERS or len(shape) != 2 or not min(shape)):
                 skipped.append(f"{name} ({kind})")
-            elif max(shape) == 1:
-                value = self._call("loadmat", variable_names=[name])[name]
-                _state(stated, name, value)
-            else:
-                self._add(name, shape, None, names)
+                continue
+            found: Iterable[tuple[str, Any, str | None]] = [(name, None, None)]
+            if nested or max(shape) == 1:
+                held = self._call("loadmat", variable_names=[name], struct_as_record=False)
+                found = _arrays(name, held[name])
+            for place, values, unit in found:
+                if values is not None and values.size == 1:
+                    group, _, key = place.rpartition("/")
+                    number = float(np.real(values).reshape(-1)[0])
+                    stated.setdefault(group, {}).setdefault(key.lower(), []).append(number)
+                    continue
+                if values is not None:
+                    self._nested[place], shape = values, values.shape
+                across = min(shape)
+                for k in range(across if across <= _WIDEST else 0):
+                    names.append((place if across == 1 else f"{place}/{k}", unit))
+                    self._places.append(_Place(place, k, max(shape)))
         if not names:
-            found = ", ".join(skipped) or "nothing"
-            raise RecordError(f"holds no vectors of numbers (found {found})")
+            raise RecordError(
+                f"holds no vectors of numbers (found {', '.join(skipped) or 'nothing'})"
+            )
         self.columns = tuple(
-            Column(name, unit or unit_in_name(name), self._interval(name, stated))
+            Column(
+                name,
+                unit or unit_in_name(name),
+                hdf5.interval_at(name, stated) if "/" in name else None,
+            )
             for name, unit in names
         )
         self.sample_interval = hdf5.interval_from(stated[""])
@@ -146,55 +161,6 @@ class MatlabSource(Source):
         """``"sample 12"``, counted from 1 as MATLAB does."""
         return f"sample {row + 1}"
 
-    def _add(
-        self,
-        name: str,
-        shape: tuple[int, ...],
-        unit: str | None,
-        names: list[tuple[str, str | None]],
-    ) -> None:
-        across = min(shape)
-        for k in range(across if across <= _WIDEST else 0):
-            names.append((name if across == 1 else f"{name}/{k}", unit))
-            self._places.append(_Place(name, k, max(shape)))
-
-    def _walk(
-        self,
-        path: str,
-        value: Any,
-        names: list[tuple[str, str | None]],
-        stated: dict[str, dict[str, list[float]]],
-        depth: int,
-    ) -> None:
-        """Every array inside a structure or cell, by its path."""
-        if depth > _DEEPEST:
-            return
-        if hasattr(value, "_fieldnames"):
-            words = (_word(value, key) for key in ("unit", "units", "Unit", "Units"))
-            unit = next((word for word in words if word), "")
-            for field in value._fieldnames:
-                inner = getattr(value, field)
-                self._walk(f"{path}/{field}", inner, names, stated, depth + 1)
-                if unit and names and names[-1][0].startswith(f"{path}/") and not names[-1][1]:
-                    names[-1] = (names[-1][0], stated_unit(unit))
-            return
-        if not isinstance(value, np.ndarray):
-            return
-        if value.dtype == object:
-            members = value.reshape(-1)[:_WIDEST]
-            for k, member in enumerate(members):
-                own = path if len(members) == 1 else f"{path}/{k}"
-                self._walk(own, member, names, stated, depth + 1)
-        elif value.dtype.kind in "iuf" and value.ndim == 2 and value.size:
-            if value.size == 1:
-                _state(stated, path, value)
-            else:
-                self._nested[path] = value
-                self._add(path, value.shape, None, names)
-
-    def _interval(self, name: str, stated: dict[str, dict[str, list[float]]]) -> float | None:
-        return hdf5.interval_at(name, stated) if "/" in name else None
-
     def _real(self, series: Any, variable: str) -> FloatArray:
         if np.iscomplexobj(series):
             raise RecordError(
@@ -219,10 +185,25 @@ class MatlabSource(Source):
         return getattr(scipy.io, function)(self.path, **options)
 
 
-def _state(stated: dict[str, dict[str, list[float]]], path: str, value: Any) -> None:
-    group, _, key = path.rpartition("/")
-    number = float(np.real(np.asarray(value)).reshape(-1)[0])
-    stated.setdefault(group, {}).setdefault(key.lower(), []).append(number)
+def _arrays(
+    path: str, value: Any, unit: str | None = None, depth: int = 0
+) -> Iterator[tuple[str, Any, str | None]]:
+    """Every array of numbers inside a structure or cell by its path, with the unit beside it."""
+    if depth > _DEEPEST:
+        return
+    if hasattr(value, "_fieldnames"):
+        words = (_word(value, key) for key in ("unit", "units", "Unit", "Units"))
+        unit = stated_unit(next((word for word in words if word), "")) or unit
+        for field in value._fieldnames:
+            yield from _arrays(f"{path}/{field}", getattr(value, field), unit, depth + 1)
+    elif isinstance(value, np.ndarray) and value.dtype == object:
+        members = value.reshape(-1)[:_WIDEST]
+        for k, member in enumerate(members):
+            own = path if len(members) == 1 else f"{path}/{k}"
+            yield from _arrays(own, member, unit, depth + 1)
+    elif isinstance(value, np.ndarray) and value.ndim == 2 and value.size:
+        kinds = "iufc" if value.size == 1 else "iuf"
+        yield from [(path, value, unit)] if value.dtype.kind in kinds else []
 
 
 def _word(structure: Any, key: str) -> str:

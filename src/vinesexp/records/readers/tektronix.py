@@ -14,24 +14,11 @@ from vinesexp.records.readers.source import Column, TableSource
 NAME = "Tektronix ISF"
 
 _HEAD = 1 << 14
-# Long and short forms of the words of the header.
-_KEYS = {
-    "BYT_NR": ("BYT_N", "BYT_NR"),
-    "BIT_NR": ("BIT_N", "BIT_NR"),
-    "ENCDG": ("ENC", "ENCDG"),
-    "BN_FMT": ("BN_F", "BN_FMT"),
-    "BYT_OR": ("BYT_O", "BYT_OR"),
-    "NR_PT": ("NR_P", "NR_PT"),
-    "PT_FMT": ("PT_F", "PT_FMT"),
-    "XINCR": ("XIN", "XINCR"),
-    "PT_OFF": ("PT_O", "PT_OFF"),
-    "XZERO": ("XZE", "XZERO"),
-    "YMULT": ("YMU", "YMULT"),
-    "YZERO": ("YZE", "YZERO"),
-    "YOFF": ("YOF", "YOFF"),
-    "YUNIT": ("YUN", "YUNIT"),
-    "WFID": ("WFI", "WFID"),
-}
+#: Words of the header, of which an instrument may write the beginning only.
+_KEYS = (
+    *("BYT_NR", "BIT_NR", "ENCDG", "BN_FMT", "BYT_OR", "NR_PT", "PT_FMT", "XINCR", "PT_OFF"),
+    *("XZERO", "YMULT", "YZERO", "YOFF", "YUNIT", "WFID"),
+)
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -93,7 +80,7 @@ def _words(header: str) -> dict[str, str]:
         if match is None:
             continue
         word = match[1].upper()
-        key = next((key for key, forms in _KEYS.items() if word in forms), word)
+        key = next((key for key in _KEYS if len(word) > 2 and key.startswith(word)), word)
         found[key] = match[2].strip().strip('"')
     return found
 
