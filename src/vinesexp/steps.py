@@ -41,8 +41,6 @@ class Step:
         Files that it reads besides results.
     loads : tuple of str
         Modules that it imports only where it uses them, and most often does.
-    about : str
-        What the console says of it.
     """
 
     call: str
@@ -51,7 +49,6 @@ class Step:
     writes: Callable[[ResultPaths, str], list[Path]] | None = None
     reads: Callable[[Campaign, Record | None], list[Path]] = lambda campaign, record: []
     loads: tuple[str, ...] = ("h5py",)
-    about: str = "of all records"
 
     @property
     def each(self) -> bool:
@@ -117,47 +114,40 @@ STEPS: Mapping[str, Step] = {
             *("identified", "inputs", "level_values"),
             *("rig", "rig_budget", "identify_checks"),
         ),
-        about="M, c1, k1, r from all records",
     ),
     "compare": Step(
         "vinesexp.pipeline:compare_clearances",
         ("identify", "regimes"),
         makes=("clearances", "budget", "compare_checks"),
-        about="measured and predicted clearances",
     ),
     "replay": Step(
         "vinesexp.pipeline:replay_records",
         ("ingest", "condition", "impacts", "identify", "regimes"),
         makes=("replay", "replay_cycles", "replay_checks"),
         loads=_NUMBA,
-        about="every record beside the identified rig",
     ),
     "checks": Step(
         "vinesexp.pipeline:collect_checks",
         ("ingest", "impacts", "identify", "compare", "replay"),
         makes=("checks",),
-        about="of all steps",
     ),
     "score": Step(
         "vinesexp.showing:score",
         ("impacts", "identify"),
         makes=("truth",),
         reads=_truth,
-        about="against the truth of the scene",
     ),
     "figures_results": Step(
         "vinesexp.showing:figures_of_results",
         ("condition", "impacts", "estimate", *_TABLES),
         makes=("figures_results",),
         loads=_MATPLOTLIB,
-        about="of the results",
     ),
     "figures_records": Step(
         "vinesexp.showing:figures_of_records",
         ("ingest", "condition", "impacts"),
         makes=("figures_records",),
         loads=_MATPLOTLIB,
-        about="of the records",
     ),
     "pages": Step(
         "vinesexp.showing:pages",
@@ -171,13 +161,11 @@ STEPS: Mapping[str, Step] = {
         makes=("report",),
         reads=_description,
         loads=("h5py", "jinja2"),
-        about="of all results",
     ),
     "bundle": Step(
         "vinesexp.showing:bundle",
         (*_EACH, *_TABLES, "checks", "score", "pages", "report"),
         makes=("bundle",),
-        about="of all results",
     ),
 }
 

@@ -1,0 +1,100 @@
+# What is done with one record: the samples of an instrument file become channels, impacts and
+# estimates. Each job goes through a batch of records and passes over those whose results hold.
+
+
+# The files of a group depend on its own part of scene.yaml: editing one group re-runs one. They
+# belong to the campaign, which other runs may read too: Snakemake, which removes what it is about
+# to make, gets a note that they are there instead.
+rule simulate:
+    "Simulated campaigns only: the instrument files of a group of tests, made from scene.yaml."
+    input:
+        PLAN.before("simulate"),
+    output:
+        PATHS.simulated("{group}"),
+    log:
+        PATHS.log("simulate", "{group}"),
+    message:
+        "simulate   {wildcards.group}"
+    run:
+        PLAN.run("simulate", group=wildcards.group)
+
+
+rule ingest:
+    "Instrument file to calibrated channels, SI, on a uniform time axis: records/*.nc."
+    input:
+        PLAN.before("ingest"),
+    output:
+        temp(PATHS.batch("ingest", "{batch}")),
+    log:
+        PATHS.log("ingest.{batch}"),
+    message:
+        "ingest     {wildcards.batch}"
+    run:
+        PLAN.run("ingest", batch=wildcards.batch)
+
+
+rule condition:
+    "Zero-phase bandpass: the motion of the oscillator and the band of the impacts: conditioned/*.nc."
+    input:
+        PLAN.before("condition"),
+    output:
+        temp(PATHS.batch("condition", "{batch}")),
+    log:
+        PATHS.log("condition.{batch}"),
+    message:
+        "condition  {wildcards.batch}"
+    run:
+        PLAN.run("condition", batch=wildcards.batch)
+
+
+rule impacts:
+    "Acceleration spikes to impacts, impacts/*.csv, and the regime that they show."
+    input:
+        PLAN.before("impacts"),
+    output:
+        temp(PATHS.batch("impacts", "{batch}")),
+    log:
+        PATHS.log("impacts.{batch}"),
+    message:
+        "impacts    {wildcards.batch}"
+    run:
+        PLAN.run("impacts", batch=wildcards.batch)
+
+
+rule estimate:
+    "What each record alone says about M, c1, k1 and r."
+    input:
+        PLAN.before("estimate"),
+    output:
+        temp(PATHS.batch("estimate", "{batch}")),
+    log:
+        PATHS.log("estimate.{batch}"),
+    message:
+        "estimate   {wildcards.batch}"
+    run:
+        PLAN.run("estimate", batch=wildcards.batch)
+
+
+# `snakemake results/twin/impacts/b34.csv`: one result of one record, and what it needs. The call of
+# a rule made in a loop is made when the job runs: what it needs goes through params.
+for STEP, FILE in (
+    ("ingest", PATHS.record("{record}")),
+    ("condition", PATHS.conditioned("{record}")),
+    ("impacts", PATHS.impacts("{record}")),
+):
+
+    rule:
+        name:
+            f"{STEP}_by_name"
+        input:
+            PLAN.before(STEP),
+        output:
+            FILE,
+        log:
+            PATHS.log(f"{STEP}.only.{{record}}"),
+        params:
+            step=STEP,
+        message:
+            f"{STEP:10} {{wildcards.record}}"
+        run:
+            PLAN.run(params.step, record=wildcards.record)
