@@ -191,6 +191,7 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
     """
     figure, (axis,) = new_figure(height=3.2)
     known = [valley for valley in valleys if valley.exact is not None]
+    beyond = 0.25 * (known[-1].G - known[0].G or 1.0)
     for valley in known:
         exact, low, high = valley.exact or (1.0, 1.0, 1.0)
         G = valley.G
@@ -201,7 +202,7 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
         if valley.published is not None:
             away = 100.0 * (valley.published / exact - 1.0)
             axis.plot(span, [away, away], "--", color=COLOURS["published"])
-        _deviation(axis, valley, exact, 0.4 * width)
+        _deviation(axis, valley, exact, 0.08 * beyond)
     axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
     entries = [
         ("-", "exact", "exact $b_c$, 95 % interval shaded"),
@@ -212,7 +213,6 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
     key(figure, axis, entries)
     axis.set_xlabel("base amplitude G (mm)")
     axis.set_ylabel("clearance from the exact $b_c$ (%)")
-    beyond = 0.25 * (known[-1].G - known[0].G or 1.0)
     axis.set_xlim(known[0].G - beyond, known[-1].G + beyond)
     axis.margins(y=0.15)
     return figure
