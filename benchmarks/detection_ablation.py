@@ -169,7 +169,9 @@ def section(worth: Sequence[Worth], numbers: Sequence[Worth], both: Sequence[Bot
         cells = " | ".join(_cell(w) for w in worth if w.variant == variant)
         lines.append(f"| {variant} | {cells} |")
     lines += [
-        "", "The displacement beside the acceleration: error of the jumps; which ball hit.",
+        "",
+        "Displacement in addition to the acceleration: error of the velocity jumps; assignment to",
+        "balls.",
         "",
         "| record | jumps from | rms error (mm/s) | ball right (%) |", "|---|---|---|---|",
     ]  # fmt: skip

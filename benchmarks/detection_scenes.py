@@ -275,10 +275,10 @@ def twin_records() -> Iterable[Record]:
             duration=test.duration, seed=twin.seed, record=test.record,
         )  # fmt: skip
         codes = trace.codes[0]
-        time, jump = (
-            np.asarray(motion.impacts["time"]) - test.settle,
-            motion.impacts["v_after"] - motion.impacts["v_before"],
-        )
+        # As the clock of the instrument would have shown them.
+        clock = 1.0 + test.oscilloscope.clock_error
+        time = (np.asarray(motion.impacts["time"]) - test.settle) / clock
+        jump = motion.impacts["v_after"] - motion.impacts["v_before"]
         inside = (time > 0.0) & (time < test.duration)
         scene = Scene("twin", test.record, test.clearance, rate=test.oscilloscope.sample_rate,
                       seconds=test.duration)  # fmt: skip
