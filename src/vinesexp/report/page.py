@@ -372,7 +372,11 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         **_answer(found, known),
         "parameters": parameters,
         "effects": effects_table(found.rows("identified")),
-        "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
+        "unknown": {
+            name: what
+            for name, what in PARAMETERS.items()
+            if name not in known and f"{name}_1" not in known  # r of balls that differ
+        },
         "levels": levels_table(found.rows("level_values")),
         "coverage": coverage_table(),
         "budget": budget_table(found.rows("budget")),
