@@ -157,13 +157,10 @@ def repeatability_of(folders: Sequence[Path]) -> Repeatability:
     for name, folder in zip(names, folders, strict=True):
         for what, unit, value, error in _values_of(folder):
             found.setdefault((what, unit), []).append((name, value, error))
-    series = tuple(
-        Repeated(
-            what, unit, tuple(name for name, _, _ in own),
-            np.array([value for _, value, _ in own]), np.array([error for _, _, error in own]),
-        )
-        for (what, unit), own in found.items()
-    )  # fmt: skip
+    series = []
+    for (what, unit), own in found.items():
+        having, values, errors = zip(*own, strict=True)
+        series.append(Repeated(what, unit, having, np.array(values), np.array(errors)))
     files = [sources_of(folder) for folder in folders]
     shared = tuple(
         (names[i], names[j])
@@ -171,7 +168,7 @@ def repeatability_of(folders: Sequence[Path]) -> Repeatability:
         for j in range(i + 1, len(folders))
         if files[i] & files[j]
     )
-    return Repeatability(tuple(folders), names, series, shared)
+    return Repeatability(tuple(folders), names, tuple(series), shared)
 
 
 def _values_of(folder: Path) -> list[tuple[str, str, float, float]]:

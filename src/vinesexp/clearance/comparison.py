@@ -109,13 +109,13 @@ def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> C
     """What to say of such tests."""
     shortest = min(test.length for test in tests)
     names = ", ".join(test.record for test in tests)
-    return Check(
-        "", "settling", "warning",
+    detail = (
         f"{level}: {names}: no permanent two impacts per cycle, although the clearance is below "
         f"b_c, in records of {shortest:.3g} s; the free amplitude of this mass falls to 1/e in "
         f"{_decay_time(rig):.3g} s: the tests may not have settled, and do not count for the best "
-        "clearance; wait longer before recording, or record longer",
-    )  # fmt: skip
+        "clearance; wait longer before recording, or record longer"
+    )
+    return Check("", "settling", "warning", detail)
 
 
 #: Decay times of the oscillator after which a start from rest no longer shows. Of simulated records
@@ -138,13 +138,13 @@ def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     if not soon:
         return []
     names = ", ".join(test.record for test in soon)
-    return [Check(
-        "", "settling", "warning",
+    detail = (
         f"{level.name}: {names}: recorded from rest; the counted cycles begin "
         f"{min(test.waited for test in soon):.3g} s after the start, and the start of this mass "
         f"lasts {lasts:.3g} s: the mean amplitudes may include a part of it; wait longer before "
-        "recording, or record longer",
-    )]  # fmt: skip
+        "recording, or record longer"
+    )
+    return [Check("", "settling", "warning", detail)]
 
 
 def _decay_time(rig: IdentifiedRig) -> float | None:

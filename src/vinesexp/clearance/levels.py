@@ -313,22 +313,21 @@ def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows)
     checks: list[Check] = []
     each = [row["frequency_hz"] for row in rows] or sorted(frequencies)
     if base.frequency is None and len(each) > 1:
-        checks.append(
-            Check("", "base frequency", "warning",
-                  f"{name}: its tests were made at {min(each):.6g} to {max(each):.6g} Hz; b_c "
-                  "depends on the frequency and is predicted for resonance. Compare tests of one "
-                  "frequency")
-        )  # fmt: skip
+        detail = (
+            f"{name}: its tests were made at {min(each):.6g} to {max(each):.6g} Hz; b_c depends on "
+            "the frequency and is predicted for resonance. Compare tests of one frequency"
+        )
+        checks.append(Check("", "base frequency", "warning", detail))
     if rows and len(frequencies) == 1 and base.frequency is not None:
         sheet, found = next(iter(frequencies)), base.frequency
         allowed = math.hypot(found.std_error, DISPLAY_ERROR * sheet)
         if abs(found.value - sheet) > DIFFERS * allowed:
-            checks.append(
-                Check("", "base frequency", "warning",
-                      f"{name}: the base channel shows {found.value:.6g} Hz, the test log says "
-                      f"{sheet:.6g} Hz; predictions use what was measured; check frequency_hz and "
-                      "the sample rate")
-            )  # fmt: skip
+            detail = (
+                f"{name}: the base channel shows {found.value:.6g} Hz, the test log says "
+                f"{sheet:.6g} Hz; predictions use what was measured; check frequency_hz and the "
+                "sample rate"
+            )
+            checks.append(Check("", "base frequency", "warning", detail))
     return checks + [check for row in rows for check in _steadiness(row)]
 
 

@@ -344,9 +344,8 @@ def _cycles(record: Record, motion: Recorded, found: Sequence[Measures]) -> list
     """Amplitude over time, measured and over the replays of its regime on the same cycles."""
     n = min(motion.time.size, *(one.cycles[0].size for one in found))
     replayed = np.array([one.cycles[1][:n] for one in found])
-    columns = (motion.time[:n], motion.amplitude[:n], *(
-        getattr(np, kind)(replayed, axis=0) for kind in ("median", "min", "max")
-    ))  # fmt: skip
+    over = (of(replayed, axis=0) for of in (np.median, np.min, np.max))
+    columns = (motion.time[:n], motion.amplitude[:n], *over)
     names = ("time_s", "measured_m", "replayed_m", "replayed_low_m", "replayed_high_m")
     return [
         {"record": record.id, **dict(zip(names, map(float, row), strict=True))}

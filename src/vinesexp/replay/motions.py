@@ -181,9 +181,9 @@ def base_samples(view: RecordView, *, frequency: float) -> BaseSamples | None:
         return None
     k = group_size(view.sample_rate, frequency, points=_POINTS)
     x = channel_means(view, "base", k)
-    # What means over k samples leave of a sine of this frequency.
-    return BaseSamples((x - x.mean()) / float(np.sinc(frequency * k / view.sample_rate)),
-                       view.sample_rate / k, 0.5 * (k - 1) / view.sample_rate)  # fmt: skip
+    left = float(np.sinc(frequency * k / view.sample_rate))  # of a sine, by means over k samples
+    first = 0.5 * (k - 1) / view.sample_rate
+    return BaseSamples((x - x.mean()) / left, view.sample_rate / k, first)
 
 
 def drive_of(

@@ -345,11 +345,11 @@ def _moving_so(row: Compared, each: Sequence[tuple[str, float]]) -> str:
         return ""
     near = TOLERANCE[row.quantity] * abs(row.measured)
     near = max(near, 0.5 * ((row.high or 0.0) - (row.low or 0.0)))
-    known = {start: [v for name, v in each if name == start and math.isfinite(v)]
-             for start, _ in each}  # fmt: skip
-    alike = [start for start, values in known.items()
-             if any(abs(v - row.measured) <= near for v in values)]  # fmt: skip
-    return "" if len(alike) == len(known) else f"{len(alike)} of {len(known)} starts move so"
+    alike = {start: False for start, _ in each}
+    for start, v in each:
+        alike[start] |= math.isfinite(v) and abs(v - row.measured) <= near
+    n = sum(alike.values())
+    return "" if n == len(alike) else f"{n} of {len(alike)} starts move so"
 
 
 def _regime(
@@ -399,11 +399,9 @@ def replay_checks(rows: Sequence[Compared]) -> list[Check]:
         own = [r for r in rows if r.record == record and r.outcome == "differs"]
         if not any(r.decisive for r in own):
             continue
-        detail = "; ".join(_in_words(r) for r in own)
-        checks.append(
-            Check(record, "replay", "warning",
-                  f"the identified rig does not reproduce this record: {detail}")
-        )  # fmt: skip
+        off = "; ".join(_in_words(r) for r in own)
+        detail = f"the identified rig does not reproduce this record: {off}"
+        checks.append(Check(record, "replay", "warning", detail))
     return checks
 
 
