@@ -4,6 +4,7 @@ import errno
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vinesexp.cli import main
@@ -106,3 +107,20 @@ def test_a_full_disk_is_one_line_and_refuses_no_record(n, tmp_path, capsys, monk
     printed = capsys.readouterr()
     assert printed.err == "vinesexp check: /tmp/a.nc: No space left on device\n"
     assert "refused" not in printed.out
+
+
+def test_how_far_a_channel_moves_is_said_beside_a_pause_of_its_logger(tmp_path, capsys):
+    t = np.arange(4000) / 100.0
+    t[2500:] += 1.0
+    x = 20.0 * np.exp(-0.02 * t) * np.cos(12.0 * t)
+    table = np.stack([t, x], axis=1)
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header="t (s),x (mm)", comments="")
+    (tmp_path / "campaign.yaml").write_text(
+        "channels:\n  displacement: {column: 1, quantity: displacement, unit: mm}\n"
+        "time: {column: 0, unit: s}\n"
+    )
+    (tmp_path / "records.csv").write_text("record,file,test\na,a.csv,ringdown\n")
+    assert main(["check", str(tmp_path)]) == 0
+    shown = capsys.readouterr().out
+    assert "the times pause 1 time" in shown
+    assert "displacement +-20 mm" in shown

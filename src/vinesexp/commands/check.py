@@ -21,6 +21,8 @@ from functools import partial
 from io import StringIO
 from pathlib import Path
 
+import numpy as np
+
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign.load import campaign_problems, load_campaign
 from vinesexp.records.campaign.missing_cells import Evidence, missing_cells, read_evidence
@@ -132,7 +134,7 @@ def _reach(path: Path) -> str:
     with open_record(path) as view:
         for role in view.roles:
             values = view.read(role, 0, _LOOKED_AT)
-            far = float(abs(values - values.mean()).max())
+            far = float(np.nanmax(np.abs(values - np.nanmean(values))))
             size, unit = _BENCH[view.quantity(role)]
             reported.append(f"{role} +-{far / size:.3g}{unit}")
         seconds = view.n / view.sample_rate
