@@ -318,7 +318,7 @@ class Samples:
         assert clock is not None  # nothing else finds a clock uneven
         interval = uneven.interval
         n = round((clock.last - clock.first) / interval) + 1
-        self._resampler = Resampler(clock.first, interval, n, pauses=bool(uneven.pauses))
+        self._resampler = Resampler(clock.first, interval, n)
         self._uneven = uneven
         self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
         self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)

@@ -355,8 +355,6 @@ class Resampler:
         The uniform clock, in the unit of the times.
     n : int
         Samples to make.
-    pauses : bool
-        Whether steps of more than 1.6 intervals are pauses, across which nothing is interpolated.
 
     Attributes
     ----------
@@ -379,7 +377,6 @@ class Resampler:
     start: float
     interval: float
     n: int
-    pauses: bool = False
     errors: list[float] = field(default_factory=list)
     gaps: list[tuple[int, int]] = field(default_factory=list)
 
@@ -405,8 +402,7 @@ class Resampler:
             if len(times) <= _POINTS:
                 continue
             # Up to where eight samples stand around every time.
-            ahead = _POINTS if self.pauses else _POINTS // 2
-            reach = int(np.floor((times[-ahead] - self.start) / self.interval))
+            reach = int(np.floor((times[-_POINTS] - self.start) / self.interval))
             if reach > done:
                 yield self._block(times, values, done, min(reach, self.n), sums)
                 done = min(reach, self.n)
@@ -423,52 +419,36 @@ class Resampler:
     def _block(
         self, times: FloatArray, values: FloatArray, begin: int, end: int, sums: list[FloatArray]
     ) -> FloatArray:
-        wanted: FloatArray = self.start + np.arange(begin, end, dtype=np.float64) * self.interval
-        points = min(_POINTS, len(times))
-        place = np.searchsorted(times, wanted)
-        if self.pauses:
-            return self._between_pauses(times, values, wanted, place, begin, sums)
-        left = np.clip(place - points // 2, 0, len(times) - points)
-        out = _through(times, values, left, points, wanted)
-        # At the ends of the record the six are its last ones: none is asked for what lies beyond.
-        inner = max(points - 2, 1)
-        left = np.clip(place - inner // 2, 0, len(times) - inner)
-        fewer = _through(times, values, left, inner, wanted)
-        count = np.full(out.shape[1], float(len(out)))
-        sums.append(
-            np.array(
-                [((out - fewer) ** 2).sum(axis=0), out.sum(axis=0), (out**2).sum(axis=0), count]
-            )
-        )
-        return out
-
-    def _between_pauses(
-        self, times: FloatArray, values: FloatArray, wanted: FloatArray, place: NDArray[np.intp],
-        begin: int, sums: list[FloatArray],
-    ) -> FloatArray:  # fmt: skip
         """Polynomials through the samples of each stretch, straight lines across the pauses."""
+        wanted: FloatArray = self.start + np.arange(begin, end, dtype=np.float64) * self.interval
+        place = np.searchsorted(times, wanted)
         edges = np.flatnonzero(np.diff(times) > _GAP * self.interval) + 1
         firsts, ends = np.append(0, edges), np.append(edges, len(times))
         near = np.clip(place, 0, len(times) - 1)
         near -= (near > 0) & (wanted - times[near - 1] < np.abs(times[near] - wanted))
         stretch = np.searchsorted(edges, near, side="right")
-        first, end = firsts[stretch], ends[stretch]
-        size = end - first
+        first, end_of = firsts[stretch], ends[stretch]
+        size = end_of - first
         known = (size > 1) & (np.abs(times[near] - wanted) < 0.5 * _GAP * self.interval)
-        out = np.stack([np.interp(wanted, times, column) for column in values.T], axis=1)
-        fewer = out.copy()
+        out, fewer = np.empty((2, len(wanted), values.shape[1]))
+        for k, column in enumerate(values.T if not known.all() else ()):
+            out[~known, k] = np.interp(wanted[~known], times, column)
         for found, most in ((out, _POINTS), (fewer, _POINTS - 2)):
-            for points in range(2, most + 1, 2):
-                own = known & (size >= points)
-                left = np.clip(place - points // 2, first, end - points)[own]
-                found[own] = _through(times, values, left, points, wanted[own])
+            left_over = known.copy()
+            for points in range(most, 0, -2):  # fewer where a stretch has no more
+                own = left_over & (size >= points)
+                left_over &= ~own
+                if own.any():
+                    at = slice(None) if own.all() else own
+                    left = np.clip(place - points // 2, first, end_of - points)[at]
+                    found[at] = _through(times, values, left, points, wanted[at])
         for one, after in runs_of(~known):
             if self.gaps and self.gaps[-1][1] == begin + one:
                 self.gaps[-1] = (self.gaps[-1][0], begin + after)
             else:
                 self.gaps.append((begin + one, begin + after))
         count = np.full(out.shape[1], float(max(known.sum(), 1)))
-        seen, other = out[known], fewer[known]
+        seen, other = (out, fewer) if known.all() else (out[known], fewer[known])
         sums.append(np.array([((seen - other) ** 2).sum(0), seen.sum(0), (seen**2).sum(0), count]))
         return out
 
