@@ -105,7 +105,7 @@ def test_a_decay_in_whole_numbers_without_names_is_a_ringdown(tmp_path, capsys, 
     (tmp_path / "experiment_1.csv").write_text(rows + "\n")
     channels, rows, text = proposed(tmp_path)
     assert "column: 1," in channels["displacement"]
-    assert "time: {column: 0, unit: s}" in text
+    assert "time: {column: 2, unit: s}" in text
     assert rows[0]["test"] == "ringdown"
 
 
@@ -386,6 +386,10 @@ def test_runs_side_by_side_have_the_rates_of_their_own_times(tmp_path):
     (tmp_path / "a.csv").write_text("\n".join(rows))
     rates = [column.rate for column in view_file(tmp_path / "a.csv").columns]
     assert rates == pytest.approx([100.0, 100.0, 50.0, 50.0])
+    rows[0] = rows[0].replace("Run 1", "Run 3")
+    (tmp_path / "b.csv").write_text("\n".join(rows))
+    _, _, text = proposed(tmp_path)
+    assert "time: {column: 2, unit: s}" in text
 
 
 def test_times_that_run_backwards_are_said_to(tmp_path):

@@ -197,8 +197,13 @@ def _setup(name: str, group: _Group) -> ProposedSetup:
             channels.append(_channel(labels, guesses[labels[0]], files))
     chosen = [c for f in files for c in f.columns if c.kind == "time" and c.index == f.time]
     times = sorted({c.name for c in chosen if c.name})
-    unnamed = {c.index for c in chosen if not c.name}
-    time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
+    numbers = {c.index for c in chosen}
+    time = _pattern(times) if times else None
+    clear = time is not None and all(
+        sum(fnmatchcase(c.name, time) for c in f.columns) <= 1 for f in files
+    )
+    if not clear and len(numbers) == 1:
+        time = str(numbers.pop())
     labels = [label for label, guess in guesses.items() if guess.role in _ROLES]
     own = {_own_times(f, labels) for f in files if any(label_of(c) in labels for c in f.signals)}
     if time is not None and len(own) == 1 and None not in own:

@@ -87,38 +87,33 @@ class Hdf5Source(Source):
         self._series: list[_Series] = []
         self._units: dict[str, str] = {}  # words that stand beside the samples
         self._contradictions: list[RecordError] = []
+        self._scalars = scalars
+        self._found: list[tuple[str, Any]] = []
+        self._stated: dict[str, dict[str, list[float]]] = {"": {}}
         losses: list[str] = []
-        found: list[tuple[str, Any]] = []
-        stated: dict[str, dict[str, list[float]]] = {"": {}}
         with h5py.File(path, "r") as file:
-            _gather(file.attrs, stated[""])
-
-            def see(name: str, item: Any) -> None:
-                self._visit(name, item, found, stated, scalars)
+            _gather(file.attrs, self._stated[""])
 
             def require_own(name: str, item: Any) -> None:
                 if reason := _elsewhere(file, item):
                     raise RecordError(f"dataset '{name}' {reason}; copy its samples into this file")
 
             if scalars:
-                _Walk(file, see, self._units, require_own).down("", file, 0)
+                _Walk(file, self._visit, self._units, require_own).down("", file, 0)
             else:
-                file.visititems(see)
-            for name, item in found:
+                file.visititems(self._visit)
+            for name, item in self._found:
                 require_own(name, item)
                 losses += _never_written(name, item)
             losses += _links_elsewhere(file)
-            columns = [
-                column
-                for name, item in found
-                for column in self._columns_of(name, item, stated, scalars)
-            ]
+            columns = [c for name, item in self._found for c in self._columns_of(name, item)]
+        self._found = []  # of a file that is closed
         if not columns:
             raise RecordError("holds no columns of numbers")
         if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
             raise self._contradictions[0]
         self.columns = tuple(columns)
-        self.sample_interval = interval_from(stated[""])
+        self.sample_interval = interval_from(self._stated[""])
         self.losses = tuple(losses)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
@@ -139,19 +134,12 @@ class Hdf5Source(Source):
                     raise unreadable("HDF5", error, self.path, self.locate(begin)) from None
                 yield block
 
-    def _visit(
-        self,
-        name: str,
-        item: Any,
-        found: list[tuple[str, Any]],
-        stated: dict[str, dict[str, list[float]]],
-        scalars: bool,
-    ) -> None:
+    def _visit(self, name: str, item: Any) -> None:
         own: dict[str, list[float]] = {}
         _gather(item.attrs, own)
         dtype, shape = getattr(item, "dtype", None), getattr(item, "shape", None)
         if own:
-            stated[name] = own
+            self._stated[name] = own
         if dtype is None or not shape or dtype.kind not in "iuf" or len(shape) > 2:
             return
         if name.startswith("#") or not min(shape):  # MATLAB's own bookkeeping, and nothing
@@ -162,15 +150,13 @@ class Hdf5Source(Source):
                 f"dataset '{name}' is {sizes}, more than the file can hold; export the record again"
             )
         if max(shape) > 1:
-            found.append((name, item))
-        elif scalars:
+            self._found.append((name, item))
+        elif self._scalars:
             group, _, key = name.rpartition("/")
             value = float(item[(0,) * len(shape)])
-            stated.setdefault(group, {}).setdefault(key.lower(), []).append(value)
+            self._stated.setdefault(group, {}).setdefault(key.lower(), []).append(value)
 
-    def _columns_of(
-        self, name: str, item: Any, stated: dict[str, dict[str, list[float]]], scalars: bool
-    ) -> Iterator[Column]:
+    def _columns_of(self, name: str, item: Any) -> Iterator[Column]:
         shape = item.shape
         group = item.parent.attrs  # Keysight's oscilloscopes write there what they say of a channel
         codes = "YInc" in group and item.dtype.kind in "iu"
@@ -179,7 +165,7 @@ class Hdf5Source(Source):
         label = _text(item.attrs.get("units", item.attrs.get("unit", group.get("YUnits", ""))))
         label = label or self._units.get(name.rpartition("/")[0], "")
         try:
-            interval = interval_at(name, stated)
+            interval = interval_at(name, self._stated)
         except RecordError as error:
             interval = math.nan
             self._contradictions.append(error)
@@ -187,7 +173,7 @@ class Hdf5Source(Source):
         across = min(shape) if len(shape) == 2 else 1
         if across > _WIDEST:
             raise RecordError(f"dataset '{name}' is {shape[0]} by {shape[1]}")
-        flat = len(shape) == 1 or (scalars and across == 1)
+        flat = len(shape) == 1 or (self._scalars and across == 1)
         names = [_text(word) for word in np.atleast_1d(item.attrs.get("columns", []))]
         for k in range(across):
             own = " ".join(
