@@ -54,6 +54,18 @@ def test_a_full_disk_is_one_line_that_names_the_file(tmp_path, capsys):
     assert shown.count("\n") == 1
 
 
+def fail_behind_a_full_disk():
+    try:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        raise AttributeError("'Stream' object has no attribute 'pos'")
+
+
+def test_a_full_disk_is_named_and_not_what_a_library_stumbles_over_behind_it(tmp_path, capsys):
+    assert not on_all(fail_behind_a_full_disk, log=tmp_path / "a.log")
+    assert capsys.readouterr().err.startswith("vinesexp: No space left on device; when this")
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("step", [lambda: None, fail_as_user, fail_unexpectedly])
 def test_a_log_that_cannot_be_written_is_one_line(step, capsys):

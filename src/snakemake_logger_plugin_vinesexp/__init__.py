@@ -91,7 +91,7 @@ class LogHandler(LogHandlerBase):
             return self._failure(record)
         elif record.levelno >= ERROR:
             message = record.getMessage()
-            return None if message.lstrip().startswith(_AFTERMATH) else message
+            return None if any(words in message for words in _AFTERMATH) else message
         elif "Nothing to be done" in str(record.msg):
             return "Nothing to be done: every result is up to date."
         elif str(record.msg).startswith(_SLURM_RUN):
@@ -113,6 +113,8 @@ class LogHandler(LogHandlerBase):
         if job in self.failed:
             return None
         self.failed.add(job)
+        if workflow.CURRENT is not None and workflow.CURRENT.interrupted:
+            return "stopped; the same command goes on from here" if len(self.failed) == 1 else None
         logs = ", ".join(str(path) for path in record.log) or "none"  # type: ignore[attr-defined]
         label = self.labels.get(job, record.rule_name)  # type: ignore[attr-defined]
         return f"failed: {label}{_why(getattr(record, 'rule_msg', None))}; log: {logs}"

@@ -18,7 +18,11 @@ from vinesexp.whole_files import GROWING
 _NOBODYS = {".snakemake", "lost+found", ".DS_Store"}
 
 
-def require_own_folder(results: Path) -> None:
+#: How another folder for results is chosen; of `vinesexp watch` it is ``--results DIR``.
+OPTION = "--config results=DIR"
+
+
+def require_own_folder(results: Path, *, option: str = OPTION) -> None:
     """Refuse a folder that holds files and is no results folder: nothing of it may be lost.
 
     Raises
@@ -33,13 +37,15 @@ def require_own_folder(results: Path) -> None:
         more = f" and {len(held) - 1} more" if len(held) > 1 else ""
         raise VinesexpError(
             f"holds files that are no results ({held[0]}{more}), which a run could overwrite; "
-            "choose a new or an empty folder with --config results=DIR",
+            f"choose a new or an empty folder with {option}",
             file=results,
         )
 
 
-def hold_results(results: Path, *, campaign: Path) -> IO[str]:
+def hold_results(results: Path, *, campaign: Path, option: str = OPTION) -> IO[str]:
     """Lock the folder `results` for `campaign` until the returned file is closed.
+
+    Mistakes name the `option` by which another folder is chosen.
 
     Raises
     ------
@@ -48,17 +54,17 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
         that are no results, or nothing can be written there.
     """
     try:
-        require_own_folder(results)
-        return _held(results, campaign)
+        require_own_folder(results, option=option)
+        return _held(results, campaign, option)
     except OSError as error:
         raise VinesexpError(
             f"results cannot be written there ({error.strerror or error}); choose another folder "
-            "with --config results=DIR",
+            f"with {option}",
             file=results,
         ) from None
 
 
-def _held(results: Path, campaign: Path) -> IO[str]:
+def _held(results: Path, campaign: Path, option: str) -> IO[str]:
     import fcntl
 
     results.mkdir(parents=True, exist_ok=True)
@@ -68,8 +74,8 @@ def _held(results: Path, campaign: Path) -> IO[str]:
     except BlockingIOError:
         stream.close()
         raise VinesexpError(
-            "another run is writing here; wait for it to end, or choose another folder "
-            "with --config results=DIR",
+            "another run is writing here; wait for it to end, or choose another folder with "
+            f"{option}",
             file=results,
         ) from None
     stream.seek(0)
@@ -80,7 +86,7 @@ def _held(results: Path, campaign: Path) -> IO[str]:
         stream.close()
         raise VinesexpError(
             f"holds the results of the campaign {owner}; choose another folder for {here} "
-            "with --config results=DIR",
+            f"with {option}",
             file=results,
         )
     stream.seek(0)

@@ -35,6 +35,9 @@ Begin = Callable[[str], None]
 #: What is to be done; it is sent to the process. Takes the deaths before this one; its exit code.
 Work = Callable[[Deaths, Begin], int]
 
+#: Exit code of work that a person has ended with Ctrl-C.
+INTERRUPTED = 130
+
 #: Objects that are made between two searches for garbage. Figures are made of many that all stay
 #: to the end of a figure: with the default of 700 the searches took a quarter of their time.
 _MADE = 100_000
@@ -111,7 +114,7 @@ def _work(work: Work, died: Deaths, tell: Connection) -> int:
         code = work(died, lambda record: tell.send({"record": record}))
         atexit._run_exitfuncs()
     except KeyboardInterrupt:
-        code = 130
+        code = INTERRUPTED
     except BaseException as error:
         code = 1
         if not isinstance(error, BrokenPipeError):  # nobody listens any more
@@ -224,8 +227,11 @@ def logged(work: Callable[[], Any], path: Path) -> str:
 def _one_line(error: Exception) -> str:
     from vinesexp.records.stored.refusal import is_of_the_machine, reason_of_machine
 
-    if not is_of_the_machine(error):
-        return f"unexpected {type(error).__name__}: {error}"
+    unexpected = f"unexpected {type(error).__name__}: {error}"
+    while not is_of_the_machine(error):  # a full disk, and what a library stumbles over behind it
+        if not isinstance(error.__context__, Exception):
+            return unexpected
+        error = error.__context__
     if "errno = " in str(error):  # HDF5 fails again for all that it has open, in tracebacks
         sys.excepthook = sys.unraisablehook = _say_nothing
     file = getattr(error, "filename", None)

@@ -17,7 +17,7 @@ from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.resultslock import hold_results, remove_leftovers, require_own_folder
 from vinesexp.steps import STEPS, Job, Study, members, modules_of
-from vinesexp.supervised import run_apart
+from vinesexp.supervised import INTERRUPTED, run_apart
 
 if TYPE_CHECKING:
     from vinesexp.laboratory.bench import Scene
@@ -177,6 +177,7 @@ class Planner:
         n = max(1, min(batches, len(study.records)))
         self.batches = [f"{k + 1}of{n}" for k in range(n)]
         self.lock: IO[str] | None = None
+        self.interrupted = False
         CURRENT = self
 
     def before(self, step: str) -> Callable[[Any], list[Path]]:
@@ -234,6 +235,7 @@ class Planner:
         job = Job(self.study, step, **of)
         loads = [name for each in steps for name in modules_of(each)]
         if code := run_apart(step, job, log=job.log, loads=loads):
+            self.interrupted = self.interrupted or code == INTERRUPTED
             raise subprocess.CalledProcessError(code, step)
 
     def pending(self, step: str, batch: str) -> list[str]:

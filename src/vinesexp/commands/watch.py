@@ -8,6 +8,7 @@ import webbrowser
 from pathlib import Path
 
 from vinesexp.commands.options import add_options
+from vinesexp.errors import ParameterError
 from vinesexp.live.server import serve
 from vinesexp.live.session import Session
 from vinesexp.resultslock import hold_results
@@ -28,10 +29,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Watch until Ctrl-C."""
     results: Path = args.results or Path("results") / f"{args.folder.resolve().name}-live"
+    if not args.quiet >= 0.0:
+        raise ParameterError(f"found {args.quiet:g}, expected 0 s or more", where="--quiet")
     session = Session(args.folder, results, quiet=args.quiet)
     session.begin()
-    lock = hold_results(results, campaign=args.folder)
-    served = serve(session, port=args.port)
+    lock = hold_results(results, campaign=args.folder, option="--results DIR")
+    try:
+        served = serve(session, port=args.port)
+    except (OSError, OverflowError) as error:
+        raise ParameterError(
+            f"no page can be shown there ({error}); leave this out for any free one",
+            where=f"--port {args.port}",
+        ) from None
     threading.Thread(target=served.server.serve_forever, daemon=True).start()
     print(f"watching {args.folder}; the page: {served.address}", flush=True)
     print("Ctrl-C ends it; the same command continues where it stopped", flush=True)

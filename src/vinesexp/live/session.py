@@ -337,6 +337,8 @@ class Session:
         CampaignError
             There is no campaign.yaml.
         """
+        if not self.folder.is_dir():
+            raise CampaignError("no such folder", file=self.folder)
         if not (self.folder / "campaign.yaml").is_file():
             raise CampaignError(
                 "is missing; measure one record into the folder and type: vinesexp init "
