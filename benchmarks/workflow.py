@@ -136,6 +136,7 @@ def measure(name: str, folder: Path, arguments: argparse.Namespace) -> None:
             copy_description(arguments.campaign, place)
     results = folder / "results"
     cold = used(workflow(here, results, arguments.cores), folder / "cache-1")
+    found = jobs(results)  # before the next run writes its own logs
     science = used(
         [sys.executable, "-c", ONE_PROCESS, str(alone), str(folder / "one")], folder / "cache-2"
     )
@@ -149,7 +150,6 @@ def measure(name: str, folder: Path, arguments: argparse.Namespace) -> None:
     print(f"| {name} | {' | '.join(cells)} |")
     print(f"\nraw {size_mb(here / 'raw'):.0f} MB, results {size_mb(results):.0f} MB\n")
     print("| step | processes | processor s | largest MiB |\n|---|---|---|---|")
-    found = jobs(results)
     for step in dict.fromkeys(step for step, *_ in found):
         rows = [(seconds, peak) for one, seconds, peak in found if one == step]
         total, peak = sum(s for s, _ in rows), max(p for _, p in rows)

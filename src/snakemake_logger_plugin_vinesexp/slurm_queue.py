@@ -33,8 +33,11 @@ def _look(run: str, say: Callable[[str], None]) -> None:
         try:
             told = subprocess.run(
                 ["squeue", "-h", "-t", "PENDING", "--name", run, "-o", "%i|%r"],
-                capture_output=True, text=True, check=True, timeout=60,
-            ).stdout  # fmt: skip
+                capture_output=True,
+                text=True,
+                check=True,
+                timeout=60,
+            ).stdout
         except (OSError, subprocess.SubprocessError):
             continue  # the executor says so itself where Slurm does not answer
         jobs: dict[str, list[str]] = {}

@@ -161,8 +161,9 @@ class NES:
         require(0.0 <= r <= 1.0, "restitution r_minus", r, "a number from 0 to 1")
         require(math.isfinite(self.tilt), "tilt", self.tilt, "m/s^2, a finite number")
         for name, value, unit in (
-            ("friction mu g", self.friction, "m/s^2"), ("contact_time", self.contact_time, "s")
-        ):  # fmt: skip
+            ("friction mu g", self.friction, "m/s^2"),
+            ("contact_time", self.contact_time, "s"),
+        ):
             require(0.0 <= value < math.inf, name, value, f"{unit}, zero or above")
 
     def clearance(self, side: int) -> float:

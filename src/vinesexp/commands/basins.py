@@ -70,9 +70,13 @@ def run(args: argparse.Namespace) -> int:
     bar, stopped = Bar("clearances"), False
     found: list[Attractor] = []
     every = each_clearance(
-        rig, level=values["G"], frequency=values["frequency"], clearances=clearances,
-        starts=starts, seed=seed,
-    )  # fmt: skip
+        rig,
+        level=values["G"],
+        frequency=values["frequency"],
+        clearances=clearances,
+        starts=starts,
+        seed=seed,
+    )
     try:
         for done, ones in enumerate(every, start=1):
             found += ones
@@ -86,8 +90,9 @@ def run(args: argparse.Namespace) -> int:
         if not found:
             return 130
     if args.json:
-        print(json.dumps({"inputs": values, "starts": starts, "seed": seed,
-                          "motions": [asdict(one) for one in found]}, indent=2))  # fmt: skip
+        motions = [asdict(one) for one in found]
+        answer = {"inputs": values, "starts": starts, "seed": seed, "motions": motions}
+        print(json.dumps(answer, indent=2))
     else:
         print(motions_text(found))
     if table is not None:

@@ -115,8 +115,9 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     if unit is None:
         raise ParameterError(
             "the unit of the record is missing; state it, such as --base-unit mm (the column is a "
-            "displacement; integrate and high-pass filter an acceleration first)", where="--base",
-        )  # fmt: skip
+            "displacement; integrate and high-pass filter an acceleration first)",
+            where="--base",
+        )
     from vinesexp.excitation import Measured
     from vinesexp.records.instrument.ingest import read_file
 

@@ -38,8 +38,10 @@ class Bar:
             print(
                 f"\r[{'#' * full}{' ' * (40 - full)}] {done}/{total} {self.what}, {spent:.0f} s, "
                 f"{spent / done * (total - done):.0f} s left ",
-                end="", file=sys.stderr, flush=True,
-            )  # fmt: skip
+                end="",
+                file=sys.stderr,
+                flush=True,
+            )
 
     def end(self) -> None:
         """Leave the line."""
@@ -68,8 +70,10 @@ def clock(what: str, expected: float) -> Iterator[None]:
             spent = time.monotonic() - begin
             print(
                 f"\r{what}: {spent:.0f} s of about {max(expected, spent):.0f} s ",
-                end="", file=sys.stderr, flush=True,
-            )  # fmt: skip
+                end="",
+                file=sys.stderr,
+                flush=True,
+            )
 
     thread = Thread(target=tick, daemon=True)
     thread.start()

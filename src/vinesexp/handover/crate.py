@@ -16,6 +16,7 @@ from vinesexp.records.stored.store import package_version
 from vinesexp.whole_files import digest_of_file
 
 NAME = "ro-crate-metadata.json"
+_CRATE = "https://w3id.org/ro/crate/1.1"
 _SPDX = "https://spdx.org/licenses/"
 _TYPES = {
     ".csv": "text/csv",
@@ -62,56 +63,55 @@ def write_crate(
     date = made or datetime.now(UTC).date().isoformat()
     people = [_person(author, number) for number, author in enumerate(authors, start=1)]
     sources = {name: digest for file in files for name, digest in file.sources.items()}
-    graph: list[dict[str, Any]] = [
-        {
-            "@id": NAME,
-            "@type": "CreativeWork",
-            "conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"},
-            "about": {"@id": "./"},
-        },
-        {
-            "@id": "./",
-            "@type": "Dataset",
-            "name": title,
-            "description": f"Results of the campaign '{title}': channels, impacts and tables, SI.",
-            "datePublished": date,
-            **({"license": {"@id": _SPDX + license}} if license else {}),
-            **({"author": [{"@id": person["@id"]} for person in people]} if people else {}),
-            "hasPart": [{"@id": _id(folder, file.path)} for file in files],
-            "mentions": [{"@id": "#analysis"}],
-        },
-        {
-            "@id": "#vinesexp",
-            "@type": "SoftwareApplication",
-            "name": "vinesexp",
-            "version": package_version() or "unknown",
-        },
-        {
-            "@id": "#analysis",
-            "@type": "CreateAction",
-            "name": f"Analysis of {title}",
-            "instrument": {"@id": "#vinesexp"},
-            "object": [{"@id": f"#source-{digest[:16]}"} for digest in sources.values()],
-            "result": [{"@id": _id(folder, file.path)} for file in files],
-        },
+    parts = [_at(_id(folder, file.path)) for file in files]
+    graph = [
+        _entity(NAME, "CreativeWork", conformsTo=_at(_CRATE), about=_at("./")),
+        _entity(
+            *("./", "Dataset"),
+            name=title,
+            description=f"Results of the campaign '{title}': channels, impacts and tables, SI.",
+            datePublished=date,
+            **({"license": _at(_SPDX + license)} if license else {}),
+            **({"author": [_at(person["@id"]) for person in people]} if people else {}),
+            hasPart=parts,
+            mentions=[_at("#analysis")],
+        ),
+        _entity(
+            *("#vinesexp", "SoftwareApplication"),
+            name="vinesexp",
+            version=package_version() or "unknown",
+        ),
+        _entity(
+            *("#analysis", "CreateAction"),
+            name=f"Analysis of {title}",
+            instrument=_at("#vinesexp"),
+            object=[_at(_source(digest)) for digest in sources.values()],
+            result=parts,
+        ),
     ]
     for name, digest in sources.items():
-        graph.append(
-            {
-                "@id": f"#source-{digest[:16]}",
-                "@type": "CreativeWork",
-                "name": name,
-                "identifier": f"sha256:{digest}",
-            }
-        )
+        identifier = f"sha256:{digest}"
+        graph.append(_entity(_source(digest), "CreativeWork", name=name, identifier=identifier))
     graph += people
     if license:
-        graph.append({"@id": _SPDX + license, "@type": "CreativeWork", "name": license})
+        graph.append(_entity(_SPDX + license, "CreativeWork", name=license))
     graph += [_file(folder, file) for file in files]
     path = folder / NAME
-    crate = {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
+    crate = {"@context": f"{_CRATE}/context", "@graph": graph}
     path.write_text(json.dumps(crate, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return path
+
+
+def _entity(id: str, kind: str, /, **about: Any) -> dict[str, Any]:
+    return {"@id": id, "@type": kind, **about}
+
+
+def _at(id: str) -> dict[str, str]:
+    return {"@id": id}
+
+
+def _source(digest: str) -> str:
+    return f"#source-{digest[:16]}"
 
 
 def _person(author: str, number: int) -> dict[str, Any]:
@@ -125,23 +125,20 @@ def _person(author: str, number: int) -> dict[str, Any]:
     {'@id': '#author-1', '@type': 'Person', 'name': 'Ada Example'}
     """
     name, _, orcid = author.partition("(")
-    found = {"@id": orcid.strip(" )") or f"#author-{number}"}
-    return found | {"@type": "Person", "name": name.strip()}
+    return _entity(orcid.strip(" )") or f"#author-{number}", "Person", name=name.strip())
 
 
 def _file(folder: Path, file: Described) -> dict[str, Any]:
-    found: dict[str, Any] = {
-        "@id": _id(folder, file.path),
-        "@type": "File",
-        "name": file.path.name,
-        "description": file.about,
-        "encodingFormat": _TYPES.get(file.path.suffix, "application/octet-stream"),
-        "contentSize": str(file.path.stat().st_size),
-        "identifier": f"sha256:{digest_of_file(file.path)}",
-    }
-    if file.sources:
-        found["isBasedOn"] = [{"@id": f"#source-{d[:16]}"} for d in file.sources.values()]
-    return found
+    behind = {"isBasedOn": [_at(_source(digest)) for digest in file.sources.values()]}
+    return _entity(
+        *(_id(folder, file.path), "File"),
+        name=file.path.name,
+        description=file.about,
+        encodingFormat=_TYPES.get(file.path.suffix, "application/octet-stream"),
+        contentSize=str(file.path.stat().st_size),
+        identifier=f"sha256:{digest_of_file(file.path)}",
+        **(behind if file.sources else {}),
+    )
 
 
 def _id(folder: Path, path: Path) -> str:

@@ -155,15 +155,27 @@ def acquire(
             t: FloatArray = late + dt * np.arange(first, min(n, first + _BLOCK), dtype=np.float64)
             if isinstance(sensor, Accelerometer):
                 volts = accelerometer_volts(
-                    sensor, signals[role], t, times=times, jumps=jumps, dt=dt, noise=noise,
+                    sensor,
+                    signals[role],
+                    t,
+                    times=times,
+                    jumps=jumps,
+                    dt=dt,
+                    noise=noise,
                     base_velocity=signals["base velocity"],
-                )  # fmt: skip
+                )
             else:
                 shaken = times if role == "displacement" else times[:0]
                 volts = laser_volts(
-                    sensor, signals[role], t, dt=dt, noise=noise, drift=drift,
-                    times=shaken, jumps=jumps,
-                )  # fmt: skip
+                    sensor,
+                    signals[role],
+                    t,
+                    dt=dt,
+                    noise=noise,
+                    drift=drift,
+                    times=shaken,
+                    jumps=jumps,
+                )
             row[first : first + t.size] = quantised(volts, scope)
     names = tuple(f"CH{number}" for number in range(1, len(sensors) + 1))
     return _with_samples_dropped(Capture(names, codes, None, scope), seed=seed, record=record)

@@ -350,9 +350,10 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
     for ball in balls:
         if oscillator is not None and ball.m > oscillator.M:
             rig.complain(
-                "nes_mass", f"{ball.m:g} kg is more than the mass {oscillator.M:g} kg that the "
-                "ball is to calm; write grams as 'g'"
-            )  # fmt: skip
+                "nes_mass",
+                f"{ball.m:g} kg is more than the mass {oscillator.M:g} kg that the "
+                "ball is to calm; write grams as 'g'",
+            )
     seed = whole.value("seed")
     if not isinstance(seed, int):
         whole.complain("seed", f"found '{seed}', expected a whole number")

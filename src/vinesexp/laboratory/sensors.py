@@ -147,8 +147,12 @@ def modal_acceleration(
     return averaged_over_samples(
         lambda late: modal_velocity(late, mode, duration=duration),
         *(times, jumps),
-        lasts=duration + mode.lasts, duration=duration, start=start, dt=dt, n=n,
-    )  # fmt: skip
+        lasts=duration + mode.lasts,
+        duration=duration,
+        start=start,
+        dt=dt,
+        n=n,
+    )
 
 
 def averaged_over_samples(
@@ -274,9 +278,15 @@ def contact_acceleration(
         return share
 
     return averaged_over_samples(
-        gained, times, jumps,
-        lasts=duration + tail, duration=duration, start=start, dt=dt, n=n,
-    )  # fmt: skip
+        gained,
+        times,
+        jumps,
+        lasts=duration + tail,
+        duration=duration,
+        start=start,
+        dt=dt,
+        n=n,
+    )
 
 
 def high_passed(
@@ -518,9 +528,15 @@ def accelerometer_volts(
         shown = acceleration(t).astype(np.float64, copy=True)
         start, n = float(t[0]), t.size
         shown += contact_acceleration(
-            times, jumps, duration=pulse, ring=accelerometer.ring,
-            ring_damping=accelerometer.ring_damping, start=start, dt=dt, n=n,
-        )  # fmt: skip
+            times,
+            jumps,
+            duration=pulse,
+            ring=accelerometer.ring,
+            ring_damping=accelerometer.ring_damping,
+            start=start,
+            dt=dt,
+            n=n,
+        )
         if mode is not None:
             shown += modal_acceleration(
                 mode, times=times, jumps=jumps, duration=pulse, start=start, dt=dt, n=n

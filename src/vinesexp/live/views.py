@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,6 +33,8 @@ from vinesexp.whole_files import write_whole
 
 if TYPE_CHECKING:
     from vinesexp.identification.whole_campaign import Identified
+    from vinesexp.planning.campaign_plan import LevelPlan
+    from vinesexp.planning.planned_tests import OtherPlan
 
 #: Impacts per cycle below which a ball of a steady test may be stuck.
 _STILL = 0.1
@@ -249,25 +251,13 @@ def look_at_campaign(
     found = CampaignResults(results, campaign)
     plans = plan_levels(found)
     needs = needs_of(found, plans)
-    steps = [
-        NextTests(
-            plan.name,
-            f"{len(plan.tested)} clearances tested"
-            + (f"; bracketed within {100 * plan.width_now:.2g} %" if plan.width_now else ""),
-            tuple(f"{1e3 * b:.4g} mm" for b in plan.next),
-        )
-        for plan in plans
-    ]
-    for other in plan_others(found, needs):
-        tests = [_test_in_words(one.cells) for one in other.next]
-        steps.append(NextTests(other.name, other.state, tuple(tests)))
     parameters = identified_table(found.rows("identified"))
-    known = {row["name"] for row in parameters}
+    unknown = PARAMETERS.keys() - {row["name"] for row in parameters}
     history, inputs = _history(paths), found.rows("inputs")
     return CampaignShown(
         parameters=tuple(parameters),
         identified_from=history[-1]["records"] if history else 0,
-        steps=tuple(steps),
+        steps=tuple(_next_tests(plans, plan_others(found, needs))),
         figures=_figures(found, history),
         warnings=tuple(
             f"{check.record}: {check.detail}" if check.record else check.detail
@@ -281,10 +271,20 @@ def look_at_campaign(
         records=len(campaign.records),
         missing=(
             *(check.detail for check in missing),
-            *(f"{name} ({what}) is not known yet" for name, what in PARAMETERS.items()
-              if name not in known),
+            *(f"{n} ({what}) is not known yet" for n, what in PARAMETERS.items() if n in unknown),
         ),
-    )  # fmt: skip
+    )
+
+
+def _next_tests(plans: Sequence[LevelPlan], others: Sequence[OtherPlan]) -> Iterator[NextTests]:
+    """What is tested of each level and kind of test, and what is to be tested."""
+    for plan in plans:
+        now = f"; bracketed within {100 * plan.width_now:.2g} %" if plan.width_now else ""
+        next_ = tuple(f"{1e3 * b:.4g} mm" for b in plan.next)
+        yield NextTests(plan.name, f"{len(plan.tested)} clearances tested{now}", next_)
+    for other in others:
+        tests = tuple(_test_in_words(one.cells) for one in other.next)
+        yield NextTests(other.name, other.state, tests)
 
 
 def _test_in_words(cells: Mapping[str, str]) -> str:

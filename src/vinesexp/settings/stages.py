@@ -131,6 +131,8 @@ def written(setting: Field[Any], value: Any) -> str:
     return f"{value:.6g}"
 
 
+# A table: what a number is and why, then where that is measured and its limits.
+# fmt: off
 @dataclass(frozen=True)
 class FilterSettings:
     """Bands that displacement, base and acceleration keep."""
@@ -138,33 +140,33 @@ class FilterSettings:
     order: int = number(
         2, "order of the Butterworth filter in each direction; a higher one rings longer",
         measured="tests/signals/test_filtering_and_detection.py", low=1, high=4, of="poles",
-    )  # fmt: skip
+    )
     motion_low: float = number(
         0.25, "lower edge for displacement and base; below it is drift of laser and table",
         measured=_CONDITION, low=0.0, high=0.9, of="oscillator's frequency",
-    )  # fmt: skip
+    )
     motion_high: float = number(
         5.0, "upper edge; harmonics up to the fifth hold the slope changes at impacts",
         measured=_CONDITION, low=1.1, high=1000.0, of="oscillator's frequency",
-    )  # fmt: skip
+    )
     impacts_low: float = number(
         20.0, "lower edge for the acceleration; removes the motion, keeps a contact of 0.4 ms",
         measured=_CONDITION, low=1.0, high=1000.0, of="oscillator's frequency",
-    )  # fmt: skip
+    )
     impacts_low_most: float = number(
         0.04, "the lower edge for the acceleration is never above this share of the sample rate",
         measured="docs/benchmarks/impacts.md, by sample rate", low=0.001, high=0.4,
         of="sample rate",
-    )  # fmt: skip
+    )
     slowest: float = number(
         0.5, "lower edge in a record without oscillation; below it is drift of the sensor",
         measured="tests/signals/test_real_shocks.py", low=0.0, high=1e4, of="frequency",
-    )  # fmt: skip
+    )
 
     drop_low: float = number(
         100.0, "lower edge in a drop test; below it are hum, handling and the bench",
         measured=_DROP, low=0.0, high=1e5, of="frequency",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -174,19 +176,19 @@ class ChannelSettings:
     stuck: float = number(
         5e-3, "a sensor at the end of its range for longer is stuck; contacts are shorter",
         measured="tests/hard_cases/test_impacts.py", low=1e-5, high=10.0, of="time",
-    )  # fmt: skip
+    )
     piled: float = number(
         4.0, "clipped: the outermost level has this many times the samples of the next levels",
         measured=_FIND, low=1.5, high=1000.0, of="ratio",
-    )  # fmt: skip
+    )
     gain_sure: float = number(
         5.0, "the sign of the acceleration is corrected if its gain is this many errors from 0",
         measured=_FIND, low=1.0, high=100.0, of="standard errors",
-    )  # fmt: skip
+    )
     lag_known: float = number(
         2e-4, "a lag between the channels with a larger error is not corrected",
         measured=_FIND, low=0.0, high=1.0, of="time",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -197,72 +199,72 @@ class ImpactSettings:
         "template", "how impacts are found: a learnt template, a usual detector, or "
         "a function of your own (docs/how-to/detector.md)",
         measured="docs/benchmarks/impacts.md", words=DETECTORS, own="vinesexp.detectors",
-    )  # fmt: skip
+    )
     threshold: float = number(
         6.0, "height of an impact over the noise; noise alone reaches it once in 5e8 samples",
         measured="docs/benchmarks/impacts.md, by signal to noise", low=2.0, high=1000.0,
         of="standard deviations",
-    )  # fmt: skip
+    )
     faint: float = number(
         0.7, "candidates above this share of the threshold are compared with the template",
         measured=_TABLE, low=0.3, high=1.0, of="threshold",
-    )  # fmt: skip
+    )
     apart: float = number(
         3e-3, "first guesses closer than this are one contact and its ringing",
         measured=_TABLE, low=1e-5, high=1.0, of="time",
-    )  # fmt: skip
+    )
     shortest: float = number(
         1e-3, "contacts up to this length are searched for with any highpass",
         measured=_TABLE, low=1e-5, high=0.1, of="time",
-    )  # fmt: skip
+    )
     longest: float = number(
         0.2, "longest contact; the highpass removes longer ones",
         measured=_TABLE, low=0.01, high=0.5, of="periods of the highpass",
-    )  # fmt: skip
+    )
     strong: float = number(
         0.3, "contacts above this share of the strongest show how long a contact is",
         measured=_TABLE, low=0.01, high=1.0, of="strongest contact",
-    )  # fmt: skip
+    )
     weak: float = number(
         0.15, "weaker ones beside a strong one may be its undershoot or ringing; decided later",
         measured=_TABLE, low=0.0, high=1.0, of="strongest neighbour",
-    )  # fmt: skip
+    )
     learn: bool = switch(True, "fit the template to the record's own impacts", measured=_ABLATION)
     learn_from: int = number(
         80, "impacts that the template is learnt from; its error is below the noise of one",
         measured=_TABLE, low=5, high=10000, of="impacts",
-    )  # fmt: skip
+    )
     learn_above: float = number(
         7.0, "height of an impact to learn from", measured=_TABLE, low=3.0, high=1000.0,
         of="standard deviations",
-    )  # fmt: skip
+    )
     ringing: float = number(
         8e-3, "ringing of the sensor is searched for this long after an impact",
         measured="docs/benchmarks/impacts.md, by sensor", low=0.0, high=1.0, of="time",
-    )  # fmt: skip
+    )
     template_error: float = number(
         3.0, "a remainder is a new contact only above this many spreads of the template",
         measured=_TABLE, low=0.0, high=100.0, of="spreads",
-    )  # fmt: skip
+    )
     split: bool = switch(
         True, "look for a second contact in the remainder of overlapping ones", measured=_ABLATION
     )
     contact: float = number(
         4e-4, "length of a contact (half a sine) for detectors that do not learn it",
         measured="docs/benchmarks/impacts.md", low=1e-6, high=0.1, of="time",
-    )  # fmt: skip
+    )
     short_average: float = number(
         5e-4, "sta_lta: window of the short average", measured="docs/benchmarks/impacts.md",
         low=1e-6, high=0.1, of="time",
-    )  # fmt: skip
+    )
     long_average: float = number(
         20e-3, "sta_lta: window of the long average", measured="docs/benchmarks/impacts.md",
         low=1e-5, high=10.0, of="time",
-    )  # fmt: skip
+    )
     ratio: float = number(
         4.0, "sta_lta: ratio of short to long average of the amplitude at an impact",
         measured="docs/benchmarks/impacts.md", low=1.0, high=100.0, of="long average",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -272,19 +274,19 @@ class DropSettings:
     ring: float = number(
         8e-3, "hits that ring longer (to a tenth) are found by their onsets, not by a template",
         measured=_DROP, low=0.0, high=10.0, of="time",
-    )  # fmt: skip
+    )
     window: float = number(
         1e-3, "window of the level; shorter than a flight, longer than a period of the ringing",
         measured=_DROP, low=1e-5, high=0.1, of="time",
-    )  # fmt: skip
+    )
     rest: float = number(
         20e-3, "an onset is above the largest level of this time before it",
         measured=_DROP, low=1e-3, high=10.0, of="time",
-    )  # fmt: skip
+    )
     rise: float = number(
         3.0, "factor by which an onset is above that level; beats of the ringing are not",
         measured=_DROP, low=1.1, high=1000.0, of="level before",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -297,23 +299,23 @@ class SlopeSettings:
     window: float = number(
         0.35, "window on either side of an impact; a longer one would hold the next impacts",
         measured=_FIND, low=0.05, high=2.0, of="periods",
-    )  # fmt: skip
+    )
     points: int = number(
         200, "the displacement is averaged to this many values per period; nothing is lost",
         measured=_FIND, low=20, high=10000, of="means a period",
-    )  # fmt: skip
+    )
     damping: float = number(
         0.01, "first guess of the damping ratio of the oscillator", measured=_FIND,
         low=0.0, high=1.0, of="critical damping",
-    )  # fmt: skip
+    )
     damping_error: float = number(
         0.01, "standard error of that guess", measured=_FIND, low=1e-6, high=1.0,
         of="critical damping",
-    )  # fmt: skip
+    )
     detuning_error: float = number(
         0.02, "how far the drive may be from the oscillator's own frequency",
         measured=_FIND, low=1e-6, high=0.5, of="oscillator's frequency",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -323,26 +325,26 @@ class AttributionSettings:
     histories: int = number(
         48, "histories followed in the search", measured=_FIND, low=1, high=10000,
         of="histories",
-    )  # fmt: skip
+    )
     settled_after: int = number(
         6, "impacts after which a label is final", measured=_FIND, low=1, high=1000, of="impacts",
-    )  # fmt: skip
+    )
     unseen: float = number(
         0.02, "share of impacts before which the ball had an impact that was not seen",
         measured=_FIND, low=1e-6, high=0.5, of="impacts",
-    )  # fmt: skip
+    )
     place_error: float = number(
         2e-4, "error of the oscillator's displacement at an impact, with drift and lag",
         measured=_FIND, low=1e-7, high=0.1, of="displacement",
-    )  # fmt: skip
+    )
     speed_error: float = number(
         2e-3, "smallest error of a ball's speed between impacts", measured=_FIND,
         low=1e-7, high=1.0, of="velocity",
-    )  # fmt: skip
+    )
     flights: int = number(
         8, "certain flights of a ball from which its r is estimated", measured=_FIND, low=3,
         high=10000, of="flights",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -352,41 +354,42 @@ class RegimeSettings:
     settling: float = number(
         0.2, "first share of a periodic record that is left out as its start",
         measured="docs/signals.md", low=0.0, high=0.95, of="record",
-    )  # fmt: skip
+    )
     first_cycles: int = number(
         12, "first cycles of a release, which give its first regime",
         measured="docs/signals.md", low=2, high=10000, of="cycles",
-    )  # fmt: skip
+    )
     transition_cycles: int = number(
         4, "fewest cycles on either side of the loss of the ball for the two decay rates",
         measured="tests/signals/test_transition.py", low=2, high=1000, of="cycles",
-    )  # fmt: skip
+    )
     transition_floor: float = number(
         0.02, "smaller amplitudes are noise, and are left out of the decay rates",
         measured="tests/signals/test_transition.py", low=0.0, high=0.9, of="largest amplitude",
-    )  # fmt: skip
+    )
 
     unowned_share: float = number(
         0.05, "balls are judged separately up to this share of impacts without a known ball",
         measured="docs/signals.md", low=0.0, high=1.0, of="impacts",
-    )  # fmt: skip
+    )
     permanent_cycles: int = number(
         40, "a spell of a sweep of this length is permanent two impacts per cycle",
         measured="docs/signals.md", low=5, high=100000, of="cycles",
-    )  # fmt: skip
+    )
     modulation_gap: int = number(
         40, "shorter spells of a sweep with smaller gaps are one modulated band",
         measured="docs/signals.md", low=2, high=100000, of="cycles",
-    )  # fmt: skip
+    )
     smallest_ball: float = number(
         1e-3, "no regime if impacts of a ball this light (mass times 1 + r) would not be seen",
         measured="tests/signals/test_visibility.py", low=1e-6, high=1.0,
         of="mass of the oscillator",
-    )  # fmt: skip
+    )
     seen_share: float = number(
         0.2, "impacts can be seen if at least this many are found",
         measured="tests/signals/test_visibility.py", low=0.0, high=10.0, of="impacts a cycle",
-    )  # fmt: skip
+    )
+# fmt: on
 
 
 @dataclass(frozen=True, repr=False)
