@@ -91,7 +91,8 @@ class LogHandler(LogHandlerBase):
             return self._failure(record)
         elif record.levelno >= ERROR:
             message = record.getMessage()
-            return None if any(words in message for words in _AFTERMATH) else message
+            own = message.strip().removeprefix("WorkflowError:").lstrip()
+            return None if own.startswith(_AFTERMATH) else message
         elif "Nothing to be done" in str(record.msg):
             return "Nothing to be done: every result is up to date."
         elif str(record.msg).startswith(_SLURM_RUN):

@@ -39,3 +39,11 @@ def test_a_job_that_failed_is_one_line_and_snakemake_adds_none(console):
 def test_a_run_that_a_person_ended_is_one_line(console):
     (line,) = console(1, 2, interrupted=True)
     assert line.startswith("stopped; the same command goes on")
+
+
+def test_what_snakemake_says_itself_is_passed_on(console, capsys):
+    console()
+    handler = LogHandler(SimpleNamespace(dryrun=False), None)
+    said = "MissingRuleException:\nNo rule to produce nonsense.csv"
+    handler.emit(logging.makeLogRecord({"levelno": logging.ERROR, "msg": said}))
+    assert capsys.readouterr().err == f"{said}\n"
