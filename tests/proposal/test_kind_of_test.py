@@ -105,7 +105,7 @@ def test_a_decay_in_whole_numbers_without_names_is_a_ringdown(tmp_path, capsys, 
     (tmp_path / "experiment_1.csv").write_text(rows + "\n")
     channels, rows, text = proposed(tmp_path)
     assert "column: 1," in channels["displacement"]
-    assert "time: {column: 2, unit: s}" in text
+    assert "time: {column: 0, unit: s}" in text
     assert rows[0]["test"] == "ringdown"
 
 
