@@ -171,3 +171,12 @@ def test_a_clearance_between_two_brackets_agrees_with_neither() -> None:
     tables = {**TABLES, "clearances": [five, {**three, "measured_high_mm": 33}]}
     found = verdict("fastest clearance", "34.5", release_mm=20.0, tables=tables)
     assert found["verdict"] == "differs by +21.7 %"
+
+
+def test_a_record_of_another_clearance_than_stated_tests_no_published_value() -> None:
+    """Of 34 mm by the test log and 31 mm by the records: it is not what the authors tried."""
+    off = {"item": "clearance", "record": "b34", "found": 31.0, "verdict": "off"}
+    wanted = {"base_amplitude_mm": 0.25, "tried_mm": "25|34"}
+    assert verdict("best of tried", "34", **wanted)["verdict"] == "agrees"
+    row = verdict("best of tried", "34", **wanted, tables={**TABLES, "inputs": [off]})
+    assert row["verdict"] == "not measured"

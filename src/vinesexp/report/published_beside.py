@@ -127,7 +127,7 @@ def _own(value: PublishedValue, results: CampaignResults) -> Own | None:
         return _clearance(value, results.rows("clearances"))
     if "tried" in value.quantity:
         return _best_of(value, results)
-    for record in results.campaign.records:
+    for record in _as_stated(results):
         if _same_test(record, value, value.clearance_mm):
             found = _of_record(value, record, results)
             if found is not None:
@@ -186,6 +186,13 @@ def _same_level(row: Row, value: PublishedValue) -> bool:
     return bool(abs(row["release_mm"] - (value.release_mm or 0.0)) < 1e-6)
 
 
+def _as_stated(results: CampaignResults) -> list[Record]:
+    """Records of the clearances that were stated: not those where others were found."""
+    found = results.as_found
+    every = results.campaign.records
+    return [one for one in every if found.record(one.id).clearance == one.clearance]
+
+
 def _same_test(record: Record, value: PublishedValue, clearance: str) -> bool:
     b = tuple(float(part) / 1e3 for part in clearance.split(";"))
     level = record.release if value.release_mm is not None else record.base_amplitude
@@ -234,7 +241,7 @@ def _best_of(value: PublishedValue, results: CampaignResults) -> Own | None:
     """The best of the clearances that the authors tried, among the records of the same ones."""
     found: list[tuple[float, str]] = []
     for clearance in value.tried:
-        for record in results.campaign.records:
+        for record in _as_stated(results):
             if not _same_test(record, value, clearance):
                 continue
             if value.quantity == "fastest of tried":
