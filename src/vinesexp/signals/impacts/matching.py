@@ -195,8 +195,11 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     peak = np.abs(state.a[index] * inside).max(1)
     gap = np.diff(state.place)
     close = gap < 0.5 * (core.size - 1)
-    misfit = np.sqrt((rest**2).mean(1)) > 4.0 * np.hypot(noise, own_error)
+    left = np.sqrt((rest**2).mean(1))
+    misfit = left > 4.0 * np.hypot(noise, own_error)
     crowded = np.append(close, False) | np.append(False, close) | misfit
+    # what a shape leaves moves the contact as noise of this size would
+    place_error = place_error * np.maximum(left / noise, 1.0)
     return Contacts(
         state.place, place_error, state.height, height_error, strength, area, area_error, peak,
         crowded, state.sure,

@@ -551,6 +551,7 @@ def joined(
     # Two impacts a cycle: four clearances, and the mass comes towards the ball.
     speed = 5.0 * clearance * frequency * np.maximum(size[1:], size[:-1]) / max(usual, 1e-300)
     apart = np.diff(found.time) > _SOONER * 2.0 * _LEAST_R * speed / max(largest, 1e-300)
+    apart |= np.diff(event) > 0  # a contact of a twelfth of a period is none
     begins = np.flatnonzero(np.append(True, apart))
     if begins.size == n:
         return found, begins
