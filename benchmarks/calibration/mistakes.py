@@ -284,6 +284,7 @@ _ALL = [
     _every("laser aimed anew", "drift of gain", _aimed_anew),
     _every("another base amplitude in one test", "base amplitude", _one_base),
     _every("added masses exchanged", "added mass", _loads_exchanged),
+    _every("base channel five times", "base scale", _gain(base_gain=5.0)),
     _every("one clearance wrong", "clearance", _one_clearance, held=True),
     _every("displacement in inches", "displacement scale", _gain(laser_gain=1 / 25.4), held=True),
     _every("displacement ten times", "displacement scale", _gain(laser_gain=10.0), held=True),

@@ -35,6 +35,7 @@ MISTAKES = (
     "floor more or less dusty",
     "laser aimed anew",
     "another base amplitude in one test",
+    "base channel five times",
 )
 
 #: A contact that rings where it moves no value is not named.

@@ -58,6 +58,9 @@ _WIDTHS = {
     "even": 0.3,
     "odd": 30.0,
 }
+_ANY = (
+    2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
+)
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
 _SCATTER = {
@@ -555,9 +558,10 @@ def _of_clearances(o: Observed) -> list[Cause]:
     )  # fmt: skip
     items = list(o.clearances.items())
     n = len(items)
-    for (record, _), (name, _stated) in items:
+    for (record, _), (name, stated) in items:
+        width = min(5e-3, stated / _WITHIN)  # no cavity is smaller than its ball
         found.append(
-            Cause(f"one {name}", "mistake", "clearance", Direction({name: 1.0}, Prior(0.0, 5e-3)),
+            Cause(f"one {name}", "mistake", "clearance", Direction({name: 1.0}, Prior(0.0, width)),
                   members=n, records=(record,))
         )  # fmt: skip
     return found + _exchanged("clearance", [(name, b, (id,), ()) for (id, _), (name, b) in items])
@@ -598,8 +602,7 @@ def _of_lengths(key: str, about: str, names: Mapping[float, str]) -> list[Cause]
     if not names:
         return []
     every = dict.fromkeys(names.values(), 1.0)
-    found = _factors(key, about, every, _LENGTH)
-    found.append(Cause(f"{key} +", "mistake", about, Direction(every, Prior(0.0, 0.3))))
+    found = [*_factors(key, about, every, _LENGTH), *_by_any(key, about, every, 0.3)]
     if len(names) > 1:
         found += [
             Cause(f"one {name}", "mistake", about,
@@ -610,13 +613,19 @@ def _of_lengths(key: str, about: str, names: Mapping[float, str]) -> list[Cause]
     return found
 
 
+def _by_any(key: str, about: str, terms: Mapping[str, float], width: float) -> list[Cause]:
+    """A quantity, by its logarithm, that is wrong by a small factor or by any: another range."""
+    return [
+        Cause(f"{key} {sign}", "mistake", about, Direction(terms, Prior(0.0, own)))
+        for sign, own in (("+", width), ("any", _ANY))
+    ]
+
+
 def _of_masses(o: Observed) -> list[Cause]:
     found = []
     for name in o.kinds.get("ln_m", {}):
         found += _factors(name, "ball mass", {name: 1.0}, _MASS)
-        found.append(
-            Cause(f"{name} +", "mistake", "ball mass", Direction({name: 1.0}, Prior(0.0, 0.3)))
-        )
+        found += _by_any(name, "ball mass", {name: 1.0}, 0.3)
     if o.loads:
         scale = {"load scale": 1.0}
         found += _factors("load", "added mass", scale, _MASS)
@@ -646,7 +655,7 @@ def _of_gains(o: Observed) -> list[Cause]:
         about = f"{role} gain" + (f" of setup {setup}" if setup else "")
         of = _LENGTH if role == "displacement" else _ACCELERATION
         found += _factors(name, about, {name: -1.0}, of)  # of the reading, not of the truth
-        found.append(Cause(f"{name} +", "mistake", about, Direction({name: 1.0}, Prior(0.0, 0.2))))
+        found += _by_any(name, about, {name: 1.0}, 0.2)
     if momenta := o.kinds.get("own momentum"):
         found.append(
             Cause("jumps +", "effect", "jumps",
