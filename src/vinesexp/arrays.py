@@ -21,3 +21,15 @@ def runs_of(chosen: BoolArray) -> list[tuple[int, int]]:
     """
     edges = np.flatnonzero(np.diff(chosen, prepend=False, append=False)).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def usually_held(x: FloatArray) -> int:
+    """For how many samples a channel usually keeps its value: 1, but of a sensor of its own rate.
+
+    Examples
+    --------
+    >>> usually_held(np.repeat(np.sin(np.arange(50.0)), 4)), usually_held(np.arange(50.0))
+    (4, 1)
+    """
+    changes = np.flatnonzero(np.diff(x) != 0.0)
+    return max(1, int(np.median(np.diff(changes)))) if changes.size > 1 else 1

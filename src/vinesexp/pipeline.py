@@ -144,6 +144,7 @@ def ingest_record(
     from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse
     from vinesexp.records.stored.checks import write_checks
     from vinesexp.signals.clocks import MENDED, mend_clocks
+    from vinesexp.signals.displacement_sensor import set_right
     from vinesexp.signals.hum import remove_hum
 
     campaign, record = _seen(campaign, record, step="ingest")
@@ -152,6 +153,7 @@ def ingest_record(
     if record.test in MENDED:
         checks += mend_clocks(paths.record(record.id), record, driven=record.test == "periodic")
         checks += remove_hum(paths.record(record.id), record)
+        checks += set_right(paths.record(record.id), record)
     write_checks(paths.ingest_checks(record.id), checks)
     return checks
 

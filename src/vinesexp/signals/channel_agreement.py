@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
+from vinesexp.errors import RecordError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import channel_means, group_size
 
@@ -42,6 +43,9 @@ _TURNED, _OUTLYING = 0.1, 5.0  # rad; times the usual distance from the usual la
 _SURE = 5.0  # standard errors from which on a corner is there
 _WIDEST = 0.1  # of the oscillation: an AC-coupled sensor's corner lies below
 _STEPS = 20
+_FITS = 10.0  # mean square misfit of a corner, over that of a phase at the oscillation alone
+_ACROSS = 0.01  # of the ratio at the oscillation
+_QUARTER = 0.2  # relative: of a quarter of a period, and of the size of a velocity
 
 #: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
 _LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
@@ -140,22 +144,47 @@ def compare_channels(
 
 
 def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
-    """Compare the two channels of a record; None where one is missing."""
+    """Compare the two channels of a record; None where one is missing.
+
+    Raises
+    ------
+    RecordError
+        The displacement is a velocity.
+    """
     if not {"acceleration", "displacement"} <= set(record.roles):
         return None
     k = group_size(record.sample_rate, frequency, points=_POINTS)
     found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
     if found is None:
         return None
-    k = group_size(record.sample_rate, frequency, points=_FINER)
-    law = phase_law(
-        *_means(record, k), k / record.sample_rate, frequency=frequency,
-        lag=found.lag, lag_error=found.lag_error,
-    )  # fmt: skip
+    turned, velocity = 4.0 * frequency * abs(found.lag), 2.0 * math.pi * frequency * abs(found.gain)
+    if abs(turned - 1.0) < _QUARTER and abs(math.log(velocity)) < _QUARTER:
+        raise RecordError(
+            "the displacement is a quarter of a period from the acceleration, and as large as its "
+            "integral: the channel shows a velocity; write quantity: velocity in campaign.yaml"
+        )
+    law = _law_beside(found, record, frequency)
     if law is None:  # one frequency cannot part a lag from a corner
         error = math.hypot(found.lag_error, found.lag)
         return replace(found, lag_error=error, phase_lag_error=error)
     return _with_corner(found, law, frequency)
+
+
+def law_in(record: RecordView, *, frequency: float) -> PhaseLaw | None:
+    """What the channels of a record say of each other over frequency; None where one is missing."""
+    if not {"acceleration", "displacement"} <= set(record.roles):
+        return None
+    k = group_size(record.sample_rate, frequency, points=_POINTS)
+    found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    return None if found is None else _law_beside(found, record, frequency)
+
+
+def _law_beside(found: Agreement, record: RecordView, frequency: float) -> PhaseLaw | None:
+    k = group_size(record.sample_rate, frequency, points=_FINER)
+    return phase_law(
+        *_means(record, k), k / record.sample_rate, frequency=frequency,
+        lag=found.lag, lag_error=found.lag_error, gain=found.gain,
+    )  # fmt: skip
 
 
 def _means(record: RecordView, k: int) -> tuple[FloatArray, FloatArray]:
@@ -214,6 +243,10 @@ class PhaseLaw:
     ----------
     own, own_error : the phase at the oscillation taken for a lag, s.
     above, above_error : lag of the lines above the oscillation alone, s.
+    misfit : of a corner and a lag, mean square over that of a lag of the lines above.
+    gain : acceleration over second derivative of the displacement, of slow lines.
+    spread, spread_error : s^2, by which the displacement is slower than the acceleration: variance
+        of the times over which it is the mean; negative where the acceleration is the slower one.
     """
 
     lag: float
@@ -224,11 +257,15 @@ class PhaseLaw:
     own_error: float = math.nan
     above: float = math.nan
     above_error: float = math.nan
+    misfit: float = 1.0
+    gain: float = math.nan
+    spread: float = 0.0
+    spread_error: float = math.inf
 
     @property
     def has_corner(self) -> bool:
         """Whether the acceleration is surely AC-coupled."""
-        return self.corner > _SURE * self.corner_error
+        return self.corner > _SURE * self.corner_error and self.misfit < _FITS
 
     @property
     def only_at_oscillation(self) -> bool:
@@ -244,7 +281,7 @@ class PhaseLaw:
 
 def phase_law(
     acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float,
-    lag: float, lag_error: float,
+    lag: float, lag_error: float, gain: float = 1.0,
 ) -> PhaseLaw | None:  # fmt: skip
     """Fit lag and corner to the phase between two channels.
 
@@ -258,6 +295,8 @@ def phase_law(
         Of the oscillation, Hz.
     lag, lag_error : float
         The phase at the oscillation, taken for a lag of the displacement, s.
+    gain : float
+        Acceleration over second derivative of the displacement there.
 
     Returns
     -------
@@ -294,12 +333,12 @@ def phase_law(
         for i in begins
     ]
     A, X = (np.stack(each) for each in zip(*lines, strict=True))
-    return law_of_lines(A, X, w, frequency=frequency, own=(lag, lag_error))
+    return law_of_lines(A, X, w, frequency=frequency, own=(lag, lag_error, abs(gain)))
 
 
 def law_of_lines(
     A: ComplexArray, X: ComplexArray, w: FloatArray, *, frequency: float,
-    own: tuple[float, float] | None = None,
+    own: tuple[float, float, float] | None = None,
 ) -> PhaseLaw | None:  # fmt: skip
     """Lag and corner from the lines of many segments.
 
@@ -311,61 +350,81 @@ def law_of_lines(
         rad/s, evenly spaced.
     frequency : float
         Of the oscillation, Hz.
-    own : tuple (value, error), optional
-        The phase at the oscillation, taken for a lag of X, s.
+    own : tuple (value, error, gain), optional
+        The phase at the oscillation, taken for a lag of X, s, and the size of the ratio there.
 
     Returns
     -------
     PhaseLaw or None
         None where too few lines stand out.
     """
-    cross = (A * X.conj()).sum(axis=0)
+    lag, lag_error = (0.0, math.nan) if own is None else own[:2]
+    cross = (A * X.conj()).sum(axis=0) * np.exp(-1j * w * lag)  # of a late channel: no phase wraps
     power_a, power_x = (np.abs(A) ** 2).sum(axis=0), (np.abs(X) ** 2).sum(axis=0)
     coherence = np.abs(cross) ** 2 / np.maximum(power_a * power_x, 1e-300)
     padded = np.pad(power_a, _TOPS)
     tops = np.lib.stride_tricks.sliding_window_view(padded, 2 * _TOPS + 1).max(axis=1)
     use = (coherence > _COHERENT) & (power_a == tops)
+    if use.sum() < _LINES:
+        return None
     if own is not None:  # two channels of one motion
-        use &= _of_the_mass(cross / np.maximum(power_x, 1e-300), w, use)
+        use &= _of_the_mass(cross / np.maximum(power_x, 1e-300), w, use, usual=own[2])
     # Halves overlap: independent segments are about 0.9 of them.
     error = np.sqrt((1.0 - coherence[use]) / (2.0 * coherence[use] * 0.9 * A.shape[0]) + 1e-14)
     sign = -1.0 if float((cross.real / np.maximum(power_x, 1e-300))[use].sum()) < 0.0 else 1.0
     phase = np.angle(sign * cross[use])
-    if use.sum() < _LINES:
+    if not use.any():
         return None
-    lag, lag_error = (math.nan, math.nan) if own is None else own
     turn = 2.0 * math.pi * frequency
-    known = ([], [], []) if own is None else ([turn], [turn * lag], [turn * lag_error])
+    known = ([], [], []) if own is None else ([turn], [0.0], [turn * lag_error])
     law = _fitted(*(np.append(a, b) for a, b in zip((w[use], phase, error), known, strict=True)))
     if law is None:
         return None
-    above, above_error = _straight(w[use], phase, error)
+    above, above_error, misfit = _straight(w[use], phase, error)
     floor = _LAG_FLOOR / frequency
+    # a mean over times of variance s^2 leaves exp(-(w s)^2/2) of a line
+    ratio = np.abs(cross) / np.maximum(power_x, 1e-300)
+    size, w2 = np.log(ratio[use]), w[use] ** 2
+    if own is not None:  # motion across the accelerometer's axis is in phase, too
+        size, w2, error = (
+            np.append(size, math.log(own[2])),
+            np.append(w2, turn**2),
+            np.append(error, _ACROSS),
+        )
+    line = np.stack([np.ones(size.size), 0.5 * w2], axis=1) / error[:, np.newaxis]
+    covariance = np.linalg.pinv(line.T @ line)
+    level, spread = covariance @ (line.T @ (size / error))
+    rest = size / error - line @ np.array([level, spread])
+    scale = max(1.0, float(rest @ rest) / max(1, size.size - 2))
     return replace(
         law,
+        gain=sign * math.exp(level),
+        spread=float(spread),
+        spread_error=math.sqrt(scale * covariance[1, 1]),
+        lag=lag + law.lag,
         lag_error=math.hypot(law.lag_error, floor),
         corner_error=math.hypot(law.corner_error, _CORNER_FLOOR * frequency),
-        own=lag,
+        own=math.nan if own is None else lag,
         own_error=lag_error,
-        above=above,
+        above=lag + above,
         above_error=math.hypot(above_error, floor),
+        misfit=law.misfit / misfit,
     )
 
 
-def _of_the_mass(ratio: ComplexArray, w: FloatArray, use: BoolArray) -> BoolArray:
-    """Lines whose ratio of the channels is as large and as late as that of most lines in use.
+def _of_the_mass(ratio: ComplexArray, w: FloatArray, use: BoolArray, *, usual: float) -> BoolArray:
+    """Lines whose ratio of the channels is near the usual one, and as late as that of most lines.
 
     Hum that both channels pick up is coherent, too; so is a mode of the sensor's mount.
     """
-    if not use.any():
-        return use
     size = np.abs(ratio)
-    usual = float(np.median(size[use]))
-    turned = ratio * np.sign(float(np.median(ratio.real[use])) or 1.0)
-    late = float(np.median(np.angle(turned[use]) / w[use]))
+    near = use & (size < _AS_LARGE * usual) & (size * _AS_LARGE > usual)
+    if not near.any():
+        return near
+    turned = ratio * np.sign(float(np.median(ratio.real[near])) or 1.0)
+    late = float(np.median(np.angle(turned[near]) / w[near]))
     off = np.abs(np.angle(turned * np.exp(-1j * w * late)))
-    allowed = max(_TURNED, _OUTLYING * float(np.median(off[use])))
-    return np.asarray((size < _AS_LARGE * usual) & (size * _AS_LARGE > usual) & (off < allowed))
+    return np.asarray(near & (off < max(_TURNED, _OUTLYING * float(np.median(off[near])))))
 
 
 def second_derivative_beside(
@@ -390,13 +449,13 @@ def second_derivative_beside(
     return A, X2 - 2j * w * X1 - w**2 * X
 
 
-def _straight(w: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float]:
-    """Weighted slope of phase = w lag and its error, which grows with the misfit."""
+def _straight(w: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float, float]:
+    """Weighted slope of phase = w lag, its error, which grows with the misfit, and the misfit."""
     weight = (w / error) ** 2
     slope = float((weight * phase / w).sum() / weight.sum())
     rest = (phase - w * slope) / error
     scale = max(1.0, float(rest @ rest) / max(1, w.size - 1))
-    return slope, math.sqrt(scale / float(weight.sum()))
+    return slope, math.sqrt(scale / float(weight.sum())), scale
 
 
 def _fitted(w: FloatArray, phase: FloatArray, error: FloatArray) -> PhaseLaw | None:
@@ -417,4 +476,5 @@ def _fitted(w: FloatArray, phase: FloatArray, error: FloatArray) -> PhaseLaw | N
     scale = max(1.0, float(rest @ rest) / max(1, w.size - 2))
     errors = np.sqrt(scale * np.diag(np.linalg.inv(matrix)))
     turn = 2.0 * math.pi
-    return PhaseLaw(float(p[0]), float(errors[0]), float(p[1] / turn), float(errors[1] / turn))
+    corner = float(p[1] / turn), float(errors[1] / turn)
+    return PhaseLaw(float(p[0]), float(errors[0]), *corner, misfit=scale)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.arrays import FloatArray, IntArray, usually_held
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import FilterSettings
@@ -114,9 +114,10 @@ def oscillation_of(record: RecordView) -> float | None:
     test = record.attributes.get("test")
     if test == "drop":
         return None
-    k = max(1, record.n // _SPECTRUM)
     looked_at = _LOOKED_AT if test else _LOOKED_AT[:1]
     for role in (role for role in looked_at if role in record.roles):
+        # the steps of a sensor of its own rate are no oscillation
+        k = max(1, record.n // _SPECTRUM, usually_held(record.read(role, 0, _SPECTRUM)))
         means = channel_means(record, role, k)
         try:
             return dominant_frequency(means, record.sample_rate / k, quantity=record.quantity(role))

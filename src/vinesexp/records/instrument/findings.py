@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.arrays import FloatArray, IntArray, usually_held
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import Channel, Record
 from vinesexp.records.instrument.joined import AnySamples
@@ -58,7 +58,7 @@ _REST = 0.03  # of the range: what is left of a motion that comes to rest
 _SHRINKS = 0.85  # of the quarter before: a motion that dies out
 _MIDST = 0.2  # of its range that a motion's place of rest is away from its ends
 _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
-_EQUAL = 4  # samples: a gap is as long
+_EQUAL, _HELD = 4, 3  # samples: a gap is as long, and as so many values of a slow sensor
 _QUANTA = 8.0  # usual steps
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
 
@@ -219,7 +219,7 @@ def periods(view: RecordView, role: str) -> float:
     The peak of the amplitude spectrum of the steps between block means; taking steps keeps a
     slow drift of the sensor from passing for motion.
     """
-    values = _thinned(view, role, 8192)
+    values = _thinned(view, role, min(8192, max(view.n // _held(view, role), 1)))
     steps = np.diff(values)
     steps -= steps.mean()
     if not np.any(steps):
@@ -227,6 +227,11 @@ def periods(view: RecordView, role: str) -> float:
     padding = 8
     spectrum = np.abs(np.fft.rfft(steps, padding * len(steps)))
     return float(np.argmax(spectrum)) / padding
+
+
+def _held(view: RecordView, role: str) -> int:
+    """Samples for which a channel usually keeps its value."""
+    return usually_held(view.read(role, 0, _BLOCK))
 
 
 def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
@@ -392,7 +397,7 @@ def _gaps_at(values: IntArray, index: IntArray, otherwise: int) -> IntArray:
 
 def _still(view: RecordView, role: str) -> tuple[IntArray, IntArray]:
     """First sample, and the one after the last, of each stretch of equal samples."""
-    found = list(equal_runs(view, role, least=_EQUAL))
+    found = list(equal_runs(view, role, least=max(_EQUAL, _HELD * _held(view, role))))
     none = np.empty(0, dtype=np.int64)
     starts = np.concatenate([none, *(runs.starts for runs in found)])
     return starts, starts + np.concatenate([none, *(runs.lengths for runs in found)])

@@ -1,0 +1,224 @@
+"""What the sensor of the displacement, or its coupling, leaves out, put back.
+
+A laser that averages, or is filtered, shows a mean over times of some variance s^2: the kinks that
+impacts make in the motion become round, and velocities beside them are wrong. Between the two
+channels this is a ratio that grows as exp((w s)^2/2) over frequency. What such a mean leaves out
+of the displacement is the acceleration, integrated twice, over a few s around:
+
+    x - mean of x = K * a,    K'' = delta - Gauss(s),
+
+so that it is put back sample by sample, and nothing of the slow errors of an accelerometer with it.
+Real sensors take other means than a Gauss. Twice as slow a mean of the displacement differs little
+whichever it was, and the acceleration gives the rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import oaconvolve
+from scipy.special import ndtr
+
+from vinesexp.arrays import FloatArray
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.signals.channel_agreement import PhaseLaw, law_in
+from vinesexp.signals.clocks import frequency_of_test, write_anew
+from vinesexp.signals.means import block_means, channel_means, fill_gaps, group_size
+
+_SURE = 5.0  # standard errors
+_LEAST = 3e-4  # s: contacts and mounts have as much
+_DISPLACEMENT, _RELEASED = "displacement", ("ringdown", "transient")
+_RELATIVE, _OTHERWISE = 0.25, 0.3  # by which what looks like the base may differ from it
+_FITS = 2.0  # mean square misfit of a corner, over that of a motion across
+_FEWEST, _POINTS = 8, 96  # cycles; means a cycle
+_LEFT, _ALIKE = 0.1, 0.2  # of the way of the middle, unexplained; of the release, unlike
+_HIGHEST = 0.3  # of the oscillation's frequency: corner
+_ENDS = 6.0  # s on either end that the mean of what lies beyond is not known
+_SLOWER = 2.0  # times the s of the sensor: what is taken of the displacement
+_REACH = 6.0  # standard deviations of a mean
+_SEEN = 1 << 18  # samples read at once
+
+
+def kernels(s: float, late: float, step: float) -> tuple[FloatArray, FloatArray]:
+    """Means of a slow displacement, and of the acceleration, whose sum is the true displacement.
+
+    Parameters
+    ----------
+    s : standard deviation of the times over which the sensor takes its mean, s.
+    late : by which the mean comes late, s.
+    step : between samples, s.
+
+    Returns
+    -------
+    array, array
+        At lags -n..n of samples each.
+
+    Examples
+    --------
+    >>> of_x, of_a = kernels(1e-3, 2e-4, 1e-4)
+    >>> round(float(of_x.sum()), 6), round(float(of_a.sum() / 2e-6), 3)
+    (1.0, -1.0)
+    """
+    whole = _SLOWER * s
+    n = math.ceil((_REACH * whole + abs(late)) / step)
+    t = step * np.arange(-n, n + 1)
+    of_x = np.exp(-0.5 * t**2 / (whole**2 - s**2))
+    t = t - late
+    gauss = np.exp(-0.5 * (t / whole) ** 2) / math.sqrt(2.0 * math.pi)
+    of_a = step * (np.maximum(t, 0.0) - t * ndtr(t / whole) - whole * gauss)
+    return of_x / of_x.sum(), np.asarray(of_a)
+
+
+def set_right(path: Path, record: Record) -> list[Check]:
+    """Put back into the displacement of a stored record what its sensor or its coupling left out.
+
+    Parameters
+    ----------
+    path : Path
+        records/<id>.nc, written anew where the displacement is slow or AC-coupled.
+    record : Record
+        Its row: id, test and frequency.
+    """
+    checks: list[Check] = []
+    for mend in (_beside_base, _coupled, _slow):
+        with open_record(path) as view:
+            if view.refused is not None or any(view.as_measured(role) for role in view.roles):
+                break
+            frequency = frequency_of_test(view, record)
+            if not frequency or _DISPLACEMENT not in view.roles:
+                break
+            law = law_in(view, frequency=frequency)
+            if (found := mend(view, record, law, frequency)) is None:
+                continue
+            check, blocks = found
+            streams = {role: _as_read(view, role) for role in view.roles} | {_DISPLACEMENT: blocks}
+            write_anew(path, view, streams, start=view.start)
+            checks.append(check)
+    return checks
+
+
+def _as_read(view: RecordView, role: str) -> Iterator[FloatArray]:
+    for first in range(0, view.n, _SEEN):
+        yield view.read(role, first, first + _SEEN)
+
+
+def _beside_base(
+    view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
+) -> tuple[Check, Iterator[FloatArray]] | None:
+    """The displacement in space, of a sensor that stands on the table.
+
+    The acceleration is that of displacement and base together, which differs at the oscillation
+    alone, by what the base channel shows there.
+    """
+    if law is None or law.misfit < _FITS or "base" not in view.roles:
+        return None
+    if view.quantity("base") != _DISPLACEMENT:
+        return None
+    w, k = 2.0 * math.pi * frequency, group_size(view.sample_rate, frequency, points=_POINTS)
+    n = view.n // k
+    line = np.exp(-1j * w * k / view.sample_rate * np.arange(n)) * np.hanning(n)
+    a, x, base = (
+        complex(channel_means(view, role, k)[:n] @ line)
+        for role in ("acceleration", _DISPLACEMENT, "base")
+    )
+    off = -a / w**2 / law.gain * np.exp(-1j * w * law.above) / x - 1.0
+    share = off / (base / x)
+    if abs(share.real - 1.0) > _RELATIVE or abs(share.imag) > _OTHERWISE:
+        return None
+    blocks = (view.read(_DISPLACEMENT, i, i + _SEEN) + view.read("base", i, i + _SEEN)
+              for i in range(0, view.n, _SEEN))  # fmt: skip
+    detail = (
+        "the displacement is that of the mass beside the table, not in space: the base was added. "
+        "Put the sensor on the floor"
+    )
+    return Check(record.id, "relative", "warning", detail), blocks
+
+
+def _coupled(
+    view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
+) -> tuple[Check, Iterator[FloatArray]] | None:
+    """The displacement without its AC coupling.
+
+    It has one where it is ahead of the acceleration, the less the higher the frequency; or where,
+    after a release, its middle comes back from as far as the mass was let go.
+    """
+    corner = _of_release(view, frequency) if record.test in _RELEASED else None
+    if corner is None:
+        if law is None or law.corner > -_SURE * law.corner_error or law.misfit > _FITS:
+            return None
+        corner = -law.corner
+    detail = (
+        f"the displacement is AC-coupled with a corner near {corner:.2g} Hz, which turns its phase "
+        "and takes its middle away: undone. Record it DC-coupled"
+    )
+    return Check(record.id, "coupling", "warning", detail), _without_coupling(view, corner)
+
+
+def _of_release(view: RecordView, frequency: float) -> float | None:
+    """Corner of the AC coupling that the middle of a motion shows after its release, Hz.
+
+    y + w_c (integral of y) is the true displacement but for a constant, which is the release.
+    """
+    fine = group_size(view.sample_rate, frequency, points=_POINTS)
+    rate = view.sample_rate / fine
+    k, x = max(1, round(rate / frequency)), channel_means(view, _DISPLACEMENT, fine)
+    middle, total = block_means(x, k), np.cumsum(x) / rate
+    total = total[: middle.size * k].reshape(-1, k).mean(axis=1)
+    size = 0.5 * np.ptp(x[: middle.size * k].reshape(-1, k), axis=1)
+    if middle.size < _FEWEST:
+        return None
+    first = int(np.argmax(size))
+    middle, total = middle[first + 1 :], total[first + 1 :]
+    line = np.stack([np.ones(middle.size), total], axis=1)
+    (release, w), rest, _, _ = np.linalg.lstsq(line, middle)
+    explained = rest.size and rest[0] < _LEFT * float(((middle - middle.mean()) ** 2).sum())
+    alike = abs(abs(release) / float(size[first]) - 1.0) < _ALIKE
+    corner = -float(w) / (2.0 * math.pi)
+    return corner if explained and alike and 0.0 < corner < _HIGHEST * frequency else None
+
+
+def _without_coupling(view: RecordView, corner: float) -> Iterator[FloatArray]:
+    w = 2.0 * math.pi * corner / view.sample_rate
+    zero = float(np.nanmean(view.read(_DISPLACEMENT, view.n // 2, view.n)))
+    total = 0.0
+    for x in _as_read(view, _DISPLACEMENT):
+        known = fill_gaps(x) - zero
+        whole = total + w * (np.cumsum(known) - 0.5 * known)
+        total += w * float(known.sum())
+        yield x + whole
+
+
+def _slow(
+    view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
+) -> tuple[Check, Iterator[FloatArray]] | None:
+    """The displacement as fast as the acceleration."""
+    if law is None or law.spread < max(_SURE * law.spread_error, _LEAST**2):
+        return None
+    detail = (
+        f"the displacement is a mean over some {1e3 * math.sqrt(12.0 * law.spread):.2g} ms (an "
+        "average, a filter, or a sensor of its own rate): what it leaves out beside impacts was "
+        "added from the acceleration"
+    )
+    return Check(record.id, "slow sensor", "ok", detail), _quickened(view, law)
+
+
+def _quickened(view: RecordView, law: PhaseLaw) -> Iterator[FloatArray]:
+    s, step = math.sqrt(law.spread), 1.0 / view.sample_rate
+    of_x, of_a = kernels(s, law.above, step)
+    n, end = of_x.size // 2, math.ceil((_ENDS * s + abs(law.above)) / step)
+    for first in range(0, view.n, _SEEN):
+        x = view.read(_DISPLACEMENT, first, first + _SEEN)
+        low, high = max(0, first - n), min(view.n, first + x.size + n)
+        pad = n - (first - low), n - (high - first - x.size)
+        whole = np.zeros(x.size)
+        for role, kernel in ((_DISPLACEMENT, of_x), ("acceleration", of_a / law.gain)):
+            around = np.pad(fill_gaps(view.read(role, low, high)), pad, mode="edge")
+            whole += oaconvolve(around, kernel, mode="valid")
+        index = np.arange(first, first + x.size)
+        known = np.isfinite(x) & (index >= end) & (index < view.n - end)
+        yield np.where(known, whole, np.nan)

@@ -1,0 +1,157 @@
+"""What the sensor of the displacement leaves out is put back; a good one is left as it is."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from vinesexp import Harmonic, Release
+from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.signals.channel_agreement import agreement_of
+from vinesexp.signals.condition import condition
+from vinesexp.signals.displacement_sensor import set_right
+from vinesexp.signals.impacts.find import impacts_of_record
+
+F0 = 7.862
+RATE = 1e4
+B = 0.031
+G25 = Harmonic(0.25e-3, F0)
+
+
+@pytest.fixture
+def channels(measure):
+    record = measure(b=[B], drive=G25, start=20.0, duration=30.0)
+    return {role: x[200_000:] for role, x in record.channels.items()}
+
+
+def stored(path, channels):
+    kinds = {
+        role: "acceleration" if role == "acceleration" else "displacement" for role in channels
+    }
+    with RecordWriter(path, sample_rate=RATE, quantities=kinds) as writer:
+        writer.append(channels)
+    return path
+
+
+def mended(channels, folder, test="periodic"):
+    """The displacement after it was set right, and the checks."""
+    path = stored(folder / "a.nc", channels)
+    checks = set_right(path, Record("a", path, test, frequency=(F0,)))
+    with open_record(path) as view:
+        return view.read("displacement"), checks
+
+
+def averaged(x, seconds):
+    n = round(seconds * RATE)
+    return np.convolve(np.concatenate([np.full(n - 1, x[0]), x]), np.ones(n) / n, "valid")
+
+
+def low_passed(x, hertz):
+    return signal.sosfilt(signal.butter(1, hertz, fs=RATE, output="sos"), x - x[0]) + x[0]
+
+
+def coupled(x, corner):
+    sos = signal.butter(1, corner, "high", fs=RATE, output="sos")
+    return signal.sosfilt(sos, x, zi=signal.sosfilt_zi(sos) * x[0])[0]
+
+
+def jumps(channels, folder):
+    """Velocity jumps by the displacement, and velocities before impacts."""
+    path = stored(folder / "j.nc", channels)
+    condition(path, folder / "c.nc", f0_hint=F0)
+    found = impacts_of_record(
+        path, folder / "c.nc", folder / "j.csv", clearance=[B], nes_mass=[0.032], test="periodic"
+    )
+    return found.jump_displacement_m_s, found.v_before_m_s
+
+
+SLOW = [
+    pytest.param(lambda x: averaged(x, 6.4e-3), id="64 samples averaged"),
+    pytest.param(lambda x: low_passed(x, 150.0), id="filter of 150 Hz"),
+]
+
+
+@pytest.mark.parametrize("sensor", SLOW)
+def test_jumps_and_velocities_beside_a_slow_sensor(sensor, channels, tmp_path):
+    """With 64 samples averaged M of a rig was three times the true one."""
+    true_jump, true_v = jumps(channels, tmp_path)
+    slow = {**channels, "displacement": sensor(channels["displacement"])}
+    x, checks = mended(slow, tmp_path)
+    assert {check.check for check in checks} == {"slow sensor"}
+    jump, v = jumps({**channels, "displacement": np.nan_to_num(x, nan=float(np.nanmean(x)))},
+                    tmp_path)  # fmt: skip
+    middle = slice(3, -3)
+    np.testing.assert_allclose(np.abs(jump[middle]), np.abs(true_jump[middle]), rtol=0.03)
+    np.testing.assert_allclose(np.abs(v[middle]), np.abs(true_v[middle]), rtol=0.01)
+
+
+def test_a_good_sensor_is_left_alone(channels, tmp_path):
+    late = {**channels, "displacement": np.roll(channels["displacement"], 20)}
+    for own in (channels, late):
+        x, checks = mended(own, tmp_path)
+        assert not checks
+        np.testing.assert_allclose(x, own["displacement"], atol=1e-8)
+
+
+def test_an_ac_coupled_displacement_in_a_steady_test(channels, tmp_path):
+    """At a twentieth of the oscillation's frequency r of a rig was 3 % off."""
+    x, (check,) = mended(
+        {**channels, "displacement": coupled(channels["displacement"], 0.4)}, tmp_path
+    )
+    assert (check.check, check.outcome) == ("coupling", "warning")
+    late = slice(20_000, 80_000)
+    off = (x - channels["displacement"])[late]
+    assert np.std(
+        off - np.polyval(np.polyfit(np.arange(off.size), off, 1), np.arange(off.size))
+    ) < (0.01 * np.std(channels["displacement"]))
+
+
+@pytest.mark.parametrize("corner", [0.16, 0.5, 2.0])
+def test_the_middle_of_a_decay_tells_an_ac_coupling(corner, tmp_path):
+    """Taken as it is, zeta was off by five errors, and the release by half."""
+    t = np.arange(60_000) / RATE
+    w = 2.0 * np.pi * F0
+    x = 0.02 * np.exp(-0.005 * w * t) * np.cos(w * t)
+    x, (check,) = mended({"displacement": coupled(np.append(np.full(9000, 0.02), x), corner)},
+                         tmp_path, "ringdown")  # fmt: skip
+    assert check.check == "coupling"
+    moves = x[9000:]
+    expected = 0.02 * np.exp(-0.005 * w * t) * np.cos(w * t)
+    off = moves - expected
+    assert np.ptp(off - np.polyval(np.polyfit(t, off, 1), t)) < 0.05 * 0.02
+
+
+def test_a_sensor_that_drifts_or_creeps_is_not_coupled(tmp_path):
+    t = np.arange(60_000) / RATE
+    w = 2.0 * np.pi * F0
+    x = 0.02 * np.exp(-0.005 * w * t) * np.cos(w * t)
+    for drift in (5e-4 * t, 2e-3 * np.exp(-t / 0.5), 0.01 + 0.0 * t):
+        found, checks = mended({"displacement": x + drift}, tmp_path, "ringdown")
+        assert not checks
+        np.testing.assert_allclose(found, x + drift, atol=1e-8)
+
+
+def test_a_sensor_on_the_table_shows_the_mass_beside_it(channels, tmp_path):
+    """Gains that change by 15 and 19 % were named."""
+    x, base = channels["displacement"], channels["base"]
+    seen, (check,) = mended({**channels, "displacement": x - base}, tmp_path)
+    assert (check.check, check.outcome) == ("relative", "warning")
+    np.testing.assert_allclose(seen, x, atol=1e-9)
+
+
+def test_a_velocity_that_is_called_a_displacement_is_refused(channels, tmp_path):
+    speed = np.gradient(channels["displacement"]) * RATE
+    path = stored(tmp_path / "v.nc", {**channels, "displacement": speed})
+    with open_record(path) as view, pytest.raises(RecordError, match="quantity: velocity"):
+        agreement_of(view, frequency=F0)
+
+
+def test_a_release_keeps_its_impacts(measure, tmp_path):
+    record = measure(
+        b=[B], start=0.0, duration=8.0, drive=None,
+        release=Release(x0=0.02, v0=0.0, y0=[0.02 + 0.99 * B], vy0=[0.0]),
+    )  # fmt: skip
+    x, checks = mended(record.channels, tmp_path, "transient")
+    assert not checks
+    np.testing.assert_allclose(x, record.channels["displacement"], atol=1e-8)
