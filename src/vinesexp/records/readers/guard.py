@@ -3,29 +3,30 @@
 Bytes that were damaged or made up can crash the library that reads a format, hold it for ever or
 have it ask for all memory there is. The child has limits of processor time and memory in proportion
 to the size of the file; when it dies, the file is refused in one line. It opens the file once and
-gives blocks for as long as the source is used. It is a copy (fork) of this process where that has
-a single thread, else of one that is kept for it: both take a few milliseconds.
-Its refusals need no file: who asked names it.
-On macOS, where libraries may not survive a fork, a new process is started.
+gives blocks for as long as the source is used. Its refusals need no file: who asked names it.
+
+It is a copy (fork) of this process where that has a single thread: the copy of one that has several
+may wait for ever on a lock that one of them held. Else, and on macOS, where libraries may not
+survive a fork, it is a new process, which takes a quarter of a second more.
+
+A message between both is two lengths, a pickle, and the samples of a block if there are any.
 """
 
 from __future__ import annotations
 
-import atexit
 import faulthandler
 import os
 import pickle
 import select
 import signal
-import socket
 import struct
 import subprocess
 import sys
-import threading
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
@@ -33,7 +34,7 @@ from typing import Any, NoReturn, Protocol
 from vinesexp.arrays import FloatArray
 from vinesexp.environment import THREAD_VARIABLES
 from vinesexp.errors import RecordError, VinesexpError
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, file_of
+from vinesexp.records.readers.source import BLOCK_ROWS, Source, file_of
 from vinesexp.records.readers.unread import unreadable
 
 if sys.platform == "win32":
@@ -52,27 +53,6 @@ _DEATHS = {
     signal.SIGKILL: "the process that read it was killed (out of memory?)",
 }
 
-# A process of a single thread that makes the processes in which files are read.
-#
-# Copying a process (fork) takes a few milliseconds, and a new Python a fifth of a second; but a
-# copy of a process that has several threads may wait for ever on a lock that one of them held.
-# Most processes have several: the matrix library of numpy alone starts some. So a process of one
-# thread is started once, loads the library of a format when the first file of it comes, and copies
-# itself for every file. It serves the process that started it and the forks of that one, and ends
-# with the last of them. (`multiprocessing` has such a server, whose children run the caller's main
-# program again.)
-#
-# For every file the caller keeps one end of a socket: the server writes the number of the process
-# to it, and how it ended; when the caller closes its end, the process is ended.
-#
-# The side of a guarded reader that may crash: a process that serves one source by pipe.
-#
-# A message is two lengths, a pickle, and the samples of a block if there are any. Whatever goes
-# wrong in the reader is answered as a refusal with its reason; what cannot be answered ends the
-# process, and who asked sees the pipe close.
-_NUMBER = struct.Struct("<i")
-_LONGEST = 1 << 16  # bytes of a request
-
 #: Libraries start threads of their own unless they are told not to.
 ONE_THREAD = {
     **dict.fromkeys(THREAD_VARIABLES, "1"),
@@ -81,174 +61,8 @@ ONE_THREAD = {
     "ARROW_IO_THREADS": "1",
 }
 
-_lock = threading.Lock()
-_server: socket.socket | None = None
 _HEAD = struct.Struct("<QQ")  # bytes of the pickle, and of the samples beside it
 _PIPE = 1 << 20  # bytes that a pipe holds: fewer changes between the two processes
-
-
-def fork_for(
-    module: str, path: Path, limits: tuple[int, float, int], requests: int, answers: int
-) -> tuple[socket.socket, int]:
-    """Have a file served by a new process.
-
-    Parameters
-    ----------
-    module : str
-        The reader's.
-    path, limits, requests, answers
-        As of `serve_reader`.
-
-    Returns
-    -------
-    life : socket
-        Closing it ends the process; `ended` reads from it how it ended.
-    pid : int
-
-    Raises
-    ------
-    OSError
-        The server is not to be had.
-    """
-    ours, theirs = socket.socketpair()
-    try:
-        request = pickle.dumps((module, os.path.abspath(path), limits))
-        ends = [requests, answers, theirs.fileno()]
-        try:
-            socket.send_fds(_running(), [request], ends)
-        except OSError:  # it ended, by the hand of somebody
-            _forget()
-            socket.send_fds(_running(), [request], ends)
-        theirs.close()
-        number = ours.recv(_NUMBER.size)
-        if len(number) < _NUMBER.size:
-            raise OSError("no process to read in can be made")
-    except BaseException:
-        ours.close()
-        raise
-    finally:
-        theirs.close()
-    return ours, int(_NUMBER.unpack(number)[0])
-
-
-def ended(life: socket.socket) -> int:
-    """Wait for a process; its exit status, negative: the signal that ended it."""
-    with suppress(OSError):
-        status = life.recv(_NUMBER.size)
-        if len(status) == _NUMBER.size:
-            return int(_NUMBER.unpack(status)[0])
-    return -signal.SIGKILL
-
-
-def _running() -> socket.socket:
-    global _server
-    with _lock:
-        if _server is None:
-            _server, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-            with theirs:
-                code = "from vinesexp.records.readers.guard import main; main()"
-                process = subprocess.Popen(
-                    [sys.executable, "-c", code, str(theirs.fileno())],
-                    pass_fds=[theirs.fileno()],
-                    stdin=subprocess.DEVNULL,
-                    env={
-                        **os.environ,
-                        **ONE_THREAD,
-                        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
-                    },
-                )
-            atexit.register(_end, process, _server, os.getpid())
-        return _server
-
-
-def _forget() -> None:
-    global _server
-    with _lock:
-        _server = None
-
-
-def _end(process: subprocess.Popen[bytes], server: socket.socket, owner: int) -> None:
-    """Let the server go with this process, unless forks of it go on."""
-    server.close()
-    if os.getpid() == owner:
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(timeout=0.5)
-        process.returncode = process.returncode or 0  # no word about one that outlives this process
-
-
-@dataclass
-class _Server:
-    """What the server's loop knows: who asks, and the processes that are alive."""
-
-    asking: socket.socket
-    wake: int
-    alive: dict[int, socket.socket] = field(default_factory=dict)
-    ending: set[int] = field(default_factory=set)
-
-    def serve(self) -> None:
-        """Until nobody is left who could ask."""
-        asked = True
-        while asked or self.alive:
-            lives = [life for pid, life in self.alive.items() if pid not in self.ending]
-            watched: list[int | socket.socket] = [
-                self.wake,
-                *lives,
-                *([self.asking] if asked else []),
-            ]
-            ready = select.select(watched, [], [])[0]
-            if self.wake in ready:
-                os.read(self.wake, 4096)
-                self._bury()
-            for pid, life in self.alive.items():
-                if life in ready and pid not in self.ending:
-                    self.ending.add(pid)
-                    os.kill(pid, signal.SIGKILL)  # not yet waited for: the number is still its own
-            if self.asking in ready:
-                asked = self._fork()
-
-    def _bury(self) -> None:
-        with suppress(ChildProcessError):
-            while (found := os.waitpid(-1, os.WNOHANG))[0]:
-                life = self.alive.pop(found[0])
-                self.ending.discard(found[0])
-                with suppress(OSError):
-                    life.send(_NUMBER.pack(os.waitstatus_to_exitcode(found[1])))
-                life.close()
-
-    def _fork(self) -> bool:
-        request, ends, _, _ = socket.recv_fds(self.asking, _LONGEST, 3)
-        if not request:
-            return False
-        name, path, limits = pickle.loads(request)
-        reader = import_module(name)
-        for library in getattr(reader, "LIBRARIES", ()):
-            with suppress(ImportError):  # the reader says what to type
-                import_module(library)
-        requests, answers, life = ends
-        pid = os.fork()
-        if pid == 0:
-            signal.set_wakeup_fd(-1)
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-            for one in (self.asking, *self.alive.values()):
-                one.close()
-            os.close(life)
-            serve_reader(reader, Path(path), limits, requests, answers)
-        os.close(requests)
-        os.close(answers)
-        self.alive[pid] = socket.socket(fileno=life)
-        with suppress(OSError):
-            self.alive[pid].send(_NUMBER.pack(pid))
-        return True
-
-
-def main() -> None:
-    """The server's process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asks is told, and ends this one
-    wake, rung = os.pipe()
-    os.set_blocking(rung, False)
-    signal.set_wakeup_fd(rung, warn_on_full_buffer=False)
-    signal.signal(signal.SIGCHLD, lambda *_: None)
-    _Server(socket.socket(fileno=int(sys.argv[1])), wake).serve()
 
 
 def send(pipe: int, message: Any) -> None:
@@ -294,17 +108,19 @@ def _read(pipe: int, count: int) -> bytearray:
     return found
 
 
-def serve_reader(
-    reader: Any, path: Path, limits: tuple[int, float, int], requests: int, answers: int
-) -> NoReturn:
-    """Answer requests until nobody asks any more, then end this process."""
+def serve_reader(reader: Any, path: Path, limits: Limits, requests: int, answers: int) -> NoReturn:
+    """Answer requests until nobody asks any more, then end this process.
+
+    Whatever goes wrong in the reader is answered as a refusal with its reason; what cannot be
+    answered ends the process, and who asked sees the pipe close.
+    """
     try:
         faulthandler.disable()  # a crash is reported by who asked
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is told, and ends this one
         silent = os.open(os.devnull, os.O_WRONLY)
         os.dup2(silent, 1)
         os.dup2(silent, 2)
-        _limit(limits[0], limits[2])
+        _limit(limits.seconds, limits.memory)
         source: Any = None
         streams: dict[int, Iterator[Any]] = {}
         while True:
@@ -337,9 +153,7 @@ def refusal(error: Exception, name: str) -> tuple[str, str | None]:
 
 
 def _facts(source: Any) -> dict[str, Any]:
-    names = ("format", "sample_interval", "start", "time_column", "stated_rows", "parts", "losses")
-    columns = [(c.name, c.unit, c.interval, c.start) for c in source.columns]
-    return {**{name: getattr(source, name) for name in names}, "columns": columns}
+    return {name: getattr(source, name) for name in Source.__annotations__ if name != "path"}
 
 
 def _limit(seconds: int, memory: int) -> None:
@@ -358,15 +172,10 @@ def _limit(seconds: int, memory: int) -> None:
 
 
 def serve_in_new_process() -> None:
-    """Serve a source in a process that was started, not copied."""
-    module, path, seconds, patience, memory, requests, answers = sys.argv[1:]
-    serve_reader(
-        import_module(module),
-        Path(path),
-        (int(seconds), float(patience), int(memory)),
-        int(requests),
-        int(answers),
-    )
+    """Serve a source in a process that was started, not copied; the first message says which."""
+    requests, answers = map(int, sys.argv[1:])
+    module, path, limits = receive(requests)
+    serve_reader(import_module(module), path, limits, requests, answers)
 
 
 class Reader(Protocol):
@@ -439,10 +248,7 @@ class GuardedSource(Source):
         self._end = weakref.finalize(self, _finish, self._child, os.getpid())
         self._dead: RecordError | None = None
         self._streams = 0
-        facts = self._ask(("open",))
-        self.columns = tuple(Column(*column) for column in facts.pop("columns"))
-        self.format = facts.pop("format")
-        vars(self).update(facts)
+        vars(self).update(self._ask(("open",)))
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
@@ -495,34 +301,21 @@ class GuardedSource(Source):
 
 @dataclass
 class _Child:
-    """A process that serves one source, and the ends of its pipes.
-
-    `life` is the socket of one that the fork server made, `process` one that was started.
-    """
+    """A process that serves one source, the ends of its pipes, and what waits for its end."""
 
     pid: int
     requests: int
     answers: int
-    life: socket.socket | None = None
-    process: subprocess.Popen[bytes] | None = None
+    end: Callable[[], int]
     status: int | None = None
 
     def wait(self, *, kill: bool) -> int:
         """Exit status; negative: the signal that ended it."""
         if self.status is None:
-            if self.life is not None:
-                if kill:
-                    self.life.shutdown(socket.SHUT_WR)
-                self.status = ended(self.life)
-                self.life.close()
-                return self.status
-            if kill:
+            if kill:  # not yet waited for: the number is still its own
                 with suppress(ProcessLookupError):
                     os.kill(self.pid, signal.SIGKILL)
-            if self.process is not None:
-                self.status = self.process.wait()
-            else:
-                self.status = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+            self.status = self.end()
         return self.status
 
 
@@ -536,39 +329,38 @@ def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
     from_child, answers = os.pipe()
     widen(answers)
     try:
-        if sys.platform != "linux":
-            process = _new_process(reader, path, limits, requests, answers)
-            return _Child(process.pid, to_child, from_child, process=process)
-        if threads() == 1:
-            for library in getattr(reader, "LIBRARIES", ()):
-                with suppress(ImportError):  # the reader says what to type
-                    import_module(library)  # once for all files, not in every child
-        if threads() > 1:  # of this process, or brought by a library
-            life, pid = fork_for(reader.__name__, path, astuple(limits), requests, answers)
-            return _Child(pid, to_child, from_child, life)
-        pid = os.fork()
-        if pid == 0:  # pragma: no cover
-            os.close(to_child)
-            os.close(from_child)
-            serve_reader(reader, path, astuple(limits), requests, answers)
-        return _Child(pid, to_child, from_child)
+        if _may_fork(reader):
+            pid = os.fork()
+            if pid == 0:  # pragma: no cover
+                os.close(to_child)
+                os.close(from_child)
+                serve_reader(reader, path, limits, requests, answers)
+            return _Child(pid, to_child, from_child, partial(_waited_for, pid))
+        code = "from vinesexp.records.readers.guard import serve_in_new_process as main; main()"
+        process = subprocess.Popen(
+            [sys.executable, "-c", code, str(requests), str(answers)],
+            pass_fds=(requests, answers),
+            stdin=subprocess.DEVNULL,
+            env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
+        send(to_child, (reader.__name__, path.absolute(), limits))
+        return _Child(process.pid, to_child, from_child, process.wait)
     finally:
         os.close(requests)
         os.close(answers)
 
 
-def _new_process(
-    reader: Reader, path: Path, limits: Limits, requests: int, answers: int
-) -> subprocess.Popen[bytes]:
-    code = "from vinesexp.records.readers.guard import serve_in_new_process as main; main()"
-    return subprocess.Popen(
-        [
-            *(sys.executable, "-c", code, reader.__name__, os.fspath(path)),
-            *map(str, (*astuple(limits), requests, answers)),
-        ],
-        pass_fds=(requests, answers),
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    )
+def _waited_for(pid: int) -> int:
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+def _may_fork(reader: Reader) -> bool:
+    if sys.platform != "linux" or threads() > 1:
+        return False
+    for library in getattr(reader, "LIBRARIES", ()):
+        with suppress(ImportError):  # the reader says what to type
+            import_module(library)  # once for all files, not in every child
+    return threads() == 1  # a library may bring some
 
 
 def _finish(child: _Child, owner: int) -> None:
