@@ -43,8 +43,8 @@ COMMANDS = {
 }
 
 
-def build_parser(command: str | None = None) -> argparse.ArgumentParser:
-    """The argument parser; only the module of `command` is imported, so that help stays quick."""
+def build_parser(*commands: str | None) -> argparse.ArgumentParser:
+    """The argument parser; only the modules of `commands` are imported: help stays quick."""
     from vinesexp import __version__
 
     parser = argparse.ArgumentParser(
@@ -57,7 +57,7 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, purpose in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=purpose, description=purpose)
-        if name == command:
+        if name in commands:
             module = import_module(f"vinesexp.commands.{name}")
             module.add_arguments(subparser)
             subparser.set_defaults(run=module.run)

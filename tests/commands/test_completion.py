@@ -38,7 +38,7 @@ def test_bash_completes_commands_options_and_files(line, expected, capsys, tmp_p
     words = line.split(" ")
     ask = (
         f"{script}\nCOMP_WORDS=({' '.join(words)})\nCOMP_CWORD={len(words) - 1}\n"
-        "_vinesexp\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n"
+        "_shtab_vinesexp\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n"
     )
     done = subprocess.run(
         ["bash", "-c", ask], capture_output=True, text=True, cwd=tmp_path, check=True
