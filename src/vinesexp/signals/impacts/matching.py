@@ -17,16 +17,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import toeplitz
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import STRETCH, louder, stretch_noise, strongest
-from vinesexp.signals.impacts.template import Template
+from vinesexp.signals.impacts.template import Template, lowpassed_impulse
 
 _ROUNDS = 8
 _QUIETER = 0.7  # times the noise believed before
 _STEPS = 5  # Gauss-Newton steps a round, at most
+_STEPS_CLIPPED = 40  # where each step changes what the samples are
 _STILL = 1e-3  # samples: a smaller step changes nothing
+_QUIET = 0.1  # of the noise: a smaller change of what is given back changes nothing
 _TOGETHER = 16  # contacts of a chain that are moved at once
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 _RINGS = 0.5  # of its peak: ringing that overlaps the next contact
@@ -169,8 +172,10 @@ def _finished(state: State, seen: IntArray) -> Contacts:
         flags = none.astype(bool)
         return Contacts(none, none, none, none, none, none, none, none, flags, flags)
     noise, template = state.noise_at(), state.template
-    _, _, _, vv, vs, ss = normal_equations(state, seen)
+    _, value, slope, vv, vs, ss = normal_equations(state, seen)
     determinant = np.maximum(vv * ss - vs * vs, 1e-300)
+    own_shape = np.abs(ss[:, np.newaxis] * value - vs[:, np.newaxis] * slope)
+    own_shape = own_shape @ template.model_error[seen - template.first] / determinant
     place_error = noise * np.sqrt(vv / determinant)
     height_error = noise * np.sqrt(ss / determinant)
     own_error = template.model_error[
@@ -189,9 +194,11 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     index, u, inside = state.windows(core)
     rest = state.residual()[index] * (inside & state.valid[index])
     area, area_error = _areas(state, u, rest, inside & state.valid[index], noise)
-    shape_error = np.abs(template.area) * (height_error + from_others + own_error)
     whole = (inside & state.valid[index]).all(1)
-    area_error = np.where(whole, area_error, shape_error)
+    # The height of a contact that is seen in part is what the shape makes of that part.
+    by_shape = own_shape * np.abs(state.height)
+    of_part = np.abs(template.area) * (height_error + from_others + by_shape)
+    area_error = np.where(whole, area_error, of_part)
     peak = np.abs(state.a[index] * inside).max(1)
     gap = np.diff(state.place)
     close = gap < 0.5 * (core.size - 1)
@@ -235,6 +242,7 @@ class State:
     place: FloatArray
     height: FloatArray
     sure: BoolArray
+    given: FloatArray | float = 0.0  # to the samples beside clipped ones, m/s^2
 
     def windows(self, lags: IntArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Sample index, lag, and whether there is a sample, for every contact."""
@@ -250,6 +258,26 @@ class State:
     def residual(self) -> FloatArray:
         """The array less all contacts."""
         return less(self.a, self.place, self.height, self.template)
+
+    def give_back(self) -> float:
+        """Lower what is beside clipped samples as the highpass would; return the change, m/s^2.
+
+        A clipped sample lacks what its contact reaches beyond the limit. The highpass lowers what
+        is around a contact by a share of its area: where that is clipped by too little, for
+        milliseconds and by many times the noise.
+        """
+        over = np.flatnonzero(self.clipped)
+        if not over.size or not self.template.corner:
+            return 0.0
+        rest, sign = self.residual()[over], np.sign(self.a[over])
+        lacking = np.maximum(-rest * sign, 0.0) * sign
+        index = over[:, np.newaxis] + np.arange(self.template.first, self.template.last + 1)
+        inside = (index >= 0) & (index < self.a.size)
+        lowered = (lacking[:, np.newaxis] * self.template.taken)[inside]
+        given = -np.bincount(index[inside], lowered, self.a.size).astype(np.float64, copy=False)
+        change, self.given = given - self.given, given
+        self.a = self.a + change
+        return float(np.abs(change).max())
 
 
 def less(a: FloatArray, place: FloatArray, height: FloatArray, template: Template) -> FloatArray:
@@ -269,8 +297,9 @@ def less(a: FloatArray, place: FloatArray, height: FloatArray, template: Templat
 
 def settle(state: State, seen: IntArray) -> None:
     """Gauss-Newton until nothing moves that matters."""
-    for _ in range(_STEPS):
-        if _refine(state, seen) < _STILL:
+    for _ in range(_STEPS_CLIPPED if state.clipped.any() else _STEPS):
+        moved, given = _refine(state, seen), state.give_back()
+        if moved < _STILL and given < _QUIET * float(state.noise.min()):
             break
 
 
@@ -292,6 +321,12 @@ def normal_equations(
     slope *= -state.height[:, np.newaxis]
     counts = state.valid if also is None else state.valid | also
     use = inside & counts[index]
+    beyond = state.clipped[index] & ~use & inside
+    if beyond.any() and state.template.corner:
+        taken = toeplitz(
+            lowpassed_impulse(np.arange(seen.size, dtype=np.float64), state.template.corner)
+        )
+        value, slope = value + (value * beyond) @ taken, slope + (slope * beyond) @ taken
     if not use.all():
         value, slope = value * use, slope * use
     vv, vs, ss = ((value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1))

@@ -67,6 +67,8 @@ class Template:
     model_error : array
         What single impacts differ from the shape, relative to their height, for each whole lag.
     shape : Shape
+    corner : float
+        Of the zero-phase highpass that the samples went through, cycles a sample; 0: none.
     learnt_from : int
         Impacts the shape was fitted to; 0: assumed.
     """
@@ -79,6 +81,7 @@ class Template:
     core: tuple[int, int]
     model_error: FloatArray = field(repr=False)
     shape: Shape
+    corner: float = 0.0
     learnt_from: int = 0
 
     @property
@@ -136,6 +139,13 @@ class Template:
             lower += part * (rows[row + FINE + 1] - lower)
             out.append(lower)
         return out[0], out[1]
+
+    @cached_property
+    def taken(self) -> FloatArray:
+        """What the highpass takes of a sample of height 1, at the lags of the table."""
+        return lowpassed_impulse(
+            np.arange(self.first, self.last + 1, dtype=np.float64), self.corner
+        )
 
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray]:
@@ -199,8 +209,9 @@ def template_of(
     model_error = 0.1 * neighbourhood(values, span[1] - span[0] + 1)  # until one is learnt
     slopes = np.gradient(values, 1.0 / FINE)
     return Template(
-        span[0], values, slopes, momentum / height, kept, core, model_error, shape, learnt_from
-    )
+        span[0], values, slopes, momentum / height, kept, core, model_error, shape,
+        (highpass or 0.0) * dt, learnt_from,
+    )  # fmt: skip
 
 
 def neighbourhood(values: FloatArray, size: int) -> FloatArray:
@@ -244,11 +255,11 @@ def _undershoot(u: FloatArray, contact: FloatArray, dt: float, highpass: float) 
     push = contact[np.flatnonzero(contact)[0] : np.flatnonzero(contact)[-1] + 1]
     lead = np.flatnonzero(contact)[0] + round(u[0] * FINE)  # of its first entry, from lag 0
     far = np.arange(u.size + push.size - 1) - (push.size - 1) - lead
-    impulse = dt * _lowpassed((u[0] + far / FINE) * dt, highpass)
+    impulse = dt * lowpassed_impulse((u[0] + far / FINE) * dt, highpass)
     return np.asarray(np.convolve(impulse, push / push.sum(), mode="valid"))
 
 
-def _lowpassed(t: FloatArray, corner: float) -> FloatArray:
+def lowpassed_impulse(t: FloatArray, corner: float) -> FloatArray:
     """What a zero-phase second-order Butterworth highpass takes from a unit impulse, 1/s.
 
     |H|^2 = f^4/(f^4 + fc^4) forward and backward leaves out fc^4/(f^4 + fc^4), whose impulse
