@@ -7,7 +7,8 @@ console, a log and a report can show it as it is.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 _LONGEST = 1000  # characters of a word in a message
@@ -65,6 +66,25 @@ class TableError(VinesexpError):
 
 class AnalysisError(VinesexpError):
     """The data do not hold what was asked of them (too short, no impact, no decay)."""
+
+
+@contextmanager
+def naming(file: str | Path) -> Iterator[None]:
+    """Name the file in refusals of a record that name none: who asks for a file names it.
+
+    Examples
+    --------
+    >>> with naming("raw/a.csv"):
+    ...     raise RecordError("is empty")
+    Traceback (most recent call last):
+    vinesexp.errors.RecordError: raw/a.csv: is empty
+    """
+    try:
+        yield
+    except RecordError as error:
+        if error.file is not None:
+            raise
+        raise RecordError(error.problem, file=file, where=error.where) from None
 
 
 def shown(text: str) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import RecordError
+from vinesexp.errors import RecordError, naming
 from vinesexp.records.instrument.timebase import Clock, UnevenClockError
 from vinesexp.records.readers import Column, Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
@@ -405,11 +405,12 @@ def is_other_time(name: str, other: str) -> bool:
 def _values(source: Source, columns: Sequence[int]) -> dict[int, FloatArray]:
     """The samples of some columns, the first `_MOST` rows."""
     blocks, count = [], 0
-    for block in source.blocks(columns):
-        blocks.append(marks_to_infinity(block))
-        count += len(block)
-        if count >= _MOST:
-            break
+    with naming(source.path):
+        for block in source.blocks(columns):
+            blocks.append(marks_to_infinity(block))
+            count += len(block)
+            if count >= _MOST:
+                break
     whole = np.concatenate(blocks)[:_MOST].T if blocks else np.zeros((len(columns), 0))
     return {j: np.ascontiguousarray(row) for j, row in zip(columns, whole, strict=True)}
 
@@ -463,7 +464,7 @@ def _kind(values: FloatArray, unit: str | None) -> str:
 
 def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float, list[str], bool]:
     """Rate of a column of times, Hz, what a check says of them, and whether they are even."""
-    clock = Clock(source.path, source.locate, UNITS["time"][unit])
+    clock = Clock(source.locate, UNITS["time"][unit])
     try:
         clock.add(times, row=0)
         return clock.finish()[0], clock.remarks(), True

@@ -10,7 +10,7 @@ from vinesexp.records.instrument.timebase import Clock, UnevenClockError
 
 
 def run(times, block=None, size=1.0):
-    clock = Clock("raw/a.csv", lambda row: f"row {row}", size)
+    clock = Clock(lambda row: f"row {row}", size)
     step = block or len(times)
     for begin in range(0, len(times), step):
         clock.add(np.asarray(times[begin : begin + step], dtype=float), row=begin)
@@ -134,7 +134,7 @@ def test_single_precision_times_are_uniform_while_they_are_fine_enough():
 @pytest.mark.parametrize("digits", [3, 4, 5])
 def test_times_of_few_digits_stand_still_and_leap(digits):
     # As oscilloscopes print them, -2.50E-02 25 microseconds apart: finer about zero.
-    clock = Clock("raw/a.csv", str)
+    clock = Clock(str)
     clock.add(
         np.array([float(f"{(i - 1000) * 2.5e-5:.{digits - 1}e}") for i in range(2000)]), row=0
     )

@@ -504,9 +504,7 @@ def _paused(
         return {}
     said = next(said for check, said in samples.warnings if check == "time")
     if record.test == "drop":
-        raise RecordError(
-            f"{said}: a drop test needs every hit; cut the record there", file=record.file
-        )
+        raise RecordError(f"{said}: a drop test needs every hit; cut the record there")
     _refuse_pieces(view, record, samples.gaps, period, said)
     return dict.fromkeys(view.roles, samples.gaps)
 
@@ -521,10 +519,7 @@ def _refuse_pieces(
     edges = np.array([0, *(edge for gap in long for edge in gap), view.n])
     longest = int(np.diff(edges)[::2].max())
     if longest < _LEAST_PERIODS * period:
-        raise RecordError(
-            f"{said}; no two periods of the motion are complete; look at the sensor",
-            file=record.file,
-        )
+        raise RecordError(f"{said}; no two periods of the motion are complete; look at the sensor")
 
 
 def _left_out(
@@ -552,8 +547,7 @@ def _period(view: RecordView, record: Record) -> float | None:
         raise RecordError(
             f"frequency_hz is {max(record.frequency):g} Hz, the record is sampled at "
             f"{view.sample_rate:g} Hz: expected less than half of that; correct records.csv, or "
-            "the times or the sample rate",
-            file=record.file,
+            "the times or the sample rate"
         )
     if record.test == "drop":  # a bouncing ball has no period
         return None
@@ -561,21 +555,18 @@ def _period(view: RecordView, record: Record) -> float | None:
     if motion is None:
         raise RecordError(
             f"{', '.join(view.roles)} alone is enough for drop tests only, expected a channel of "
-            f"the motion in a {record.test} test; correct 'test' in records.csv, or the channels",
-            file=record.file,
+            f"the motion in a {record.test} test; correct 'test' in records.csv, or the channels"
         )
     seconds = view.n / view.sample_rate
     held = seconds * min(record.frequency) if record.frequency else periods(view, motion)
     if held == 0.0:
         raise RecordError(
-            f"{motion} shows no motion; is it the right column, and was the sensor on?",
-            file=record.file,
+            f"{motion} shows no motion; is it the right column, and was the sensor on?"
         )
     if held < _LEAST_PERIODS:
         raise RecordError(
             f"{seconds:.3g} s hold {held:.2g} periods of the motion, expected at least two; record "
-            "longer",
-            file=record.file,
+            "longer"
         )
     return view.n / held
 
@@ -595,9 +586,7 @@ def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Chec
     loud = defect == "saturated" and channel.role in ("acceleration", "sound")
     if defect in channel.accept or loud:
         return Check(record.id, defect, "warning", reported)
-    raise RecordError(
-        f"{reported}, or add accept: {defect} to channels.{channel.role}", file=record.file
-    )
+    raise RecordError(f"{reported}, or add accept: {defect} to channels.{channel.role}")
 
 
 def _trimmed(record: Record, samples: AnySamples) -> list[Check]:

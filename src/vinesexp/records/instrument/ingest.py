@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import ParameterError, RecordError, nearest
+from vinesexp.errors import ParameterError, RecordError, naming, nearest
 from vinesexp.records.campaign.schema import ROLES, Campaign, Channel, Record, TimeColumn
 from vinesexp.records.instrument.findings import look_over
 from vinesexp.records.instrument.joined import AnySamples, JoinedSamples
@@ -85,6 +85,11 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         reason = record.note or "no reason given"
         write_refused(out, f"excluded: {reason}", record_attributes(campaign, record))
         return [Check(record.id, "exclude", "excluded", reason)]
+    with naming(record.file):
+        return _ingested(campaign, record, Path(out))
+
+
+def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     setup = campaign.setup_of(record)
     samples: AnySamples
     if record.more_files:
@@ -97,8 +102,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
             sample_rate=setup.sample_rate,
         )
     if not samples.quantities:
-        raise RecordError("none of the campaign's channels is in it", file=record.file)
-    out = Path(out)
+        raise RecordError("none of the campaign's channels is in it")
     unseen = partial_path(out)
     attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
     try:
@@ -166,8 +170,9 @@ def read_channels(
     RecordError
         As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
     """
-    samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
-    values = _values(samples)
+    with naming(path):
+        samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+        values = _values(samples)
     return samples.sample_rate, samples.start, values
 
 
@@ -184,8 +189,9 @@ def read_as_measured(
     values : dict
         Role to samples, SI. A displacement that is the integral of a velocity is on even times.
     """
-    samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
-    values = _values(samples)
+    with naming(path):
+        samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+        values = _values(samples)
     if samples.uneven and "velocity" not in samples.quantities.values():
         blocks = list(samples.as_measured())
         return np.concatenate([times for times, _ in blocks]), {
@@ -209,7 +215,7 @@ def _values(samples: Samples) -> dict[str, FloatArray]:
             values[role][first:end] = np.nan
     for role in values:
         if out_of_range := samples.overload(role):
-            raise RecordError(out_of_range, file=samples.source.path)
+            raise RecordError(out_of_range)
     return values
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import RecordError
+from vinesexp.errors import RecordError, naming
 from vinesexp.records.campaign.schema import Channel, Setup
 from vinesexp.records.instrument.samples import Samples, has_column
 from vinesexp.records.readers import BLOCK_ROWS, Source, open_source
@@ -63,7 +63,6 @@ class JoinedSamples:
                 raise RecordError(
                     f"column '{channel.column}' is in several files ({reported}); write it as "
                     f"'{files[places[0]].stem}*:{channel.column}'",
-                    file=files[0],
                     where=f"channels.{role}",
                 )
             if places:
@@ -75,7 +74,6 @@ class JoinedSamples:
             else:
                 raise RecordError(
                     f"no column '{channel.column}' in any of its {len(files)} files",
-                    file=files[0],
                     where=f"channels.{role}",
                 )
         parts = [
@@ -117,9 +115,7 @@ class JoinedSamples:
             reported = ", ".join(
                 f"{f.name} {rate:.9g} Hz" for f, rate in zip(files, rates, strict=False)
             )
-            raise RecordError(
-                f"files of different sample rates ({reported}); resample them to one", file=files[0]
-            )
+            raise RecordError(f"files of different sample rates ({reported}); resample them to one")
         rate = rates[0]
         begin = max(part.start for part in self._parts)
         shifts = [(begin - part.start) * rate for part in self._parts]
@@ -129,7 +125,7 @@ class JoinedSamples:
             self.warnings.append(("files", f"clocks of the files stand {off:.2g} samples apart"))
         length = min(part.length - k for part, k in zip(self._parts, whole, strict=True))
         if length < 2:
-            raise RecordError("its files do not overlap in time", file=files[0])
+            raise RecordError("its files do not overlap in time")
         for part in self._parts:
             self.warnings += part.samples.warnings
         lost = [part.length - length for part in self._parts]
@@ -162,13 +158,13 @@ def _named(source: Source, channel: Channel) -> str | int | None:
 
 
 def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
-    samples = Samples(source, channels, time=setup.time, sample_rate=setup.sample_rate)
-    blocks = samples.whole()
-    if samples.gaps:
-        raise RecordError(
-            f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there",
-            file=source.path,
-        )
+    with naming(source.path):
+        samples = Samples(source, channels, time=setup.time, sample_rate=setup.sample_rate)
+        blocks = samples.whole()
+        if samples.gaps:
+            raise RecordError(
+                f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there"
+            )
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
     return _Part(samples, samples.start, values)
 

@@ -38,9 +38,7 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
     if isinstance(wanted, int):
         if wanted < len(columns):
             return wanted
-        raise RecordError(
-            f"no column {wanted}; there are {_listed(columns)}", file=source.path, where=where
-        )
+        raise RecordError(f"no column {wanted}; there are {_listed(columns)}", where=where)
     names = [column.name.strip() for column in columns]
     found = fitting(names, wanted)
     if len(found) == 1:
@@ -49,7 +47,6 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
         reported = ", ".join(f"{j}: '{names[j]}'" for j in found)
         raise RecordError(
             f"'{wanted}' fits several columns ({reported}); name one, or give its number",
-            file=source.path,
             where=where,
         )
     unpaired = getattr(source, "unpaired", "")
@@ -57,14 +54,11 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
         raise RecordError(
             f"no column '{wanted}': names and columns cannot be paired ({unpaired}); correct the "
             "names, or give the column by its number, from 0",
-            file=source.path,
             where=where,
         )
     close = nearest(wanted, [name for name in names if name])
     hint = f"; {close}" if close.startswith("did") else ""
-    raise RecordError(
-        f"no column '{wanted}'; there are {_listed(columns)}{hint}", file=source.path, where=where
-    )
+    raise RecordError(f"no column '{wanted}'; there are {_listed(columns)}{hint}", where=where)
 
 
 def has_column(source: Source, wanted: str | int) -> bool:
@@ -113,7 +107,7 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     try:
         return _size_of_label(column.unit, place, channel)
     except ParameterError as error:
-        raise RecordError(error.problem, file=source.path, where=place) from None
+        raise RecordError(error.problem, where=place) from None
 
 
 def _size_of_label(label: str | None, place: str, channel: Channel) -> tuple[float, str | None]:
@@ -216,7 +210,7 @@ class Samples:
         self._resampler: Resampler | None = None
         self._uneven: UnevenClockError | None = None
         self._twice = 0  # rows
-        self._clock = Clock(source.path, source.locate, size) if self._time is not None else None
+        self._clock = Clock(source.locate, size) if self._time is not None else None
         indexes = [conversion.index for conversion in self._conversions]
         self._rows = Rows(
             source,
@@ -268,8 +262,7 @@ class Samples:
         if self.rows < 2:
             raise RecordError(
                 f"holds {'no' if not self.rows else 'one'} complete row"
-                f"{self._rows.emptiest()}; export the record again",
-                file=self.source.path,
+                f"{self._rows.emptiest()}; export the record again"
             )
         if self._clock is None:
             self.start += self.trimmed[0] / self.sample_rate
@@ -372,7 +365,6 @@ class Samples:
             raise RecordError(
                 f"the header says '{label}', campaign.yaml says time in '{time.unit}'; correct "
                 "the column or the unit of time",
-                file=source.path,
                 where=f"column '{source.columns[index].name}'",
             )
         return index
@@ -393,8 +385,7 @@ class Samples:
         if interval is None:
             raise RecordError(
                 "no times: the file states no sample interval; give 'time' (a column) or "
-                "'sample_rate' in campaign.yaml",
-                file=self.source.path,
+                "'sample_rate' in campaign.yaml"
             )
         rate = 1.0 / interval
         # 1/0.0001 is 10000.000000000002 or so; the header meant the whole number.
@@ -421,7 +412,6 @@ class Samples:
                 raise RecordError(
                     f"{size[at]:.3g} {SI_UNITS[conversion.channel.quantity]}, which no instrument "
                     "measures; correct the cell, or the sensitivity or unit of the channel",
-                    file=self.source.path,
                     where=f"{self.source.locate(row + at)}, {self._rows.name(conversion.index)}",
                 )
 
@@ -484,22 +474,19 @@ def stated_sampling(
     if unclear is not None:
         raise RecordError(
             f"'{unclear}' states two different samplings; correct the file, or give "
-            "'sample_rate' in campaign.yaml",
-            file=source.path,
+            "'sample_rate' in campaign.yaml"
         )
     least, most = min(intervals.values()), max(intervals.values())
     if most > least * (1.0 + 1e-6):
         rates = ", ".join(f"'{name}' {1 / dt:g} Hz" for name, dt in intervals.items())
         raise RecordError(
-            f"channels of different sample rates ({rates}); resample them to one, or leave one out",
-            file=source.path,
+            f"channels of different sample rates ({rates}); resample them to one, or leave one out"
         )
     starts = [source.start if c.start is None else c.start for c in columns]
     if max(starts) - min(starts) > 0.01 * least:
         begins = ", ".join(f"'{c.name}' {s:.9g} s" for c, s in zip(columns, starts, strict=True))
         raise RecordError(
-            f"channels that begin at different times ({begins}); export them together",
-            file=source.path,
+            f"channels that begin at different times ({begins}); export them together"
         )
     return least, starts[0]
 
@@ -573,9 +560,7 @@ class Rows:
                 continue
             first = row + int(np.argmax(beyond))
             if k >= self.measured:
-                raise RecordError(
-                    "infinite time", file=self.source.path, where=self.source.locate(first)
-                )
+                raise RecordError("infinite time", where=self.source.locate(first))
             low, high = self._range_of(index)
             block = block.copy() if block is raw else block
             block[beyond, k] = np.where(block[beyond, k] > 0.0, high, low)
@@ -594,7 +579,6 @@ class Rows:
             if low > high:
                 raise RecordError(
                     "no sample within the instrument's range; measure with a wider range",
-                    file=self.source.path,
                     where=self.name(index),
                 )
             self._limits[index] = (low, high)
@@ -609,7 +593,6 @@ class Rows:
                 column = self.indexes[int(np.argmax(np.isnan(block[row - seen])))]
                 raise RecordError(
                     "empty or NaN among the samples; fill the gap, or cut the record before it",
-                    file=self.source.path,
                     where=f"{self.source.locate(row)}, {self.name(column)}",
                 )
             seen += len(block)

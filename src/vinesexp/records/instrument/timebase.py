@@ -23,7 +23,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,8 +92,6 @@ class Clock:
 
     Parameters
     ----------
-    file : Path
-        For messages.
     locate : callable
         Row number to its place in words.
     size : float
@@ -112,8 +109,7 @@ class Clock:
         Samples to one printed step, where times stand still in between; else 0.
     """
 
-    def __init__(self, file: Path, locate: Callable[[int], str], size: float = 1.0) -> None:
-        self._file = file
+    def __init__(self, locate: Callable[[int], str], size: float = 1.0) -> None:
         self._locate = locate
         self.size = size
         self.n = 0
@@ -189,16 +185,13 @@ class Clock:
             Times that stray from a uniform clock by more than a tenth of a sample.
         """
         if self.n < 2:
-            raise RecordError(
-                "holds fewer than two samples; export the record again", file=self._file
-            )
+            raise RecordError("holds fewer than two samples; export the record again")
         if self._stood is not None and self._still > _STILL * self.n:
             if abs(2 * self._still - self.n) > 2:
                 raise self._stood
             raise RecordError(
                 "every time stands twice: smallest and largest values (peak detection, envelope); "
-                "record with an instrument that writes samples",
-                file=self._file,
+                "record with an instrument that writes samples"
             )
         if self.pauses:
             self._finish_with_pauses()
@@ -212,8 +205,7 @@ class Clock:
         if self.stairs and self.last - self.first < _FLIGHTS * self._coarsest:
             raise RecordError(
                 f"times are printed to {self._coarsest:g}, too coarsely for their rate; give "
-                "'sample_rate' instead of 'time'",
-                file=self._file,
+                "'sample_rate' instead of 'time'"
             )
         if self._uneven or self.stray > _JITTER:
             raise UnevenClockError(float(np.abs(astray).max()) / interval, interval)
@@ -271,7 +263,6 @@ class Clock:
                     f"expected {interval:.3g}; samples are missing or unevenly spaced, cut the "
                     "record there, or give 'sample_rate' instead of 'time' if only the times are "
                     "wrong",
-                    file=self._file,
                     where=self._locate(pause.row),
                 )
         still = (steps == 0.0) & ~long
@@ -294,7 +285,7 @@ class Clock:
         else:
             problem = f"the time does not advance at {now:.9g}; if it is only printed too "
             problem += "coarsely, give 'sample_rate' instead of 'time'"
-        refusal = RecordError(problem, file=self._file, where=self._locate(at))
+        refusal = RecordError(problem, where=self._locate(at))
         if step < 0.0:
             raise refusal
         self._stood = refusal

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import RecordError
+from vinesexp.errors import RecordError, naming
 from vinesexp.records.readers import archive, excel, lecroy, scope_binary, tektronix, text, wav
 from vinesexp.records.readers.guard import GuardedSource
 from vinesexp.records.readers.known_formats import FORMATS, HEAD, reader_for
@@ -42,23 +42,22 @@ def open_source(path: Path) -> Source:
     """
     path = Path(path)
     file = file_of(path)
-    if file.exists() and not file.is_file() and not file.is_dir():
-        raise RecordError("is not a regular file (a device or a pipe)", file=path)
-    try:
-        with file.open("rb") as stream:
-            head = stream.read(HEAD)
-    except FileNotFoundError:
-        raise RecordError("no such file; correct its name", file=path) from None
-    except IsADirectoryError:
-        raise RecordError("is a folder, expected an instrument file", file=path) from None
-    except OSError as error:
-        raise RecordError(f"cannot be read ({error.strerror})", file=path) from None
-    reader = reader_for(head, file.suffix.lower(), path, archive)
-    if file != path and reader not in PARTED:
-        raise RecordError(
-            f"holds one record ({reader.NAME}); leave out the # and what follows it", file=path
-        )
-    if reader not in PLAIN:
-        return GuardedSource(path, reader)
-    source: Source = reader.open_file(path)
-    return source
+    with naming(path):
+        if file.exists() and not file.is_file() and not file.is_dir():
+            raise RecordError("is not a regular file (a device or a pipe)")
+        try:
+            with file.open("rb") as stream:
+                head = stream.read(HEAD)
+        except FileNotFoundError:
+            raise RecordError("no such file; correct its name") from None
+        except IsADirectoryError:
+            raise RecordError("is a folder, expected an instrument file") from None
+        except OSError as error:
+            raise RecordError(f"cannot be read ({error.strerror})") from None
+        reader = reader_for(head, file.suffix.lower(), archive)
+        if file != path and reader not in PARTED:
+            raise RecordError(
+                f"holds one record ({reader.NAME}); leave out the # and what follows it"
+            )
+        source: Source = reader.open_file(path) if reader in PLAIN else GuardedSource(path, reader)
+        return source

@@ -78,7 +78,7 @@ def _unpacked(path: Path, name: str, size: int, stream: IO[bytes], part: str = "
     aside.flush()  # a full disk shows here
     with copy.open("rb") as begin:
         head = begin.read(HEAD)
-    reader = reader_for(head, PurePosixPath(name).suffix.lower(), path)
+    reader = reader_for(head, PurePosixPath(name).suffix.lower())
     if reader is mdf or hdf5.recognises(head, ""):  # their libraries want a name in a folder
         raise RecordError(f"holds '{name}' ({reader.NAME}); unpack it first")
     source: Source = reader.open_file(copy.with_name(f"{copy.name}#{part}") if part else copy)

@@ -38,7 +38,7 @@ def open_file(path: Path) -> SheetSource:
     """Read the sheet with most rows; RecordError where none holds columns of numbers."""
     with file_of(path).open("rb") as stream:
         old = stream.read(4) == _XLS
-    module = need("xlrd" if old else "openpyxl", extra="excel", what="an Excel workbook", path=path)
+    module = need("xlrd" if old else "openpyxl", extra="excel", what="an Excel workbook")
     sheets = (_xls if old else _xlsx)(module, file_of(path))
     longest = max(sheets, key=lambda one: one.count)
     wanted = part_of(path)

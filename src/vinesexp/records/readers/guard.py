@@ -248,7 +248,9 @@ class GuardedSource(Source):
         self._end = weakref.finalize(self, _finish, self._child, os.getpid())
         self._dead: RecordError | None = None
         self._streams = 0
-        vars(self).update(self._ask(("open",)))
+        facts = self._ask(("open",))
+        self.columns, self.format = facts["columns"], facts["format"]
+        vars(self).update(facts)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""

@@ -121,17 +121,15 @@ class Hdf5Source(Source):
         import h5py
 
         series = [self._series[column] for column in columns]
-        require_equal_lengths(
-            {self.columns[c].name: s.length for c, s in zip(columns, series, strict=True)},
-            self.path,
-        )
+        lengths = {self.columns[c].name: s.length for c, s in zip(columns, series, strict=True)}
+        require_equal_lengths(lengths)
         with h5py.File(self.path, "r") as file:
             for begin in range(0, series[0].length, rows):
                 end = min(begin + rows, series[0].length)
                 try:
                     block = np.stack([_read(file, one, begin, end) for one in series], axis=1)
                 except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-                    raise unreadable("HDF5", error, self.path, self.locate(begin)) from None
+                    raise unreadable("HDF5", error, self.locate(begin)) from None
                 yield block
 
     def _visit(self, name: str, item: Any) -> None:

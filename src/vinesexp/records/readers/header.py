@@ -73,7 +73,7 @@ def find_layout(path: Path) -> Layout:
     names, units, at = _names_and_units(layout, body, above)
     unpaired = ""
     if names:
-        names, unpaired = _paired(path, layout, body, names, at, first)
+        names, unpaired = _paired(layout, body, names, at, first)
     typical = _typical(layout, body, first)
     holding = sorted(body.numeric | body.stamps)
     lines = [_unmarked(layout, line) for line in body.lines[:first]]
@@ -171,7 +171,7 @@ def _are_units(layout: Layout, cells: list[str]) -> bool:
 
 
 def _paired(
-    path: Path, layout: Layout, body: Body, names: list[str], at: int, first: int
+    layout: Layout, body: Body, names: list[str], at: int, first: int
 ) -> tuple[list[str], str]:
     """Names as they stand over the columns, or none and why not."""
     line, width = body.lines[at], body.width
@@ -193,19 +193,18 @@ def _paired(
         return [], f"{rows}, line {first + 1} '{body.lines[first].strip()[:80]}' {cells} cells"
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
-        _refuse_odd_row(path, body, last + 1, first)
+        _refuse_odd_row(body, last + 1, first)
         wide = next(i for i in range(first, len(body.lines)) if len(body.rows[i]) >= width)
         raise RecordError(
             f"{width} cells under {last + 1} names ('{body.lines[wide].strip()[:80]}' under "
             f"'{line.strip()[:80]}'); correct the names, or, if the numbers have decimal commas, "
             "export with another delimiter",
-            file=path,
             where=f"line {wide + 1}",
         )
     return names, ""
 
 
-def _refuse_odd_row(path: Path, body: Body, names: int, first: int) -> None:
+def _refuse_odd_row(body: Body, names: int, first: int) -> None:
     """Name the row that has more cells than there are names, where it is one among many."""
     rows = [i for i in range(first, len(body.lines)) if body.rows[i]]
     odd = [i for i in rows if len(body.rows[i]) > names and any(body.rows[i][names:])]
@@ -213,7 +212,6 @@ def _refuse_odd_row(path: Path, body: Body, names: int, first: int) -> None:
         raise RecordError(
             f"{len(body.rows[odd[0]])} cells where the rows have {names} "
             f"('{body.lines[odd[0]].strip()[:60]}'); correct the line",
-            file=path,
             where=f"line {odd[0] + 1}",
         )
 

@@ -7,7 +7,6 @@ or read for what it is.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import RecordError
@@ -38,7 +37,7 @@ HEAD = 4096  # bytes that are shown to `recognises`
 _POINTER = b"version https://git-lfs"  # what Git leaves in place of a large file
 
 
-def reader_for(head: bytes, suffix: str, path: Path, *more: Any) -> Any:
+def reader_for(head: bytes, suffix: str, *more: Any) -> Any:
     """The module that reads a file.
 
     Parameters
@@ -47,8 +46,6 @@ def reader_for(head: bytes, suffix: str, path: Path, *more: Any) -> Any:
         The first `HEAD` bytes.
     suffix : str
         Of its name, lower case.
-    path : Path
-        For messages.
     *more : modules
         That are asked before `FORMATS`' last.
 
@@ -58,24 +55,22 @@ def reader_for(head: bytes, suffix: str, path: Path, *more: Any) -> Any:
         Empty, or of an unknown format; says what was found and which formats are known.
     """
     if not head.strip():
-        raise RecordError("is empty; export the record again", file=path)
+        raise RecordError("is empty; export the record again")
     if head.startswith(_POINTER):
         raise RecordError(
-            "is not here: only its address is (Git LFS); download it with 'git lfs pull'", file=path
+            "is not here: only its address is (Git LFS); download it with 'git lfs pull'"
         )
     asked = (*FORMATS[:-1], *more, FORMATS[-1])
     known = ", ".join(reader.NAME for reader in asked)
     other = known_by_sight(head, suffix)
     if other is not None:
         raise RecordError(
-            f"is {other}, which is not read; export the record as CSV or one of: {known}",
-            file=path,
+            f"is {other}, which is not read; export the record as CSV or one of: {known}"
         )
     for reader in asked:
         if reader.recognises(head, suffix):
             return reader
     raise RecordError(
         f"unknown format (it begins with the bytes {head[:8].hex(' ')}); export the record as one "
-        f"of: {known}",
-        file=path,
+        f"of: {known}"
     )

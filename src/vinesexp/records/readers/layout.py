@@ -168,13 +168,11 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     def last_rows() -> list[str]:
         above = filled[: -len(behind)] if whole and behind else filled
         if not above:
-            raise RecordError(
-                "no line of numbers found; export the record as columns of numbers", file=path
-            )
+            raise RecordError("no line of numbers found; export the record as columns of numbers")
         return above[-min(50, max(3, len(above) // 2)) :]
 
     tail = last_rows()
-    layout = _delimiter_and_decimal(path, tail, filled, encoding)
+    layout = _delimiter_and_decimal(tail, filled, encoding)
     numeric, stamps = _columns_of_data(layout, tail)
     more, before = _behind(path, encoding, partial(_begins_as_row, layout, numeric, stamps))
     if len(more) > len(behind):
@@ -183,7 +181,7 @@ def find_body(path: Path) -> tuple[Layout, Body]:
         behind, end = _begun_row(path, layout)
     tail = last_rows()
     layout = replace(layout, behind=tuple(behind), end=end, cut=cut and bool(behind))
-    return layout, _body(path, layout, lines, tail)
+    return layout, _body(layout, lines, tail)
 
 
 def _begins_as_row(layout: Layout, numeric: set[int], stamps: set[int], line: str) -> bool:
@@ -286,7 +284,7 @@ def _decode(raw: bytes) -> tuple[str, str]:
     return raw.decode("latin-1"), "latin-1"
 
 
-def _delimiter_and_decimal(path: Path, tail: list[str], filled: list[str], encoding: str) -> Layout:
+def _delimiter_and_decimal(tail: list[str], filled: list[str], encoding: str) -> Layout:
     """The pair under which the last lines hold most numbers and least else."""
     best, most = Layout(encoding, ",", "."), 0
     for delimiter, decimal in _CANDIDATES:
@@ -300,7 +298,7 @@ def _delimiter_and_decimal(path: Path, tail: list[str], filled: list[str], encod
         if score > most:
             best, most = layout, score
     if best.delimiter == "," and _may_be_decimal(tail):
-        return _one_or_two(path, best, tail, filled)
+        return _one_or_two(best, tail, filled)
     return best
 
 
@@ -309,7 +307,7 @@ def _may_be_decimal(tail: list[str]) -> bool:
     return all(re.fullmatch(r"\s*[+-]?\d+,\d+\s*", line) for line in tail)
 
 
-def _one_or_two(path: Path, layout: Layout, tail: list[str], filled: list[str]) -> Layout:
+def _one_or_two(layout: Layout, tail: list[str], filled: list[str]) -> Layout:
     """Whether ``18,905`` is one number or two: the names above decide, or zeros as in ``0,031``."""
     one = replace(layout, delimiter=None, decimal=",")
     names = next((line for line in filled if re.search("[A-Za-z]", line)), None)
@@ -319,12 +317,11 @@ def _one_or_two(path: Path, layout: Layout, tail: list[str], filled: list[str]) 
         return one
     raise RecordError(
         f"'{tail[-1].strip()[:60]}' is one number with a decimal comma or two whole ones; write "
-        "the names of the columns into the first line",
-        file=path,
+        "the names of the columns into the first line"
     )
 
 
-def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body:
+def _body(layout: Layout, lines: list[str], tail: list[str]) -> Body:
     rows = [layout.cells(line) if line.strip() else [] for line in lines]
     kept = len(rows)
     for _ in layout.behind:
@@ -333,9 +330,7 @@ def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body
         rows, lines = rows[:kept], lines[:kept]  # the head is the whole file
     numeric, stamps = _columns_of_data(layout, tail)
     if not numeric or max(numeric) >= _WIDEST:
-        raise RecordError(
-            "no line of numbers found; export the record as columns of numbers", file=path
-        )
+        raise RecordError("no line of numbers found; export the record as columns of numbers")
     # An oscilloscope may write its settings into the first columns, beside the data.
     beside = min(numeric | stamps) >= 2
 
@@ -360,9 +355,7 @@ def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body
     if first is None and not beside:
         first = first_row(True)  # or words stand before the numbers of every row
     if first is None:
-        raise RecordError(
-            "no line of numbers found; export the record as columns of numbers", file=path
-        )
+        raise RecordError("no line of numbers found; export the record as columns of numbers")
     # A column that ends before the last rows holds data where most of the first rows fill it.
     width, near = max(numeric | stamps) + 1, range(first, min(first + _NEAR, len(rows)))
     wide = [lines[i] for i in near if any(rows[i][width:])]

@@ -42,7 +42,7 @@ def open_file(path: Path) -> TableSource:
     raw = file_of(path).read_bytes()
     at = raw.find(_MARK)
     if len(raw) < at + 346:
-        raise RecordError("ends inside its descriptor; save the channel again", file=path)
+        raise RecordError("ends inside its descriptor; save the channel again")
     order = "<" if struct.unpack_from("<h", raw, at + 34)[0] == 1 else ">"
 
     def read(form: str, place: int) -> float:
@@ -56,8 +56,7 @@ def open_file(path: Path) -> TableSource:
     if min(*blocks, size) < 0 or size == 0 or begin + size > len(raw):
         raise RecordError(
             f"states {size} bytes of samples, {max(len(raw) - begin, 0)} are there; save the "
-            "channel again",
-            file=path,
+            "channel again"
         )
     codes = np.frombuffer(raw, f"{order}i{2 if words else 1}", size // (1 + words), begin)
     chosen = number_of_part(path, segments, "segments")
@@ -65,8 +64,7 @@ def open_file(path: Path) -> TableSource:
     if rest or (segments > 1 and blocks[2] < 16 * segments):
         raise RecordError(
             f"states {segments} segments, which {len(codes)} samples and a table of {blocks[2]} "
-            "bytes cannot be; save the channel again",
-            file=path,
+            "bytes cannot be; save the channel again"
         )
     start = read("d", 180)
     if segments > 1:  # of each: time of its trigger since the first, and of its first sample
@@ -76,7 +74,7 @@ def open_file(path: Path) -> TableSource:
     label = raw[at + 196 : at + 244].split(b"\0")[0].decode("latin-1").strip()
     interval = read("f", 176)
     if not 0.0 < interval < np.inf:
-        raise RecordError(f"states an interval of {interval:g} s", file=path)
+        raise RecordError(f"states an interval of {interval:g} s")
     channel = int(read("h", 344))
     name = _SOURCES[channel] if 0 <= channel < len(_SOURCES) else path.stem
     source = TableSource(

@@ -133,7 +133,7 @@ class MatlabSource(Source):
         """
         places = [self._places[column] for column in columns]
         lengths = {self.columns[c].name: p.length for c, p in zip(columns, places, strict=True)}
-        require_equal_lengths(lengths, self.path)
+        require_equal_lengths(lengths)
         length = places[0].length
         with tempfile.TemporaryFile() as aside:
             for variable in sorted({place.variable for place in places}):

@@ -27,7 +27,7 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Read an MDF file; RecordError where it holds no channels of numbers."""
-    asammdf = need("asammdf", extra="mdf", what="an MDF file", path=path)
+    asammdf = need("asammdf", extra="mdf", what="an MDF file")
     columns: list[Column] = []
     series: list[FloatArray] = []
     groups = 0

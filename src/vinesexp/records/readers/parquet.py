@@ -24,7 +24,7 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Read a Parquet file; RecordError where it holds no columns of numbers."""
-    parquet = need("pyarrow.parquet", extra="parquet", what="a Parquet table", path=path)
+    parquet = need("pyarrow.parquet", extra="parquet", what="a Parquet table")
     columns: list[Column] = []
     series: list[NDArray[np.generic]] = []
     # In this thread: room for the stacks of others is memory that the limits count.

@@ -46,9 +46,7 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Read the channels of a file, or of one of its frames; RecordError where it is not whole."""
-    library = need(
-        "RigolWFM.wfm", extra="scope", what="a binary file of an oscilloscope", path=path
-    )
+    library = need("RigolWFM.wfm", extra="scope", what="a binary file of an oscilloscope")
     file_path = file_of(path)
     with file_path.open("rb") as stream:
         kind = _kind(stream.read(16)) or "Rigol WFM"
@@ -64,7 +62,7 @@ def open_file(path: Path) -> TableSource:
     except RecordError:
         raise
     except Exception as error:  # whatever the broken bytes lead to
-        raise unreadable(kind, error, path) from None
+        raise unreadable(kind, error) from None
     if not channels or any(not np.isfinite(values).all() for _, values in channels):
         raise RecordError(f"holds no samples ({kind}); save the channels again")
     wrong = [column for column, _ in channels if not 0.0 < (column.interval or 0.0) < np.inf]

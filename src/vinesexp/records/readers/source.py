@@ -55,7 +55,7 @@ def number_of_part(path: Path, count: int, what: str) -> int:
         return 0
     if part.isdecimal() and 1 <= int(part) <= count:
         return int(part) - 1
-    raise RecordError(f"no part '{part}': it holds {count} {what}, from 1", file=path)
+    raise RecordError(f"no part '{part}': it holds {count} {what}, from 1")
 
 
 def require_one(source: Any) -> None:
@@ -67,8 +67,7 @@ def require_one(source: Any) -> None:
     shown = ", ".join(f"{name}#{part}" for part in parts[:2])
     more = f" to {name}#{parts[-1]}" if len(parts) > 2 else ""
     raise RecordError(
-        f"holds {len(parts)} records; say which one in the column file: {shown}{more}",
-        file=source.path,
+        f"holds {len(parts)} records; say which one in the column file: {shown}{more}"
     )
 
 
@@ -213,7 +212,7 @@ class TableSource(Source):
         place: str = "sample",
     ) -> None:
         if not columns:
-            raise RecordError(f"holds no columns of numbers ({format})", file=path)
+            raise RecordError(f"holds no columns of numbers ({format})")
         self.path = path
         self.format = format
         self.columns = tuple(columns)
@@ -228,7 +227,7 @@ class TableSource(Source):
         """Blocks of the given columns; see `Source.blocks`."""
         series = [self._series[column] for column in columns]
         lengths = {self.columns[c].name: len(s) for c, s in zip(columns, series, strict=True)}
-        require_equal_lengths(lengths, self.path)
+        require_equal_lengths(lengths)
         for begin in range(0, len(series[0]), rows):
             block = [one[begin : begin + rows].astype(np.float64) for one in series]
             yield np.stack(block, axis=1)
@@ -238,10 +237,10 @@ class TableSource(Source):
         return f"{self._place} {row + self._first}"
 
 
-def require_equal_lengths(lengths: dict[str, int], path: Path) -> None:
+def require_equal_lengths(lengths: dict[str, int]) -> None:
     """Refuse columns of different lengths: which sample belongs to which is then unknown."""
     if len(set(lengths.values())) > 1:
         reported = ", ".join(f"'{name}' {n}" for name, n in lengths.items())
         raise RecordError(
-            f"columns of different lengths ({reported} samples); export them together", file=path
+            f"columns of different lengths ({reported} samples); export them together"
         )

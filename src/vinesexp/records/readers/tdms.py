@@ -44,7 +44,7 @@ class TdmsSource(Source):
     format = "TDMS"
 
     def __init__(self, path: Path) -> None:
-        nptdms = need("nptdms", extra="tdms", what="a LabVIEW TDMS file", path=path)
+        nptdms = need("nptdms", extra="tdms", what="a LabVIEW TDMS file")
         self.path = path
         self.losses = tuple(_cut_short(path))
         # By the file itself: by its name, the index beside it would be believed.
@@ -61,7 +61,7 @@ class TdmsSource(Source):
         """Blocks of the given columns; see `Source.blocks`."""
         channels = [self._channels[column] for column in columns]
         lengths = {self.columns[j].name: len(c) for j, c in zip(columns, channels, strict=True)}
-        require_equal_lengths(lengths, self.path)
+        require_equal_lengths(lengths)
         for begin in range(0, len(channels[0]), rows):
             parts = [_numbers(c, begin, min(rows, len(c) - begin)) for c in channels]
             yield np.stack(parts, axis=1)

@@ -31,31 +31,27 @@ def open_file(path: Path) -> TableSource:
     raw = path.read_bytes()
     curve = re.search(rb":CURV(?:E)?\s+#(\d)", raw[:_HEAD])
     if curve is None:
-        raise RecordError("no curve after the header; save the channel again", file=path)
+        raise RecordError("no curve after the header; save the channel again")
     stated = _words(raw[: curve.start()].decode("latin-1"))
     digits = int(curve[1])
     begin = curve.end() + digits
     size = int(raw[curve.end() : begin]) if raw[curve.end() : begin].isdigit() else 0
-    width = int(_number(stated, "BYT_NR", path))
+    width = int(_number(stated, "BYT_NR"))
     if stated.get("PT_FMT", "Y").upper().startswith("ENV"):
-        raise RecordError(
-            "holds an envelope (least and largest values); save a sampled curve", file=path
-        )
+        raise RecordError("holds an envelope (least and largest values); save a sampled curve")
     if len(raw) - begin < size or width not in (1, 2, 4):
         raise RecordError(
-            f"states {size} bytes of samples, {len(raw) - begin} are there; save the channel again",
-            file=path,
+            f"states {size} bytes of samples, {len(raw) - begin} are there; save the channel again"
         )
     kind = {"RI": "i", "RP": "u", "FP": "f"}.get(stated.get("BN_FMT", "RI").upper(), "i")
     order = "<" if stated.get("BYT_OR", "MSB").upper() == "LSB" else ">"
     codes = np.frombuffer(raw, f"{order}{kind}{width}", count=size // width, offset=begin)
-    values = (codes.astype(np.float64) - _number(stated, "YOFF", path)) * _number(
-        stated, "YMULT", path
-    ) + _number(stated, "YZERO", path)
-    interval = _number(stated, "XINCR", path)
+    offset, size_of_code, zero = (_number(stated, key) for key in ("YOFF", "YMULT", "YZERO"))
+    values = (codes.astype(np.float64) - offset) * size_of_code + zero
+    interval = _number(stated, "XINCR")
     if not interval > 0.0:
-        raise RecordError(f"states an interval of {interval:g} s", file=path)
-    start = _number(stated, "XZERO", path) - interval * _number(stated, "PT_OFF", path)
+        raise RecordError(f"states an interval of {interval:g} s")
+    start = _number(stated, "XZERO") - interval * _number(stated, "PT_OFF")
     name = stated.get("WFID", "CH1").split(",")[0].strip()
     label = stated.get("YUNIT", "")
     source = TableSource(
@@ -66,7 +62,7 @@ def open_file(path: Path) -> TableSource:
         sample_interval=interval,
         start=start,
     )
-    source.stated_rows = int(_number(stated, "NR_PT", path))
+    source.stated_rows = int(_number(stated, "NR_PT"))
     behind = len(raw[begin + size :].strip())
     if behind >= width:
         source.losses = (f"{behind} bytes after the samples that it states are not read",)
@@ -85,11 +81,9 @@ def _words(header: str) -> dict[str, str]:
     return found
 
 
-def _number(stated: dict[str, str], key: str, path: Path) -> float:
+def _number(stated: dict[str, str], key: str) -> float:
     default = {"PT_OFF": "0", "YOFF": "0", "YZERO": "0", "XZERO": "0"}.get(key)
     try:
         return float(stated.get(key, default or ""))
     except ValueError:
-        raise RecordError(
-            f"the header states no {key}; save the channel again", file=path
-        ) from None
+        raise RecordError(f"the header states no {key}; save the channel again") from None

@@ -76,7 +76,7 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
         wrong = data & (odd | (cells > layout.width))
         for k in np.flatnonzero(wrong):
             begin = int(ends[k - 1]) + 1 if k else 0
-            _judge(path, layout, chunk[begin : int(ends[k])], int(lines[k]) + 1)
+            _judge(layout, chunk[begin : int(ends[k])], int(lines[k]) + 1)
         count += int(np.count_nonzero(data & filled))
     return count
 
@@ -111,8 +111,7 @@ def whole_lines(path: Path, end: int = 0) -> Iterator[bytes]:
             rest = chunk[cut:]
             if len(rest) > _LONGEST:
                 raise RecordError(
-                    "a line of more than a megabyte; export the record as columns of numbers",
-                    file=path,
+                    "a line of more than a megabyte; export the record as columns of numbers"
                 )
             if cut:
                 yield chunk[:cut]
@@ -155,19 +154,18 @@ def _per_line(marked: NDArray[np.bool_], ends: NDArray[np.int64]) -> NDArray[np.
     return np.diff(at, prepend=0)
 
 
-def _judge(path: Path, layout: Layout, raw: bytes, line: int) -> None:
+def _judge(layout: Layout, raw: bytes, line: int) -> None:
     """Refuse a suspicious row, unless only remarks or empty cells are too many."""
     where = f"line {line}"
     if b"\0" in raw:
         raise RecordError(
             "zero bytes in the text, as a logger leaves them when its power fails; cut the file "
             "before this line",
-            file=path,
             where=where,
         )
     text = raw.decode(layout.encoding, "replace")
     if text.count('"') % 2:
-        raise RecordError("a quote that is not closed; correct the line", file=path, where=where)
+        raise RecordError("a quote that is not closed; correct the line", where=where)
     cells = layout.cells(text)
     surplus = [cell for cell in cells[layout.width :] if cell]
     if any(layout.is_number(cell) for cell in surplus):
@@ -175,7 +173,6 @@ def _judge(path: Path, layout: Layout, raw: bytes, line: int) -> None:
             f"{len(cells)} cells where the rows have {layout.width} ('{text.strip()[:60]}'); "
             "correct the line, or, if the numbers have decimal commas, export with another "
             "delimiter",
-            file=path,
             where=where,
         )
 
@@ -193,7 +190,7 @@ def open_file(path: Path) -> TextSource:
     if layout is not None and (found := find_blocks(file, layout)):
         return BlockSource(path, layout, found)
     if part_of(path):
-        raise RecordError("holds one block of rows; leave out the # and what follows it", file=path)
+        raise RecordError("holds one block of rows; leave out the # and what follows it")
     return TextSource(file, layout) if layout is not None else AsideSource(file, *_narrow(file))
 
 
@@ -255,8 +252,7 @@ class TextSource(Source):
             if done != self._rows_found:
                 raise RecordError(
                     f"{self._rows_found} rows, of which {done} could be read; export the record "
-                    "again without quotes",
-                    file=self.path,
+                    "again without quotes"
                 )
             return
         for block in self._patient(wanted, done, rows):
@@ -324,7 +320,7 @@ class TextSource(Source):
                     block[:, k] = seconds_since(cells, first)
                 except ParameterError as error:
                     where = f"{self.locate(0)} or below, column {self._name(column)}"
-                    raise RecordError(error.problem, file=self.path, where=where) from None
+                    raise RecordError(error.problem, where=where) from None
                 continue
             for i, cell in enumerate(cells):
                 block[i, k] = self._value(cell, lines[i][0], column)
@@ -341,7 +337,6 @@ class TextSource(Source):
         raise RecordError(
             f"found '{cell[:40]}', expected a number with decimal {sign}; correct the cell or cut "
             "the record",
-            file=self.path,
             where=f"line {line}, column {self._name(column)}",
         )
 
@@ -363,7 +358,7 @@ class AsideSource(TextSource):
 
     def __init__(self, path: Path, aside: IO[bytes], text: Path) -> None:
         aside.flush()
-        self._aside, self._from = aside, path  # what is aside is gone when it is closed
+        self._aside = aside  # what is aside is gone when it is closed
         try:
             super().__init__(text)
         except RecordError as error:
@@ -387,7 +382,7 @@ class AsideSource(TextSource):
 
     def _meant(self, error: RecordError) -> RecordError:
         where = self._placed(error.where) if error.where else None
-        return RecordError(error.problem, file=self._from, where=where)
+        return RecordError(error.problem, where=where)
 
 
 class BlockSource(AsideSource):

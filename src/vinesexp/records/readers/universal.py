@@ -36,7 +36,7 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Read the time records of a universal file; RecordError where it holds none."""
-    pyuff = need("pyuff", extra="uff", what="a universal file (UFF)", path=path)
+    pyuff = need("pyuff", extra="uff", what="a universal file (UFF)")
     file = pyuff.UFF(str(path))
     types = [int(kind) for kind in file.get_set_types()]
     sets = [file.read_sets(k) for k, kind in enumerate(types) if kind == 58]

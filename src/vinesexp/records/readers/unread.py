@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import re
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import RecordError
 
 
-def need(module: str, *, extra: str, what: str, path: Path) -> Any:
+def need(module: str, *, extra: str, what: str) -> Any:
     """Import a package of an extra.
 
     Raises
@@ -25,9 +24,8 @@ def need(module: str, *, extra: str, what: str, path: Path) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        raise RecordError(
-            f'is {what}; to read it, type: pip install "vinesexp[{extra}]"', file=path
-        ) from None
+        words = f'is {what}; to read it, type: pip install "vinesexp[{extra}]"'
+        raise RecordError(words) from None
 
 
 #: Signs of a message that a package wrote for programmers: names, types and shapes of its own.
@@ -62,12 +60,10 @@ def in_words(error: Exception) -> str:
     return said[:200]
 
 
-def unreadable(
-    what: str, error: Exception, path: Path | None = None, where: str | None = None
-) -> RecordError:
+def unreadable(what: str, error: Exception, where: str | None = None) -> RecordError:
     """The refusal for whatever a package raises over broken bytes."""
     problem = f"cannot be read as {what} ({in_words(error)}); copy or export the record again"
-    return RecordError(problem, file=path, where=where)
+    return RecordError(problem, where=where)
 
 
 _MAGIC = (

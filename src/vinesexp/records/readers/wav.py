@@ -43,7 +43,7 @@ class WavSource(Source):
         self._layout = _layout(path)
         self._frames = self._layout.found // self._layout.frame
         if not self._frames:
-            raise RecordError("holds no samples; export the record again", file=path)
+            raise RecordError("holds no samples; export the record again")
         self.stated_rows = self._layout.stated_frames
         self.losses = tuple(self._layout.losses())
         self.sample_interval = 1.0 / self._layout.rate
@@ -60,7 +60,7 @@ class WavSource(Source):
                 stream.seek(layout.begin + begin * layout.frame)
                 raw = stream.read(count * layout.frame)
                 if len(raw) < count * layout.frame:
-                    raise RecordError("became shorter while it was read", file=self.path)
+                    raise RecordError("became shorter while it was read")
                 yield layout.numbers(raw)[:, list(columns)]
 
 
@@ -156,8 +156,8 @@ def _layout(path: Path) -> _Layout:
                 stream.seek(-min(length, len(found[name])), os.SEEK_CUR)
             stream.seek(length + length % 2, os.SEEK_CUR)
     if begin is None:
-        raise RecordError("has no samples (no chunk 'data'); export the record again", file=path)
-    code, channels, rate, frame = _format(found.get(b"fmt ", b""), order, path)
+        raise RecordError("has no samples (no chunk 'data'); export the record again")
+    code, channels, rate, frame = _format(found.get(b"fmt ", b""), order)
     there = size - begin if stated is None else min(stated, size - begin)
     return _Layout(
         order, code, channels, rate, frame, begin, stated, there, behind or 0, found.get(b"iXML")
@@ -171,12 +171,11 @@ def _stated(length: int, form: bytes, ds64: bytes) -> int | None:
     return None if length in (0, _UNKNOWN) else length
 
 
-def _format(chunk: bytes, order: str, path: Path) -> tuple[int, int, int, int]:
+def _format(chunk: bytes, order: str) -> tuple[int, int, int, int]:
     """Coding, channels, sample rate and bytes of a frame."""
     if len(chunk) < 16:
         raise RecordError(
-            "does not say how its samples are coded (no chunk 'fmt'); export the record again",
-            file=path,
+            "does not say how its samples are coded (no chunk 'fmt'); export the record again"
         )
     code, channels, rate, _, frame, bits = struct.unpack_from(f"{order}HHIIHH", chunk)
     if code == _EXTENSIBLE and len(chunk) >= 26:
@@ -186,8 +185,7 @@ def _format(chunk: bytes, order: str, path: Path) -> tuple[int, int, int, int]:
     if width not in widths or frame != width * channels or not 0 < bits <= 8 * width or not rate:
         raise RecordError(
             f"codes its samples in a way that is not read (code {code}, {bits} bits in frames of "
-            f"{frame} bytes, {channels} channels, {rate} Hz); export it as PCM",
-            file=path,
+            f"{frame} bytes, {channels} channels, {rate} Hz); export it as PCM"
         )
     return code, channels, rate, frame
 
