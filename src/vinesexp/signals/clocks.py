@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +22,10 @@ from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.store import RECORDERS, RecordView, RecordWriter, open_record
+from vinesexp.records.stored.store import RECORDERS, RecordView
 from vinesexp.signals.base_motion import sines_of_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
-from vinesexp.signals.condition import in_step
-from vinesexp.signals.filters import oscillation_of
+from vinesexp.signals.corrections import Correction, as_read, correct, with_indices
 from vinesexp.signals.free_from import free_sample
 from vinesexp.signals.means import channel_means, fill_gaps, group_size
 
@@ -53,7 +53,6 @@ _TOGETHER = 0.04  # periods: less may be a lag, or a filter
 _STARTED = "start of recorders"  # check
 _JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
 _MOST_SAMPLES = 60_000_000  # of a record
-_SEEN = 1 << 18  # samples read at once
 
 
 @dataclass(frozen=True)
@@ -623,29 +622,26 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
     """
     checks: list[Check] = []
     for _ in range(_MOST):
-        with open_record(path) as view:
-            if view.refused is not None:
-                return checks
-            frequency = frequency_of_test(view, record)
-            if frequency is None:
-                return checks
-            together = any(check.check == _STARTED for check in checks)
-            found = fault_of(view, frequency=frequency, driven=driven, together=together)
-            if found is None:
-                return checks
-            name = _STARTED if isinstance(found, Start) else "clock"
-            checks.append(Check(record.id, name, "warning", _in_words(found, view, frequency)))
-            if isinstance(found, Lost) and not found.certain:
-                return checks
-            _mended(path, view, found)
+        together = any(check.check == _STARTED for check in checks)
+        find = partial(_correction, driven=driven, together=together)
+        found = [one for one in correct(path, record, find, even=False) if one not in checks]
+        if not found:
+            break
+        checks += found
     return checks
 
 
-def frequency_of_test(view: RecordView, record: Record) -> float | None:
-    """About that of the oscillation, Hz, by the row or the record; None where neither shows one."""
-    if record.frequency:
-        return sum(record.frequency) / len(record.frequency)
-    return oscillation_of(view)
+def _correction(
+    view: RecordView, record: Record, frequency: float, *, driven: bool, together: bool
+) -> Correction | None:
+    found = fault_of(view, frequency=frequency, driven=driven, together=together)
+    if found is None:
+        return None
+    name = _STARTED if isinstance(found, Start) else "clock"
+    check = Check(record.id, name, "warning", _in_words(found, view, frequency))
+    if isinstance(found, Lost) and not found.certain:
+        return Correction([check])
+    return Correction([check], *_mended(view, found))
 
 
 def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequency: float) -> str:
@@ -693,89 +689,44 @@ def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequenc
     )
 
 
-def _mended(path: Path, view: RecordView, found: Lost | Cut | OtherClock | Start) -> None:
-    """Write the record anew without the fault."""
-    streams: dict[str, Iterator[FloatArray]]
-    start = view.start
+def _mended(
+    view: RecordView, found: Lost | Cut | OtherClock | Start
+) -> tuple[Mapping[str, Iterator[FloatArray]], float]:
+    """The channels without the fault, and the time of their first sample."""
     if isinstance(found, Lost):
-        streams = {role: _with_gap(view, role, found) for role in view.roles}
-    elif isinstance(found, Cut):
-        begin, end = found.kept(view.n)
-        start = float(view.time(begin, begin + 1)[0])
-        # Of the part after it the channels stand beside one another again, to a sample or two.
-        ahead = {r: found.count if begin and found.late and r not in found.late else 0
-                 for r in view.roles}  # fmt: skip
-        streams = {role: _blocks(view, role, begin + ahead[role], end) for role in view.roles}
-    elif isinstance(found, Start):
+        return {role: _with_gap(view, role, found) for role in view.roles}, view.start
+    if isinstance(found, OtherClock):
+        return {found.role: _on_clock(view, found)}, view.start
+    if isinstance(found, Start):
         first, n = max(-found.late, 0), view.n - abs(found.late)
-        start = float(view.time(first, first + 1)[0])
         begins = {role: first + found.late * (role in found.roles) for role in view.roles}
-        streams = {role: _blocks(view, role, i, i + n) for role, i in begins.items()}
-    else:
-        streams = {
-            role: _on_clock(view, role, found) if role == found.role else _blocks(view, role)
-            for role in view.roles
-        }
-    write_anew(path, view, streams, start=start)
-
-
-def write_anew(
-    path: Path, view: RecordView, streams: Mapping[str, Iterator[FloatArray]], *, start: float
-) -> None:
-    """Write a record in the place of the one that is read, with these blocks of its channels.
-
-    Parameters
-    ----------
-    path : Path
-        records/<id>.nc.
-    view : RecordView
-        The record as it is: rate, quantities and attributes stay.
-    streams : mapping
-        Role to blocks of samples, SI.
-    start : float
-        Time of the first sample, s.
-    """
-    with RecordWriter(
-        path, sample_rate=view.sample_rate, start=start,
-        quantities={role: view.quantity(role) for role in view.roles},
-        attributes={k: v for k, v in view.attributes.items()
-                    if k not in ("Conventions", "sample_rate_hz", "start_s")},
-    ) as writer:  # fmt: skip
-        for blocks in in_step(streams, _SEEN):
-            writer.append(blocks)
-
-
-def _blocks(
-    view: RecordView, role: str, begin: int = 0, end: int | None = None
-) -> Iterator[FloatArray]:
-    stop = view.n if end is None else end
-    for first in range(begin, stop, _SEEN):
-        yield view.read(role, first, min(first + _SEEN, stop))
+        streams = {role: as_read(view, role, i, i + n) for role, i in begins.items()}
+        return streams, float(view.time(first, first + 1)[0])
+    begin, end = found.kept(view.n)
+    # Of the part after it the channels stand beside one another again, to a sample or two.
+    ahead = {r: found.count if begin and found.late and r not in found.late else 0
+             for r in view.roles}  # fmt: skip
+    streams = {role: as_read(view, role, begin + ahead[role], end) for role in view.roles}
+    return streams, float(view.time(begin, begin + 1)[0])
 
 
 def _with_gap(view: RecordView, role: str, found: Lost) -> Iterator[FloatArray]:
     """A channel with a gap where it lost samples, or its end left out where another did."""
     if role not in found.roles:
-        yield from _blocks(view, role)
+        yield from as_read(view, role)
         return
-    yield from _blocks(view, role, 0, found.first)
+    yield from as_read(view, role, 0, found.first)
     # Where the loss is known to a few samples only, none of these is believed.
     yield np.full(found.last - found.first + found.whole, np.nan)
-    yield from _blocks(view, role, found.last)
+    yield from as_read(view, role, found.last)
 
 
-def _on_clock(view: RecordView, role: str, found: OtherClock) -> Iterator[FloatArray]:
+def _on_clock(view: RecordView, found: OtherClock) -> Iterator[FloatArray]:
     """A channel of another recorder at the times of the others."""
     # Its sample i was taken at i (1 + ratio) of theirs; a displacement comes late by the lag.
-    slow = 1.0 + (-found.ratio if role == "displacement" else found.ratio)
+    slow = 1.0 + (-found.ratio if found.role == "displacement" else found.ratio)
     count = int((view.n - 1) * slow) + 1
     resampler = Resampler(0.0, 1.0, min(count, view.n))
-
-    def uneven() -> Iterator[tuple[FloatArray, FloatArray]]:
-        for first in range(0, view.n, _SEEN):
-            values = view.read(role, first, first + _SEEN)
-            times = slow * (first + np.arange(values.size, dtype=np.float64))
-            yield np.asarray(times), values[:, np.newaxis]
-
-    for block in resampler.blocks(uneven()):
+    uneven = ((slow * at, x[:, np.newaxis]) for at, x in with_indices(view, found.role))
+    for block in resampler.blocks(uneven):
         yield block[:, 0]

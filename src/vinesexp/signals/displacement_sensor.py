@@ -15,7 +15,8 @@ whichever it was, and the acceleration gives the rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,9 @@ from scipy.special import ndtr
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.channel_agreement import PhaseLaw, law_in
-from vinesexp.signals.clocks import frequency_of_test, write_anew
+from vinesexp.signals.corrections import Correction, as_read, correct, with_indices
 from vinesexp.signals.means import block_means, channel_means, fill_gaps, group_size
 
 _SURE = 5.0  # standard errors
@@ -41,7 +42,6 @@ _HIGHEST = 0.3  # of the oscillation's frequency: corner
 _ENDS = 6.0  # s on either end that the mean of what lies beyond is not known
 _SLOWER = 2.0  # times the s of the sensor: what is taken of the displacement
 _REACH = 6.0  # standard deviations of a mean
-_SEEN = 1 << 18  # samples read at once
 
 
 def kernels(s: float, late: float, step: float) -> tuple[FloatArray, FloatArray]:
@@ -84,32 +84,26 @@ def set_right(path: Path, record: Record) -> list[Check]:
     record : Record
         Its row: id, test and frequency.
     """
-    checks: list[Check] = []
-    for mend in (_beside_base, _coupled, _slow):
-        with open_record(path) as view:
-            if view.refused is not None or any(view.as_measured(role) for role in view.roles):
-                break
-            frequency = frequency_of_test(view, record)
-            if not frequency or _DISPLACEMENT not in view.roles:
-                break
-            law = law_in(view, frequency=frequency)
-            if (found := mend(view, record, law, frequency)) is None:
-                continue
-            check, blocks = found
-            streams = {role: _as_read(view, role) for role in view.roles} | {_DISPLACEMENT: blocks}
-            write_anew(path, view, streams, start=view.start)
-            checks.append(check)
-    return checks
+    finds = (partial(_correction, mend) for mend in (_beside_base, _coupled, _slow))
+    return [check for find in finds for check in correct(path, record, find)]
 
 
-def _as_read(view: RecordView, role: str) -> Iterator[FloatArray]:
-    for first in range(0, view.n, _SEEN):
-        yield view.read(role, first, first + _SEEN)
+Mended = tuple[Check, Iterator[FloatArray]]
+
+
+def _correction(
+    mend: Callable[[RecordView, Record, PhaseLaw | None, float], Mended | None],
+    view: RecordView, record: Record, frequency: float,
+) -> Correction | None:  # fmt: skip
+    if _DISPLACEMENT not in view.roles:
+        return None
+    found = mend(view, record, law_in(view, frequency=frequency), frequency)
+    return None if found is None else Correction([found[0]], {_DISPLACEMENT: found[1]})
 
 
 def _beside_base(
     view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
-) -> tuple[Check, Iterator[FloatArray]] | None:
+) -> Mended | None:
     """The displacement in space, of a sensor that stands on the table.
 
     The acceleration is that of displacement and base together, which differs at the oscillation
@@ -130,8 +124,7 @@ def _beside_base(
     share = off / (base / x)
     if abs(share.real - 1.0) > _RELATIVE or abs(share.imag) > _OTHERWISE:
         return None
-    blocks = (view.read(_DISPLACEMENT, i, i + _SEEN) + view.read("base", i, i + _SEEN)
-              for i in range(0, view.n, _SEEN))  # fmt: skip
+    blocks = map(np.add, as_read(view, _DISPLACEMENT), as_read(view, "base"))
     detail = (
         "the displacement is that of the mass beside the table, not in space: the base was added. "
         "Put the sensor on the floor"
@@ -141,7 +134,7 @@ def _beside_base(
 
 def _coupled(
     view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
-) -> tuple[Check, Iterator[FloatArray]] | None:
+) -> Mended | None:
     """The displacement without its AC coupling.
 
     It has one where it is ahead of the acceleration, the less the higher the frequency; or where,
@@ -186,7 +179,7 @@ def _without_coupling(view: RecordView, corner: float) -> Iterator[FloatArray]:
     w = 2.0 * math.pi * corner / view.sample_rate
     zero = float(np.nanmean(view.read(_DISPLACEMENT, view.n // 2, view.n)))
     total = 0.0
-    for x in _as_read(view, _DISPLACEMENT):
+    for x in as_read(view, _DISPLACEMENT):
         known = fill_gaps(x) - zero
         whole = total + w * (np.cumsum(known) - 0.5 * known)
         total += w * float(known.sum())
@@ -195,7 +188,7 @@ def _without_coupling(view: RecordView, corner: float) -> Iterator[FloatArray]:
 
 def _slow(
     view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
-) -> tuple[Check, Iterator[FloatArray]] | None:
+) -> Mended | None:
     """The displacement as fast as the acceleration."""
     if law is None or law.spread < max(_SURE * law.spread_error, _LEAST**2):
         return None
@@ -211,14 +204,13 @@ def _quickened(view: RecordView, law: PhaseLaw) -> Iterator[FloatArray]:
     s, step = math.sqrt(law.spread), 1.0 / view.sample_rate
     of_x, of_a = kernels(s, law.above, step)
     n, end = of_x.size // 2, math.ceil((_ENDS * s + abs(law.above)) / step)
-    for first in range(0, view.n, _SEEN):
-        x = view.read(_DISPLACEMENT, first, first + _SEEN)
+    for index, x in with_indices(view, _DISPLACEMENT):
+        first = int(index[0])
         low, high = max(0, first - n), min(view.n, first + x.size + n)
         pad = n - (first - low), n - (high - first - x.size)
         whole = np.zeros(x.size)
         for role, kernel in ((_DISPLACEMENT, of_x), ("acceleration", of_a / law.gain)):
             around = np.pad(fill_gaps(view.read(role, low, high)), pad, mode="edge")
             whole += oaconvolve(around, kernel, mode="valid")
-        index = np.arange(first, first + x.size)
         known = np.isfinite(x) & (index >= end) & (index < view.n - end)
         yield np.where(known, whole, np.nan)

@@ -11,7 +11,7 @@ it comes again at a distance of one and two times the frequency of the motion, a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,8 +20,8 @@ import numpy as np
 from vinesexp.arrays import ComplexArray, FloatArray, IntArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.signals.clocks import frequency_of_test, write_anew
+from vinesexp.records.stored.store import RecordView
+from vinesexp.signals.corrections import Correction, correct, with_indices
 from vinesexp.signals.means import channel_means
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
@@ -36,7 +36,6 @@ _AGAIN = (1, 2)  # times the frequency of the motion from a line of the motion t
 _OFF = 0.05  # by which the motion's frequency may differ from that stated, relative
 _APART = 0.2  # of the oscillation: nearer to it nothing is hum
 _LOUD = 0.005  # of a channel's own strength: a weaker one is no warning
-_SEEN = 1 << 18  # samples read at once
 _UNITS = {
     "displacement": ("mm", 1e3), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0),
 }  # fmt: skip
@@ -167,22 +166,22 @@ def remove_hum(path: Path, record: Record) -> list[Check]:
         One for each channel with hum; a warning where it is more than a two-hundredth of the
         channel.
     """
-    with open_record(path) as view:
-        if view.refused is not None or any(view.as_measured(role) for role in view.roles):
-            return []
-        if not (frequency := frequency_of_test(view, record)):
-            return []
-        k = 1 + view.n // _MOST
-        found, checks = {}, []
-        for role in view.roles:
-            x = channel_means(view, role, k)
-            hums = hum_in(x, k / view.sample_rate, frequency=frequency)
-            if hums:
-                found[role] = [_of_samples(one, k, view.sample_rate) for one in hums]
-                checks.append(_said(record.id, view, role, found[role], float(x.std())))
-        if found:
-            _without(path, view, found)
-    return checks
+    return list(correct(path, record, _correction))
+
+
+def _correction(view: RecordView, record: Record, frequency: float) -> Correction:
+    k = 1 + view.n // _MOST
+    checks, streams = [], {}
+    for role in view.roles:
+        x = channel_means(view, role, k)
+        hums = [
+            _of_samples(one, k, view.sample_rate)
+            for one in hum_in(x, k / view.sample_rate, frequency=frequency)
+        ]
+        if hums:
+            checks.append(_said(record.id, view, role, hums, float(x.std())))
+            streams[role] = _without(view, role, hums)
+    return Correction(checks, streams)
 
 
 def _of_samples(hum: Hum, k: int, rate: float) -> Hum:
@@ -202,13 +201,6 @@ def _said(id: str, view: RecordView, role: str, hums: list[Hum], strength: float
     return Check(id, "hum", "warning" if loud else "ok", detail)
 
 
-def _without(path: Path, view: RecordView, found: Mapping[str, list[Hum]]) -> None:
-    """Write the record anew without these lines."""
-
-    def blocks(role: str) -> Iterator[FloatArray]:
-        for first in range(0, view.n, _SEEN):
-            x = view.read(role, first, first + _SEEN)
-            t = np.arange(first, first + x.size) / view.sample_rate
-            yield x - sum((one.at(t) for one in found.get(role, [])), np.zeros(x.size))
-
-    write_anew(path, view, {role: blocks(role) for role in view.roles}, start=view.start)
+def _without(view: RecordView, role: str, hums: list[Hum]) -> Iterator[FloatArray]:
+    for index, x in with_indices(view, role):
+        yield x - sum((one.at(index / view.sample_rate) for one in hums), np.zeros(x.size))
