@@ -7,7 +7,7 @@ gives blocks for as long as the source is used. Its refusals need no file: who a
 
 It is a copy (fork) of this process where that has a single thread: the copy of one that has several
 may wait for ever on a lock that one of them held. Else, and on macOS, where libraries may not
-survive a fork, it is a new process, which takes a quarter of a second more.
+survive a fork, it is a new process, which takes an eighth of a second more.
 
 A message between both is two lengths, a pickle, and the samples of a block if there are any.
 """
@@ -19,6 +19,7 @@ import os
 import pickle
 import select
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -62,57 +63,42 @@ ONE_THREAD = {
 }
 
 _HEAD = struct.Struct("<QQ")  # bytes of the pickle, and of the samples beside it
-_PIPE = 1 << 20  # bytes that a pipe holds: fewer changes between the two processes
+_HELD = 1 << 20  # bytes that a socket holds: fewer changes between the two processes
 
 
-def send(pipe: int, message: Any) -> None:
+def send(line: socket.socket, message: Any) -> None:
     """Write one message; samples go beside the pickle, not through it."""
     samples: list[pickle.PickleBuffer] = []
     packed = pickle.dumps(message, protocol=5, buffer_callback=samples.append)
     raw = [one.raw() for one in samples]
-    _write(pipe, _HEAD.pack(len(packed), raw[0].nbytes if raw else 0))
-    _write(pipe, packed)
+    line.sendall(_HEAD.pack(len(packed), raw[0].nbytes if raw else 0) + packed)
     for one in raw[:1]:
-        _write(pipe, one)
+        line.sendall(one)
 
 
-def receive(pipe: int) -> Any:
+def receive(line: socket.socket) -> Any:
     """Read one message; EOFError where the other side is gone."""
-    packed, samples = _HEAD.unpack(_read(pipe, _HEAD.size))
-    words = _read(pipe, packed)
-    return pickle.loads(words, buffers=[_read(pipe, samples)])  # of no bytes, too: no rows
+    packed, samples = _HEAD.unpack(_read(line, _HEAD.size))
+    words = _read(line, packed)
+    return pickle.loads(words, buffers=[_read(line, samples)])  # of no bytes, too: no rows
 
 
-def widen(pipe: int) -> None:
-    """Let a pipe hold more, where the system allows it."""
-    import fcntl
-
-    with suppress(AttributeError, OSError):
-        fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE)
-
-
-def _write(pipe: int, data: bytes | memoryview) -> None:
-    rest = memoryview(data)
-    while rest:
-        rest = rest[os.write(pipe, rest) :]
-
-
-def _read(pipe: int, count: int) -> bytearray:
+def _read(line: socket.socket, count: int) -> bytearray:
     found = bytearray(count)
     rest = memoryview(found)
     while rest:
-        got = os.readv(pipe, [rest])
+        got = line.recv_into(rest)
         if not got:
             raise EOFError
         rest = rest[got:]
     return found
 
 
-def serve_reader(reader: Any, path: Path, limits: Limits, requests: int, answers: int) -> NoReturn:
+def serve_reader(reader: Any, path: Path, limits: Limits, line: socket.socket) -> NoReturn:
     """Answer requests until nobody asks any more, then end this process.
 
     Whatever goes wrong in the reader is answered as a refusal with its reason; what cannot be
-    answered ends the process, and who asked sees the pipe close.
+    answered ends the process, and who asked sees the socket close.
     """
     try:
         faulthandler.disable()  # a crash is reported by who asked
@@ -124,7 +110,7 @@ def serve_reader(reader: Any, path: Path, limits: Limits, requests: int, answers
         source: Any = None
         streams: dict[int, Iterator[Any]] = {}
         while True:
-            what, *given = receive(requests)
+            what, *given = receive(line)
             try:
                 if what == "open":
                     source = reader.open_file(path)
@@ -139,9 +125,9 @@ def serve_reader(reader: Any, path: Path, limits: Limits, requests: int, answers
                     value = streams.pop(given[0], None) and None
                 else:
                     value = source.locate(given[0])
-                send(answers, ("ok", value))
+                send(line, ("ok", value))
             except Exception as error:  # whatever the broken bytes lead to
-                send(answers, ("refused", refusal(error, reader.NAME)))
+                send(line, ("refused", refusal(error, reader.NAME)))
     except BaseException:
         os._exit(0)  # nobody asks any more, or nobody can be answered
 
@@ -173,9 +159,9 @@ def _limit(seconds: int, memory: int) -> None:
 
 def serve_in_new_process() -> None:
     """Serve a source in a process that was started, not copied; the first message says which."""
-    requests, answers = map(int, sys.argv[1:])
-    module, path, limits = receive(requests)
-    serve_reader(import_module(module), path, limits, requests, answers)
+    line = socket.socket(fileno=int(sys.argv[1]))
+    module, path, limits = receive(line)
+    serve_reader(import_module(module), path, limits, line)
 
 
 class Reader(Protocol):
@@ -272,11 +258,10 @@ class GuardedSource(Source):
         if self._dead is not None:
             raise self._dead
         try:
-            send(self._child.requests, request)
-            ready, _, _ = select.select([self._child.answers], [], [], self._limits.patience)
-            if not ready:
+            send(self._child.line, request)
+            if not select.select([self._child.line], [], [], self._limits.patience)[0]:
                 raise self._died(f"gives nothing for {self._limits.patience:.0f} s")
-            kind, value = receive(self._child.answers)
+            kind, value = receive(self._child.line)
         except (OSError, EOFError):
             raise self._died(None) from None
         if kind == "refused":
@@ -303,11 +288,10 @@ class GuardedSource(Source):
 
 @dataclass
 class _Child:
-    """A process that serves one source, the ends of its pipes, and what waits for its end."""
+    """A process that serves one source, the socket to it, and what waits for its end."""
 
     pid: int
-    requests: int
-    answers: int
+    line: socket.socket
     end: Callable[[], int]
     status: int | None = None
 
@@ -327,29 +311,24 @@ def threads() -> int:
 
 
 def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
-    requests, to_child = os.pipe()
-    from_child, answers = os.pipe()
-    widen(answers)
-    try:
+    ours, theirs = socket.socketpair()
+    with theirs:
+        theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _HELD)
         if _may_fork(reader):
             pid = os.fork()
             if pid == 0:  # pragma: no cover
-                os.close(to_child)
-                os.close(from_child)
-                serve_reader(reader, path, limits, requests, answers)
-            return _Child(pid, to_child, from_child, partial(_waited_for, pid))
+                ours.close()
+                serve_reader(reader, path, limits, theirs)
+            return _Child(pid, ours, partial(_waited_for, pid))
         code = "from vinesexp.records.readers.guard import serve_in_new_process as main; main()"
         process = subprocess.Popen(
-            [sys.executable, "-c", code, str(requests), str(answers)],
-            pass_fds=(requests, answers),
+            [sys.executable, "-c", code, str(theirs.fileno())],
+            pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
             env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )
-        send(to_child, (reader.__name__, path.absolute(), limits))
-        return _Child(process.pid, to_child, from_child, process.wait)
-    finally:
-        os.close(requests)
-        os.close(answers)
+    send(ours, (reader.__name__, path.absolute(), limits))
+    return _Child(process.pid, ours, process.wait)
 
 
 def _waited_for(pid: int) -> int:
@@ -368,6 +347,5 @@ def _may_fork(reader: Reader) -> bool:
 def _finish(child: _Child, owner: int) -> None:
     """End the child when its source is no longer used; not in a copy of the owner."""
     if os.getpid() == owner:
-        os.close(child.requests)
-        os.close(child.answers)
+        child.line.close()
         child.wait(kill=True)
