@@ -61,14 +61,14 @@ def measured(*, b=0.030, r=0.6, start=10.0, duration=8.0, bits=14, noise=1.0, li
     return Measured(channels, time[inside], jump[inside])
 
 
-def found_in(channels: dict[str, np.ndarray], folder: Path) -> Impacts:
+def found_in(channels: dict[str, np.ndarray], folder: Path, *, frequency: float = 7.862) -> Impacts:
     """The whole way from a record on disk to its table of impacts."""
     kinds = {role: role for role in channels}
     with RecordWriter(folder / "r.nc", sample_rate=RATE, quantities=kinds) as writer:
         writer.append(channels)
-    condition(folder / "r.nc", folder / "c.nc", f0_hint=7.862)
+    condition(folder / "r.nc", folder / "c.nc", f0_hint=frequency)
     return impacts_of_record(
-        folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(0.03,), frequency=7.862
+        folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(0.03,), frequency=frequency
     )
 
 
@@ -167,6 +167,21 @@ def test_sensor_saturated_through_a_third(tmp_path: Path) -> None:
     others = np.abs(found.time_s[:, np.newaxis] - record.time[seen]).min(axis=1) > 2e-5
     assert found.clipped[others].all()  # at most the jump to the rail and back, and said so
     assert others.sum() <= 2
+
+
+@pytest.mark.parametrize("frequency", [7.862, 62.0])
+def test_the_ends_of_a_record_are_no_impacts(frequency: float, tmp_path: Path) -> None:
+    """Where the oscillation was not continued as it bends, its highpass left a spike at each end."""
+    random = np.random.default_rng(8)
+    t = np.arange(20_000) * SAMPLE
+    w = 2.0 * np.pi * frequency
+    for phase in (0.0, 0.8, 1.6):
+        folder = tmp_path / f"{phase}"
+        folder.mkdir()
+        x = 1e-3 * np.sin(w * t + phase) * np.exp(-0.05 * t)
+        a = -(w**2) * x + 2e-3 * w**2 * 1e-3 * random.standard_normal(t.size)
+        found = found_in({"displacement": x, "acceleration": a}, folder, frequency=frequency)
+        assert found.n == 0
 
 
 def test_impacts_at_the_very_edges(tmp_path: Path) -> None:

@@ -50,9 +50,9 @@ from vinesexp.signals.means import block_means, fill_gaps, group_size
 
 _BLOCK = 1 << 20  # samples read at once
 _EDGE_REMAINS = 1e-5  # of an extension's start-up, where the record begins
-_LINE = 0.01  # s of acceleration whose trend is continued, or this share of ...
+_LINE = 1.5  # periods of the highpass's corner: of an acceleration, whose trend is continued
+_SHORTEST = 16  # samples of an end that is continued
 _SWINGS = 4.0  # periods after a hold whose mean is the middle
-_LINE_SHARE = 0.05  # ... the period of the highpass's corner
 
 #: Periods at the edge that the sine is fitted to.
 _PERIODS = 3.0
@@ -186,18 +186,19 @@ def _filtered(
     low, high = bands.of(role)
     band = butterworth(record.sample_rate, low=low, high=high, order=settings.filter.order)
     free = free if role == "displacement" else 0
-    slow = None if role == "acceleration" else bands.frequency
+    spiky = role == "acceleration"
     held = iter([np.zeros(free)])
     if role in record.roles:
         held = _held(record, role, free, bands.frequency)
     else:
         role, band = "acceleration", None if band is None else replace(band, twice=True)
-    blocks = _blocks(record, role, limits, settings.channels.stuck, free)
+    corner = bands.acceleration[0]
+    line = math.ceil(_LINE * record.sample_rate / corner) if corner else _SHORTEST
+    blocks = _blocks(record, role, limits, settings.channels.stuck, free, line)
     if band is None:
         return blocks
     pad = settling_samples(band, remains=_EDGE_REMAINS)
-    line = max(_LINE, _LINE_SHARE / low) if low else _LINE
-    before, after = _extensions(record, role, pad, slow, line, free)
+    before, after = _extensions(record, role, pad, bands.frequency, line, free, spiky)
     filtered = zero_phase_blocks(blocks, band, before=before, after=after)
     return itertools.chain(held, filtered)
 
@@ -213,32 +214,47 @@ def _held(
 
 
 def _extensions(
-    record: RecordView, role: str, pad: int, frequency: float | None, line: float, free: int
+    record: RecordView,
+    role: str,
+    pad: int,
+    frequency: float | None,
+    line: int,
+    free: int,
+    spiky: bool,
 ) -> tuple[FloatArray, FloatArray]:
+    """What came before the first sample and after the last one.
+
+    The oscillation goes on; of a channel with spikes also the trend of what it leaves of the last
+    `line` samples, which is blind to them.
+    """
     rate = record.sample_rate
-    seconds = line if frequency is None else 4.0 / frequency
-    length = min(record.n, max(8 if frequency is None else 16, math.ceil(seconds * rate)))
+    swings = math.ceil(4.0 * rate / frequency) if frequency else 0
+    length = min(record.n, max(_SHORTEST, swings, line))
+    line = min(line, length)
     head = fill_gaps(record.read(role, free, free + length))[::-1]
     tail = fill_gaps(record.read(role, record.n - length, record.n))
-    if frequency is None:
-        return continued_line(head, pad, length=length)[::-1], continued_line(
-            tail, pad, length=length
-        )
-    before = continued_sine(head, pad, sample_rate=rate, frequency=frequency)[::-1]
-    return before, continued_sine(tail, pad, sample_rate=rate, frequency=frequency)
+
+    def ahead(edge: FloatArray) -> FloatArray:
+        if not frequency:
+            return continued_line(edge, pad, length=line)
+        wave = continued_sine(edge, pad, sample_rate=rate, frequency=frequency, back=line)
+        if not spiky:
+            return wave[line:]
+        return wave[line:] + continued_line(edge[-line:] - wave[:line], pad, length=line)
+
+    return ahead(head)[::-1], ahead(tail)
 
 
 def _blocks(
-    record: RecordView, role: str, limits: Range, stuck: float, free: int = 0
+    record: RecordView, role: str, limits: Range, stuck: float, free: int, line: int
 ) -> Iterator[FloatArray]:
     if role != "acceleration":
         for begin in range(free, record.n, _BLOCK):
             yield fill_gaps(record.read(role, begin, begin + _BLOCK))
         return
-    length = math.ceil(_LINE * record.sample_rate)
     for begin in range(free, record.n, _BLOCK):
         x = read_unstuck(record, role, limits, begin, min(record.n, begin + _BLOCK), stuck=stuck)
-        yield bridge_gaps(x, length=length)
+        yield bridge_gaps(x, length=line)
 
 
 def in_step(
@@ -260,7 +276,9 @@ def in_step(
         held = {role: values[n:] for role, values in held.items()}
 
 
-def continued_sine(edge: FloatArray, n: int, *, sample_rate: float, frequency: float) -> FloatArray:
+def continued_sine(
+    edge: FloatArray, n: int, *, sample_rate: float, frequency: float, back: int = 0
+) -> FloatArray:
     """Continue the oscillation at the end of `edge` for n samples.
 
     Parameters
@@ -272,10 +290,12 @@ def continued_sine(edge: FloatArray, n: int, *, sample_rate: float, frequency: f
         Samples wanted.
     sample_rate, frequency : float
         Hz; about where the oscillation is.
+    back : int
+        Samples of the same oscillation before the end of `edge` that are wanted as well.
 
     Returns
     -------
-    array (n,)
+    array (back + n,)
         Constant plus damped sine; the constant alone where the edge is too short for a sine.
 
     Examples
@@ -292,13 +312,13 @@ def continued_sine(edge: FloatArray, n: int, *, sample_rate: float, frequency: f
     coarse = block_means(piece[piece.size % k :], k)  # groups end at the newest sample
     step = k / sample_rate
     if coarse.size < 8 or coarse.size * step * frequency < 0.8:
-        return np.full(n, coarse.mean() if coarse.size else edge.mean())
+        return np.full(back + n, coarse.mean() if coarse.size else edge.mean())
     s = _pole(coarse, step, 2.0 * math.pi * frequency, n / sample_rate)
     t = step * (np.arange(coarse.size) - coarse.size + 0.5)  # newest sample ends at 0
     wave = np.exp(s * t)
     basis = np.stack([np.ones(t.size), wave.real, wave.imag], axis=1)
     constant, a, b = np.linalg.lstsq(basis, coarse, rcond=None)[0]
-    ahead = np.exp(s * ((np.arange(n) + 0.5) / sample_rate))
+    ahead = np.exp(s * ((np.arange(-back, n) + 0.5) / sample_rate))
     return np.asarray(constant + a * ahead.real + b * ahead.imag)
 
 
