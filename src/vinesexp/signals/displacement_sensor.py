@@ -20,7 +20,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import oaconvolve
 from scipy.special import ndtr
 
 from vinesexp.arrays import FloatArray
@@ -201,6 +200,8 @@ def _slow(
 
 
 def _quickened(view: RecordView, law: PhaseLaw) -> Iterator[FloatArray]:
+    from scipy.signal import oaconvolve  # half a second to import, for few records
+
     s, step = math.sqrt(law.spread), 1.0 / view.sample_rate
     of_x, of_a = kernels(s, law.above, step)
     n, end = of_x.size // 2, math.ceil((_ENDS * s + abs(law.above)) / step)
