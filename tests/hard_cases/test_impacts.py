@@ -171,7 +171,7 @@ def test_sensor_saturated_through_a_third(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("frequency", [7.862, 62.0])
 def test_the_ends_of_a_record_are_no_impacts(frequency: float, tmp_path: Path) -> None:
-    """Where the oscillation was not continued as it bends, its highpass left a spike at each end."""
+    """Continued by a line, an oscillation left a spike at each end of the highpassed record."""
     random = np.random.default_rng(8)
     t = np.arange(20_000) * SAMPLE
     w = 2.0 * np.pi * frequency
