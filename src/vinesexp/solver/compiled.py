@@ -93,11 +93,19 @@ def _of_any_number(template_for: Callable[..., Any]) -> Callable[..., Any]:
 def compiled(function: F) -> F:
     """Compile on first use, keep the machine code on disk; to be called by compiled code only.
 
+    The code is part of whatever calls it. A call would hand over every array as seven numbers or
+    nine, which took a third of the time of an impact.
+
     What only Python would need to call it is not made: that is a tenth of the compilation. Division
     by zero gives inf or nan, as in numpy: a check at every division costs more than the division.
     Nothing is allocated, so that arrays need no counting of their references, which took 40 % of
     the time of the event loop; what scratch space there is comes from the `entry`.
     """
+    return cast("F", _jit(function, no_cpython_wrapper=True, _nrt=False, forceinline=True))
+
+
+def apart(function: F) -> F:
+    """`compiled`, but called: what is long and called from several places, or seldom."""
     return cast("F", _jit(function, no_cpython_wrapper=True, _nrt=False))
 
 

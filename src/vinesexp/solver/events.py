@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, entry, fused
+from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.contact import (
     close_chatter,
     closing_now,
@@ -169,7 +169,7 @@ def log_marked(
     return row
 
 
-@compiled
+@apart
 def collide(
     balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
     before: FloatArray,
@@ -215,7 +215,7 @@ def collide(
     return row
 
 
-@compiled
+@apart
 def turn(
     par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
     state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int,

@@ -36,7 +36,7 @@ from __future__ import annotations
 import math
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, fused
+from vinesexp.solver.compiled import apart, compiled, fused
 from vinesexp.solver.contact import remaining_time
 from vinesexp.solver.response import (
     H_MISFIT,
@@ -411,7 +411,7 @@ def returning(balls: FloatArray, a: float, rate: float) -> int:
     return first
 
 
-@compiled
+@apart
 def hop(
     head: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray,
     a: float, longest: float, slowest: float, remainder: float,

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, entry
+from vinesexp.solver.compiled import apart, compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import turn
 from vinesexp.solver.flight import SHORT, bounce, cross, first_expected, hop
@@ -112,7 +112,7 @@ def landed(balls: FloatArray, s: float, rate: float, bend: float, gain: float) -
     return hit
 
 
-@compiled
+@apart
 def choose_step(
     balls: FloatArray, rate: float, a: float, j: float, f: float, S: float, reach: float
 ) -> float:
@@ -274,7 +274,7 @@ def run(
     )  # fmt: skip
 
 
-@compiled
+@apart
 def run_on(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
     duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,

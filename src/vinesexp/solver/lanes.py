@@ -31,7 +31,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.arrays import gap_of, starts_of
-from vinesexp.solver.compiled import compiled, entry, fused, wide
+from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.kernel import one_turn
@@ -78,7 +78,7 @@ PER_CYCLE = 9
 REBASE = PER_CYCLE  # pieces: at most two cycles of the base, within the table of the closed form
 
 
-@compiled
+@apart
 def sum_amplitudes(
     response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
     node: FloatArray, settle: float, sums: FloatArray,
@@ -204,7 +204,7 @@ O_TIME, O_SUM, O_LARGEST, O_HITS, O_LATEST, O_STALLED = range(6)
 RESULTS = 6
 
 
-@compiled
+@apart
 def march(P: FloatArray, n: int) -> tuple[int, int]:
     """One step on in every lane that flies, where the way is proved to be free.
 
@@ -275,7 +275,7 @@ def closer(
     return e - value / slope
 
 
-@compiled
+@apart
 def land(P: FloatArray, n: int) -> int:
     """The contact and the impact of every lane that waits; what is not proved is to leave.
 
@@ -502,7 +502,7 @@ def refresh(P: FloatArray, i: int, head: FloatArray) -> None:
     P[AGE * LANES + i], P[MODE * LANES + i] = -P[STEPS * LANES + i], FLYING
 
 
-@compiled
+@apart
 def load(P: FloatArray, i: int, run: FloatArray, head: FloatArray) -> None:
     """Put all that stays the same during a run into lane i."""
     h = spacing_of(head)
@@ -623,7 +623,7 @@ def move_lane(P: FloatArray, responses: FloatArray, old: int, new: int) -> None:
     P[MODE * LANES + old] = IDLE
 
 
-@compiled
+@apart
 def attend_to(
     P: FloatArray, i: int, runs: FloatArray, responses: FloatArray, found: FloatArray,
     progress: IntArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,

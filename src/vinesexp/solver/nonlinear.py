@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, entry, fused
+from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.search import first_root
 from vinesexp.solver.series import (
     ORDER,
@@ -149,7 +149,7 @@ def stiffest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> floa
     return float(k + 3.0 * cubic * 4.0 * H / (k + math.sqrt(k * k + 4.0 * cubic * H)))
 
 
-@compiled
+@apart
 def expand_loaded(
     par: FloatArray, mass: float, force: float, rate: float, x: float, v: float, E: FloatArray,
     X: FloatArray, P: FloatArray, Z: FloatArray,

@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, entry, fused
+from vinesexp.solver.compiled import apart, compiled, entry, fused
 
 ENTRIES = 640  # two and a half cycles
 PER_CYCLE = 256
@@ -31,7 +31,7 @@ H_C, H_S = 10, 15  # coefficients 2 to 6 of the series of C and S
 HEADER = 20
 
 
-@compiled
+@apart
 def prepare_into(
     out: FloatArray, M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
 ) -> None:

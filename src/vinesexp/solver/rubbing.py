@@ -45,7 +45,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, entry, fused
+from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.contact import UNSEEN, closing_now
 from vinesexp.solver.events import collide, end_of_step, expand_gap, next_wall
 from vinesexp.solver.flight import cross, first_expected
@@ -172,7 +172,7 @@ def holding_force(balls: FloatArray, a: float) -> float:
     return total
 
 
-@compiled
+@apart
 def acceleration(balls: FloatArray, M: float, force: float) -> float:
     """x'' under a force, with every ball at rest held or giving way as its bounds say."""
     below, above = -math.inf, math.inf
@@ -272,7 +272,7 @@ def next_slip(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noi
     return first
 
 
-@compiled
+@apart
 def write(
     balls: FloatArray, i: int, what: int, state: FloatArray, numbers: FloatArray,
     labels: IntArray, row: int,
@@ -284,7 +284,7 @@ def write(
     return write_event(numbers, labels, row, i, side, state[T_HIGH], state[X_NOW], v, v, vy, vy)
 
 
-@compiled
+@apart
 def complete(
     balls: FloatArray, M: float, numbers: FloatArray, labels: IntArray, first: int, end: int
 ) -> None:
@@ -551,7 +551,7 @@ def slip(
     return row
 
 
-@compiled
+@apart
 def rub(
     par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
     state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, first: int,
@@ -596,7 +596,7 @@ def rub(
     return row
 
 
-@compiled
+@apart
 def glide(
     response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
     longest: float, numbers: FloatArray, labels: IntArray, row: int, before: FloatArray,
@@ -646,7 +646,7 @@ def run_rubbing(
     )  # fmt: skip
 
 
-@compiled
+@apart
 def rub_on(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
     duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,

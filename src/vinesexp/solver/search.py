@@ -54,7 +54,7 @@ from __future__ import annotations
 import math
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, fused
+from vinesexp.solver.compiled import apart, compiled, fused
 
 
 @compiled
@@ -154,7 +154,7 @@ MOST = 100_000
 TRIES = 30  # of Newton's rule, which takes about five
 
 
-@compiled
+@apart
 def first_root(p: FloatArray, lead: int, limit: float) -> float:
     """First root in (0, limit] of p_lead s^lead + p_(lead+1) s^(lead+1) + ...; inf if there is
     none.
