@@ -153,7 +153,9 @@ def said(weighed: Weighed) -> str:
         return _EFFECTS[cause.about](value, error)
     if cause.kind == "drift":
         return _drift(cause, value, error)
-    place = _PLACES.get(cause.about, f"the sensitivity of the {cause.about.removesuffix(' gain')}")
+    place = _PLACES.get(
+        cause.about, f"the sensitivity of the {cause.about.replace(' gain', ' channel')}"
+    )
     whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
         return (
