@@ -328,7 +328,7 @@ class Contest:
         """The best of those that tie, or the one of a wider margin."""
         best = now.order[0]
         good = [i for i in alike if now.sure[i] <= (1.0 + MATTERS) * now.sure[best]]
-        if self.margin is None or len(good) < 2:
+        if self.margin is None or len(good) < 2 or self.purse.left < 0.0:
             return best
         good.sort(key=lambda i: float(self.starts.of(now.b[i], n).mean.mean()))
         asked = {i: self.margin(now.b[i], n) for i in {best, *good[:ASKED]}}
@@ -526,7 +526,7 @@ def search(
     lowest, purse = curve.lowest(), Purse(ROBUST * budget)
 
     def margin(b: float, n: int) -> float:
-        random.ask([share * b for share in ASIDE], n)
+        purse.ask(random, [share * b for share in ASIDE], n)
         return max(float(random.of(share * b, n).mean.mean()) for share in ASIDE)
 
     # the others compete too, and what is a little safer: no best is called so beside a better one
