@@ -33,7 +33,8 @@ def plain(seed: int, *, table_2: bool = False) -> Scene:
     rng = np.random.default_rng([seed, 7])
     body, G, frequency, guess = _rig(rng, table_2=table_2)
     known, stated = _uncertainties(rng)
-    sensors = _sensors(rng, known)
+    pulse_area = 1.0 + known["template"] * np.random.default_rng([seed, 29]).standard_normal()
+    sensors = replace(_sensors(rng, known), pulse_area=pulse_area)
     length = float(np.clip(50.0 / frequency, 6.0, 9.0))
     mounted: dict[object, Body] = {}
 

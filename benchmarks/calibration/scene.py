@@ -10,6 +10,7 @@ from benchmarks.robustness.rig import Body, Drive, Sensors
 #: Defaults of `uncertainties` in campaign.yaml (docs/campaign.md): shares, kg, m.
 DEFAULTS: Mapping[str, float] = {
     "displacement": 0.01,
+    "template": 0.005,
     "base": 0.01,
     "base_amplitude": 0.02,
     "acceleration": 0.02,

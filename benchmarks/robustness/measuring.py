@@ -122,7 +122,7 @@ def _smooth_acceleration(path: Path, n: int) -> FloatArray:
 
 
 def _pulses(path: Path, sensors: Sensors, n: int) -> FloatArray:
-    """What the sensor shows of the impacts; their momentum is exact."""
+    """What the sensor shows of the impacts."""
     a = np.zeros(n)
     at, shown = _answer(sensors)
     width = int(_reach(sensors) * _RATE)
@@ -133,7 +133,7 @@ def _pulses(path: Path, sensors: Sensors, n: int) -> FloatArray:
             continue
         edges = (np.append(index, index[-1] + 1) - 0.5) / _RATE - time
         share = np.interp(edges, at, shown, left=0.0)
-        a[index] += jump * np.diff(share) * _RATE
+        a[index] += sensors.pulse_area * jump * np.diff(share) * _RATE
     return a
 
 

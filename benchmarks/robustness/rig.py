@@ -83,6 +83,7 @@ class Sensors:
     ----------
     rate : samples a second.
     pulse : s, how long the accelerometer shows an instantaneous contact.
+    pulse_area : shown over true momentum of an impact, beside the gain of the accelerometer.
     ring, ring_damping : resonance of the sensor's mount, Hz; None: none.
     mode, mode_share, mode_damping : a local mode (Hz) that answers each impact with this share of
         the jump, in both channels.
@@ -101,6 +102,7 @@ class Sensors:
 
     rate: float = 1e4
     pulse: float = 4e-4
+    pulse_area: float = 1.0
     ring: float | None = None
     ring_damping: float = 0.03
     mode: float | None = None
