@@ -84,7 +84,11 @@ def run(args: argparse.Namespace) -> int:
     write_map(grid, values, out)
     print(f"{grid.shape[0]} x {grid.shape[1]} cells of {grid.starts} starts: {out}")
     if picture is not None:
-        draw_map(grid, values, picture)
+        from vinesexp.figures.response_map_panels import response_map_panels
+        from vinesexp.figures.style import write_figure
+
+        with writing(picture, "be drawn"):
+            write_figure(response_map_panels(grid, values), picture)
     return 0
 
 
@@ -123,28 +127,3 @@ def share_of_rows(share: str | None, rows: int) -> range:
     if not found or not 1 <= int(found[1]) <= int(found[2]):
         raise ParameterError(f"found '{shortened(share)}', expected such as 3/8", where="--rows")
     return range(int(found[1]) - 1, rows, int(found[2]))
-
-
-def draw_map(grid: MapGrid, values: Values, picture: Path) -> None:
-    """The picture of a map."""
-    import numpy as np
-
-    from vinesexp.figures.response_map_panels import MapPicture, response_map_panels
-    from vinesexp.figures.style import write_figure
-    from vinesexp.maps.response_map import AXES, published_line
-
-    scale = {"m": (1e3, "mm"), "kg": (1e3, "g"), "1": (1.0, ""), "Hz": (1.0, "Hz")}
-    (x_scale, x_unit), (y_scale, y_unit) = (scale[AXES[s][0]] for s in (grid.x, grid.y))
-    line = published_line(grid)
-    shown = MapPicture(
-        x=x_scale * np.array(grid.x_values),
-        y=y_scale * np.array(grid.y_values),
-        x_name=f"{AXES[grid.x][1]} {grid.x[0]}" + (f" ({x_unit})" if x_unit else ""),
-        y_name=f"{AXES[grid.y][1]} {grid.y[0]}" + (f" ({y_unit})" if y_unit else ""),
-        mean=1e3 * values["mean_amplitude"],
-        largest=1e3 * values["largest_amplitude"],
-        captured=100.0 * values["captured_share"],
-        line=None if line is None else 1e3 * line,
-    )
-    with writing(picture, "be drawn"):
-        write_figure(response_map_panels(shown), picture)

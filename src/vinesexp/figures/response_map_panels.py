@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
 from vinesexp.figures.style import COLOURS, label, new_figure, regime_colour
 from vinesexp.maps.basins import Attractor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from vinesexp.maps.response_map import MapGrid, Values
+
 #: Area of the dot of a motion to which all starts lead, points squared.
 WHOLE = 60.0
+
+
+#: Of an axis of a map: times its SI value, and the unit behind its name.
+_SHOWN = {"m": (1e3, " (mm)"), "kg": (1e3, " (g)"), "1": (1.0, ""), "Hz": (1.0, " (Hz)")}
 
 
 def coexisting_motions(found: Sequence[Attractor], *, bare: float) -> Figure:
@@ -67,50 +71,34 @@ def coexisting_motions(found: Sequence[Attractor], *, bare: float) -> Figure:
     return figure
 
 
-@dataclass(frozen=True)
-class MapPicture:
-    """A map as shown.
-
-    Attributes
-    ----------
-    x, y : values along the axes, with their names and units.
-    mean, largest : amplitudes, mm; shape (y, x), NaN where not computed.
-    captured : share of the starts, %.
-    line : b_c along y in the unit of x, where there is one.
-    """
-
-    x: FloatArray
-    y: FloatArray
-    x_name: str
-    y_name: str
-    mean: FloatArray
-    largest: FloatArray
-    captured: FloatArray
-    line: FloatArray | None
-
-
-def response_map_panels(shown: MapPicture) -> Figure:
+def response_map_panels(grid: MapGrid, found: Values) -> Figure:
     """Three panels side by side, each with its colour bar above."""
+    from vinesexp.maps.response_map import AXES, published_line
+
     figure, axes = new_figure(1, 3, height=3.4, sharex=True, sharey=True)
+    (x_scale, x_unit), (y_scale, y_unit) = (_SHOWN[AXES[s][0]] for s in (grid.x, grid.y))
+    x, y = x_scale * np.array(grid.x_values), y_scale * np.array(grid.y_values)
+    line = published_line(grid)
     panels = (
-        (shown.mean, "mean amplitude (mm)", "viridis"),
-        (shown.largest, "largest amplitude (mm)", "viridis"),
-        (shown.captured, "captured (% of starts)", "cividis"),
+        (1e3 * found["mean_amplitude"], "mean amplitude (mm)", "viridis"),
+        (1e3 * found["largest_amplitude"], "largest amplitude (mm)", "viridis"),
+        (100.0 * found["captured_share"], "captured (% of starts)", "cividis"),
     )
     for axis, (values, name, colours) in zip(axes, panels, strict=True):
         limits = (0.0, 100.0) if name.startswith("captured") else (0.0, float(np.nanmax(values)))
         mesh = axis.pcolormesh(
-            shown.x, shown.y, values, shading="nearest", cmap=colours, rasterized=True,
+            x, y, values, shading="nearest", cmap=colours, rasterized=True,
             vmin=limits[0], vmax=limits[1],
         )  # fmt: skip
         axis.grid(visible=False)
         figure.colorbar(mesh, ax=axis, location="top", label=name, aspect=16)
-        axis.set_xlabel(shown.x_name)
-        if shown.line is not None:
-            inside = (shown.line >= shown.x[0]) & (shown.line <= shown.x[-1])
-            axis.plot(shown.line[inside], shown.y[inside], color="white", lw=1.2)
+        axis.set_xlabel(f"{AXES[grid.x][1]} {grid.x[0]}{x_unit}")
+        if line is not None:
+            b_c = 1e3 * line
+            inside = (b_c >= x[0]) & (b_c <= x[-1])
+            axis.plot(b_c[inside], y[inside], color="white", lw=1.2)
             if inside.any():
                 at = np.flatnonzero(inside)[int(0.6 * inside.sum())]
-                label(axis, "$b_c$ published", (shown.line[at], shown.y[at]), "white")
-    axes[0].set_ylabel(shown.y_name)
+                label(axis, "$b_c$ published", (b_c[at], y[at]), "white")
+    axes[0].set_ylabel(f"{AXES[grid.y][1]} {grid.y[0]}{y_unit}")
     return figure
