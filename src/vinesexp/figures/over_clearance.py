@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -239,44 +239,22 @@ def _deviation(axis: Axes, valley: DrawnLevel, exact: float, beside: float) -> N
         label(axis, words, at, colour, (9.0 * place, 0), ha=side)
 
 
-@dataclass(frozen=True)
-class Reached:
-    """Time from a release to one amplitude over clearance, mm and s; NaN where not reached."""
-
-    target: float
-    clearance: FloatArray
-    time: FloatArray
-    curve: tuple[FloatArray, FloatArray]
-    records: tuple[str, ...] = ()
-    best: Interval | None = None
+Curve = tuple[FloatArray, FloatArray]
 
 
 def time_over_clearance(
-    levels: Sequence[Reached], *, title: str, published: float | None, exact: float | None
-) -> Figure:
-    """Time to each amplitude over clearance, predicted and measured; both b_t as marks."""
+    levels: Sequence[tuple[ReleaseLevel, Curve, Interval | None]],
+    *, title: str, published: float | None, exact: float | None,
+) -> Figure:  # fmt: skip
+    """Time to each amplitude over clearance, predicted and measured; both b_t as marks.
+
+    Each level with its predicted curve (mm, s) and the best clearance measured, mm.
+    """
     figure, (axis,) = new_figure(height=3.6)
-    for level in levels:
-        axis.plot(*level.curve, color=COLOURS["exact"], linewidth=1.2, zorder=1)
-        _curve_minimum(axis, *level.curve)
-        axis.plot(level.clearance, level.time, "-", color=FAINT, linewidth=0.8, zorder=0)
-        for i, (b, time) in enumerate(zip(level.clearance, level.time, strict=True)):
-            if not np.isfinite(time):
-                continue  # never reached
-            (point,) = axis.plot(b, time, "o", color=COLOURS["measured"], zorder=3)
-            if level.records:
-                words = f"{level.records[i]}: b = {b:g} mm, to {level.target:g} mm in {time:.3g} s"
-                link(point, level.records[i], words)
-        last = int(np.flatnonzero(np.isfinite(level.time))[-1])
-        name = f"to {level.target:g} mm"
-        label(axis, name, (level.clearance[last], level.time[last]), "measured", (8, 0))
-        if level.best:
-            best = level.best[0]
-            reach = float(level.clearance[0]), float(level.clearance[-1])
-            low, high = max(level.best[1], reach[0]), min(level.best[2], reach[1])
-            time = float(level.time[np.argmin(np.abs(level.clearance - best))])
-            axis.plot([low, high], [time, time], "|-", color=COLOURS["impact"], linewidth=1.4)
-            axis.plot(best, time, "o", color=COLOURS["impact"], markersize=6, zorder=4)
+    for level, curve, best in levels:
+        axis.plot(*curve, color=COLOURS["exact"], linewidth=1.2, zorder=1)
+        _curve_minimum(axis, *curve)
+        _measured_times(axis, level, best)
     axis.set_ylim(bottom=0.0)
     top = 1.12 * axis.get_ylim()[1]
     axis.set_ylim(0.0, top)
@@ -294,6 +272,26 @@ def time_over_clearance(
     axis.set_ylabel("time to the amplitude (s)")
     axis.set_title(title)
     return figure
+
+
+def _measured_times(axis: Axes, level: ReleaseLevel, best: Interval | None) -> None:
+    """Times to one amplitude; NaN where a test never reached it."""
+    clearance = 1e3 * np.array([test.clearance for test in level.tests])
+    times = np.array([np.nan if test.value is None else test.value for test in level.tests])
+    axis.plot(clearance, times, "-", color=FAINT, linewidth=0.8, zorder=0)
+    for test, b, time in zip(level.tests, clearance, times, strict=True):
+        if np.isfinite(time):
+            (point,) = axis.plot(b, time, "o", color=COLOURS["measured"], zorder=3)
+            to = f"to {1e3 * level.target:g} mm in {time:.3g} s"
+            link(point, test.record, f"{test.record}: b = {b:g} mm, {to}")
+    last = int(np.flatnonzero(np.isfinite(times))[-1])
+    name = f"to {1e3 * level.target:g} mm"
+    label(axis, name, (clearance[last], times[last]), "measured", (8, 0))
+    if best:
+        low, high = max(best[1], clearance[0]), min(best[2], clearance[-1])
+        time = float(times[np.argmin(np.abs(clearance - best[0]))])
+        axis.plot([low, high], [time, time], "|-", color=COLOURS["impact"], linewidth=1.4)
+        axis.plot(best[0], time, "o", color=COLOURS["impact"], markersize=6, zorder=4)
 
 
 def _curve_minimum(axis: Axes, b: FloatArray, time: FloatArray) -> None:
@@ -383,11 +381,11 @@ def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         own = [level for level in levels if level.x0 == x0 and len(level.tests) > 1]
         if not own:
             continue
-        row = compared.get(("transient", own[0].name), {})
         b = np.linspace(own[0].tests[0].clearance, own[0].tests[-1].clearance, 80)
         times = decay_curves(rig, x0=x0, targets=[level.target for level in own], clearances=b)
         curves = [(1e3 * b, row) for row in times] if times is not None else [_NO_CURVE] * len(own)
-        reached = [_reached(level, compared, c) for level, c in zip(own, curves, strict=True)]
+        rows = [compared.get(("transient", level.name), {}) for level in own]
+        best = [_interval(of_level, "measured") for of_level in rows]
         text = (
             "Each amplitude has its own fastest clearance (orange, with the clearances that tie "
             "with it or bracket it); there is no single best one. Both predictions of b_t are "
@@ -396,28 +394,13 @@ def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
             "there."
         )
         figure = time_over_clearance(
-            reached,
+            list(zip(own, curves, best, strict=True)),
             title=f"release from {1e3 * x0:g} mm",
-            published=row.get("published_mm"),
-            exact=row.get("exact_mm"),
+            published=rows[0].get("published_mm"),
+            exact=rows[0].get("exact_mm"),
         )
         title = "Time from the release until the amplitude stays below a given one, over clearance"
         yield figure, Drawn(f"clearance_release_{1e3 * x0:g}mm", "clearance", title, text)
-
-
-def _reached(
-    level: ReleaseLevel,
-    compared: Mapping[tuple[str, str], Row],
-    curve: tuple[FloatArray, FloatArray],
-) -> Reached:
-    return Reached(
-        target=1e3 * level.target,
-        clearance=1e3 * np.array([test.clearance for test in level.tests]),
-        time=np.array([np.nan if test.value is None else test.value for test in level.tests]),
-        curve=curve,
-        records=tuple(test.record for test in level.tests),
-        best=_interval(compared.get(("transient", level.name), {}), "measured"),
-    )
 
 
 def _interval(row: Row, prefix: str, value: str | None = None) -> Interval | None:
