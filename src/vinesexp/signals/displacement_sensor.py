@@ -35,6 +35,7 @@ _LEAST = 3e-4  # s: contacts and mounts have as much
 _DISPLACEMENT, _RELEASED = "displacement", ("ringdown", "transient")
 _RELATIVE, _OTHERWISE = 0.25, 0.3  # by which what looks like the base may differ from it
 _FITS = 2.0  # mean square misfit of a corner, over that of a motion across
+_DECISIVE = 10.0  # of chi^2, by which a corner has to fit better than a motion across
 _FEWEST, _POINTS = 8, 96  # cycles; means a cycle
 _LEFT, _ALIKE = 0.1, 0.2  # of the way of the middle, unexplained; of the release, unlike
 _HIGHEST = 0.3  # of the oscillation's frequency: corner
@@ -136,12 +137,14 @@ def _coupled(
 ) -> Mended | None:
     """The displacement without its AC coupling.
 
-    It has one where it is ahead of the acceleration, the less the higher the frequency; or where,
-    after a release, its middle comes back from as far as the mass was let go.
+    It has one where, after a release, its middle comes back from as far as the mass was let go; or
+    where it is ahead of the acceleration, the less the higher the frequency. A motion across the
+    accelerometer's axis, which is more common, looks the same at the oscillation: the lines above
+    have to exclude it.
     """
     corner = _of_release(view, frequency) if record.test in _RELEASED else None
     if corner is None:
-        if law is None or law.corner > -_SURE * law.corner_error or law.misfit > _FITS:
+        if law is None or law.corner > -_SURE * law.corner_error or law.against > -_DECISIVE:
             return None
         corner = -law.corner
     detail = (
