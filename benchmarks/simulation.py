@@ -50,15 +50,18 @@ x = sin t, wall at 1 - d, one call over [0, 3], d = 1e-1 ... 1e-12.
 |---|---|"""
 
 WHY = """
-The target is 150 ns. A single time on a busy machine is not reliable:
-`benchmarks.loop_side_by_side` runs the loops of two source trees in turn. Where a flight resembles
-the last one, or the one a period ago (up to 34 mm), one evaluation finds the contact and proves
-that it is the first. From 36 mm on the response is modulated, and a flight resembles neither. At 40
-mm a guess takes 1.4 evaluations; one in thirteen leads to no contact, or to one that cannot be
-proved the first, and one flight in eight is searched by certain steps, five evaluations each.
-Bounces of a chatter, one impact in seventeen there, are one short series each; only the end of a
-chatter takes a turn of the general loop, one in ninety impacts, which costs as much as ten to
-twenty flights.
+The targets are 80 ns with two impacts a cycle and 150 ns in modulated response. The first is met,
+the second at 36 mm; at 40 and 60 mm a factor of 1.1 and 2 is missing. A single time on a busy
+machine is not reliable: `benchmarks.loop_side_by_side` runs the loops of two source trees in turn.
+Where a flight resembles the last one, or the one a period ago (up to 34 mm), one evaluation finds
+the contact and proves that it is the first. From 36 mm on the response is modulated, and a flight
+resembles neither: where one evaluation does not do, the guess was off by 0.16 rad in the median.
+Each further evaluation takes 85 to 95 ns, more than a whole regular flight; its branches are harder
+to foresee (a model of them, that of valgrind, has 1.7 mispredicted an impact at 30 mm and 4.3 at 40
+mm). At 40 mm one guess in thirteen leads to no contact, or to one that cannot be proved the first,
+and one flight in eight is searched by certain steps, five evaluations each. Bounces of a chatter,
+one impact in seventeen there, are one short series each; only the end of a chatter takes a turn of
+the general loop, one in ninety impacts, which costs as much as ten to twenty flights.
 """
 
 COST = """
