@@ -51,7 +51,7 @@ def looked_at(bench, results, text: str) -> RecordShown:
     [
         (clipped, {}, "clipped"),
         (with_lost_samples, {}, "the times pause 1 time"),
-        (with_a_ball_that_sticks, {}, "is the ball stuck"),
+        (with_a_ball_that_sticks, {}, "the ball is stuck"),
         (None, {"wait": 0.0, "seconds": 2.5}, "the ball is stuck"),
         (None, {"seconds": 2.0}, "too short"),
         (None, {"wait": 0.0, "release": 0.020, "seconds": 6.0}, "not settled"),

@@ -76,7 +76,7 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordShown:
     if record.test == "periodic" and regime.get("amplitude_mean_m") is not None:
         words += _of_start(waited(regime), paths)
     clipped = int(impacts.clipped.sum())
-    if clipped:
+    if clipped and not any(check.check == "saturated" for check in checks):
         words.append(
             f"the acceleration is clipped in {clipped} of {impacts.n} impacts: measure with a "
             "wider range"
