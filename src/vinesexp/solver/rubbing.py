@@ -25,11 +25,10 @@ harmonic base, flights in which every ball slides on in its direction are in clo
 a constant force moves the place of rest of the oscillator, and the rest is `flight.py`.
 
 Chatter is carried to its accumulation point as in `contact.py`, but away from the wall and back to
-it the ball has different accelerations
-relative to the wall, because friction turns about at the top of every bounce: `out` and `back` =
-out - 2 mu g (1 + m/M). A bounce that leaves with speed w rises w^2/(2 out) and returns with
-w sqrt(back/out), so that the speeds of impact fall by q = r sqrt(back/out), and after an impact at
-speed c all further bounces take
+it the ball has different accelerations relative to the wall, because friction turns about at the
+top of every bounce: `out` and `back` = out - 2 mu g (1 + m/M). A bounce that leaves with speed w
+rises w^2/(2 out) and returns with w sqrt(back/out), so that the speeds of impact fall by
+q = r sqrt(back/out), and after an impact at speed c all further bounces take
 
     c (r/out + q/back)/(1 - q)
 
@@ -110,28 +109,6 @@ from vinesexp.solver.state import (
 REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
 
 
-# Balls that rub on the floor of their cavity: who is held, who slides, and until when.
-#
-# A ball that slides has the constant acceleration A = tilt + mu g d, d = `WAY` the sign of x' -
-# y': the floor drags it along, and it drags the oscillator back with m mu g d. So between events
-# the gap to a wall is the polynomial of x with another second coefficient, and `search.py` finds
-# its first root as before: a step that cannot pass a root of it exists whatever its coefficients
-# are. The same search finds where x' - y' comes to zero, which ends the segment, because there the
-# force turns about. No segment holds more than one direction of any force, so no contact can hide
-# in one.
-#
-# A ball at rest on the floor is held as long as the force that this takes lies within its bounds,
-# with p = x'' - tilt the force over m:
-#
-#   on the floor |p| <= mu g;    at the wall of side S also S p > mu g: the wall pushes.
-#
-# When several balls are at rest, or the oscillator is held to its base by Coulomb friction, what
-# one does changes x'' for the others. With every bound inserted, M x'' + sum m clip(p, low, high)
-# = rest of the forces; the left side grows with x'', so there is exactly one x'' (`acceleration`).
-# Forces that hold and forces that slide meet where p is at a bound: x'' is continuous there, a
-# slip begins with x'' - y'' = 0 and opens like the third power of time, and a ball that has just
-# slipped cannot be caught at once, because x''' keeps its sign (its value is multiplied by (M +
-# m)/M).
 @compiled
 def is_held(balls: FloatArray, i: int) -> bool:
     """Whether the ball moves with the oscillator."""
