@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.damping_law import Decay, logs_and_phases
-from vinesexp.identification.phasors import decay_window, demodulate
+from vinesexp.identification.phasors import decay_window, demodulate, free_part
 from vinesexp.identification.ringdown import fit_ringdown, ring_down
 
 RATE = 200.0
@@ -209,3 +209,16 @@ def test_a_noisy_decay_is_fitted_as_far_as_its_law_explains_the_record():
     assert found.start < 3.0
     assert found.end > 45.0
     assert abs(found.zeta - zeta) < 3.0 * found.zeta_error
+
+
+@pytest.mark.parametrize("times", [2.5, 8.0])
+@pytest.mark.parametrize("where", ["before", "after"])
+def test_a_hand_that_goes_along_is_no_law_of_damping(times, where):
+    """A hand brakes the mass in its first or last second, as steadily as a damper would."""
+    rate = 0.04 * np.where(np.arange(80) < 10, times, 1.0)
+    rate = rate if where == "before" else rate[::-1]
+    noise = np.random.default_rng(2).standard_normal((2, 81))
+    z = 15e-3 * np.exp(-np.concatenate([[0.0], np.cumsum(rate)])) * np.exp(0.1j * np.arange(81))
+    z = z + 1e-6 * (noise[0] + 1j * noise[1])
+    begin, end = free_part(z, 0, 81)
+    assert (begin, end) == ((10, 81) if where == "before" else (0, 71))

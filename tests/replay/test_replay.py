@@ -367,3 +367,14 @@ def test_a_ring_down_that_was_held_first_is_replayed_from_where_it_is_free(tmp_p
     (found,), _ = replay_campaign(campaign, identified=rows, regimes=regimes, base=[], paths=paths)
     assert found.outcome == "ok"
     assert abs(found.deviation) < 0.01
+
+
+def test_a_ball_that_no_wall_reaches_is_replayed_as_it_lies():
+    """Without friction too: the mass swings by less than the clearance about a still ball."""
+    record = periodic(60.0)
+    rig = rig_of(record, Model(TABLE_2, (0.032,)))
+    drive = drive_of(
+        record, rig, base=LevelBase(Quantity(G), Quantity(F)), samples=None, length=5.0
+    )
+    still = [one for one in replays(rig, drive, plain=rig) if one.start == "ball in the middle"]
+    assert [one.motion.impacts["time"].size for one in still] == [0]

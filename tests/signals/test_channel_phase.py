@@ -32,7 +32,7 @@ def stored(path: Path, channels: dict[str, np.ndarray]) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("corner", "late"), [(0.5, 0.0), (0.1, 0.0), (1.0, 1.5e-4)])
+@pytest.mark.parametrize(("corner", "late"), [(0.5, 0.0), (0.1, 0.0), (1.0, 1.5e-4), (2.5, 0.0)])
 def test_a_corner_is_parted_from_a_lag(corner: float, late: float, measure, tmp_path: Path) -> None:
     record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0, skew={"displacement": -late})
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}

@@ -165,11 +165,12 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     methods = ring_down(x, t, frequency=frequency, resolution=resolution)
     best = methods[-1]
     suffix = "_added" if record.added_mass else ""
+    still = on_still_base(best, view, role)
     found = [
-        Estimate(
+        _scaled(Estimate(
             name + suffix, value, error, unit, one.method, (record.id,), note, one.reference,
             one.over_amplitude(name) if one is best else None,
-        )
+        ), still[name])
         for one in methods
         for name, value, error, unit, note in (
             ("f0", one.f0, one.f0_error, "Hz", one.note),
@@ -189,6 +190,55 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
         Estimate(name, value, error, unit, best.method, (record.id,))
         for name, value, error, unit in rows
     ]
+
+
+# A base that yields: a mass on a table that moves with it swings more slowly than on a still one.
+_NEAR = (0.9, 1.1)  # of the oscillation: lines that show how the base moves with the mass
+_MOVES, _MOST_MOVES = 5.0, 0.2  # standard errors; of the mass, beyond which it is no base
+
+
+def on_still_base(best: RingDown, view: RecordView, role: str) -> dict[str, float]:
+    """By what factors f0 and zeta would be larger on a base that does not move.
+
+    The spring feels x - e. Where the base follows the mass by a complex share, e = rho x, a decay
+    exp(s t) obeys s^2 + (2 zeta w s + w^2)(1 - rho) = 0, which is linear in 2 zeta w and w^2.
+    """
+    still = {"f0": 1.0, "zeta": 1.0}
+    if "base" not in view.roles or view.quantity("base") != "displacement":
+        return still
+    k = group_size(view.sample_rate, best.f0, points=_POINTS)
+    begin, end = (max(round(t * view.sample_rate / k), 0) for t in best.window)
+    known = ~(missing_means(view, role, k) | missing_means(view, "base", k))
+    low, high = longest_run(known[begin:end])
+    x, e = (channel_means(view, one, k)[begin:end][low:high] for one in (role, "base"))
+    w = 2.0 * math.pi * best.f0
+    s = w * complex(-best.zeta, math.sqrt(1.0 - best.zeta**2))
+    f = np.fft.rfftfreq(max(x.size, 2), k / view.sample_rate)
+    near = (f > _NEAR[0] * best.f0) & (f < _NEAR[1] * best.f0)
+    if near.sum() < _FEWEST:
+        return still
+    X, E = (np.fft.rfft((one - one.mean()) * np.hanning(one.size))[near] for one in (x, e))
+    if view.quantity(role) == "acceleration":
+        X = X / s**2
+    power = float((np.abs(X) ** 2).sum())
+    rho = complex((E * X.conj()).sum() / power)
+    error = math.sqrt(float((np.abs(E - rho * X) ** 2).sum()) / power)
+    if not _MOVES * error < abs(rho) < _MOST_MOVES:
+        return still
+    left = -s * s / (1.0 - rho)
+    twice = left.imag / s.imag
+    own = math.sqrt(left.real - twice * s.real)
+    return {"f0": own / w, "zeta": twice / (2.0 * own * best.zeta)}
+
+
+def _scaled(e: Estimate, factor: float) -> Estimate:
+    """An estimate times a factor, at all its amplitudes."""
+    data = e.data and {
+        **e.data,
+        "value": [factor * one for one in e.data["value"]],
+        "covariance": (factor**2 * np.array(e.data["covariance"])).tolist(),
+    }
+    return replace(e, value=factor * e.value, std_error=abs(factor) * e.std_error, data=data)
 
 
 def _others(view: RecordView, role: str, best: RingDown) -> list[Mode]:

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
@@ -39,7 +40,11 @@ _ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
 # From one period to the next a free oscillation shrinks and turns by nearly the same factor. A
 # hand moves a phone, a knock an accelerometer by anything. What is loudest in such a record is no
 # release.
-_STEADY = 0.15  # by which the factor of one period may differ from that of the next
+_STEADY = 0.15  # by which the factor of one period may differ from that of the next, at most
+_LEAST, _MANY = 0.02, 8.0  # the same at least; times by which it usually does
+_AROUND = 15  # periods over which it usually does
+_REST_CHANGE = 10.0  # of a factor from or to rest: never steady
+_ENDS = 3  # periods at either end of a stretch that show its factor there
 _LONG = 6  # periods of a free stretch
 _MISTAKEN = 0.5  # of the free stretch: a window that holds less of it begins with something else
 _BEATS = 3  # steady stretches between which a second mode turns the phase
@@ -72,17 +77,29 @@ def free_part(
     >>> free_part(z, 58, 60)
     (0, 55)
     """
-    runs = _steady_runs(z, np.ones(z.size - 1) if periods is None else periods)
+    factor, change, near = _factors(z, np.ones(z.size - 1) if periods is None else periods)
+    runs = _steady_runs(change, near)
     if not runs or _beats(runs, start, end):
         return start, end
     first, last = max(runs, key=lambda run: run[1] - run[0])
     if min(end, last) - max(start, first) < _MISTAKEN * (last - first):
         start, end = first, last
     inside = [run for run in runs if run[0] < end and run[1] > start]
-    begins, stops = min(run[0] for run in inside), max(run[1] for run in inside)
+    # a hand that goes along, or brakes, has its own factor: what does not go on as the longest
+    # stretch is another motion
+    longest = inside.index(max(inside, key=lambda run: min(end, run[1]) - max(start, run[0])))
+    goes_on = [
+        abs(np.median(factor[b[0] : b[0] + _ENDS]) - np.median(factor[a[1] - 1 - _ENDS : a[1] - 1]))
+        < near[min(b[0], near.size - 1)]
+        for a, b in pairwise(inside)
+    ]
+    before = [i for i in range(longest) if not goes_on[i]]
+    after = [i for i in range(longest, len(goes_on)) if not goes_on[i]]
+    begins = inside[before[-1] + 1][0] if before else inside[0][0]
+    stops = inside[after[0]][1] if after else inside[-1][1]
     if begins > start + 1:
         start = begins
-    if stops < end and np.abs(z[stops:end]).max() > _RISES * np.abs(z[stops - 1]):
+    if stops < end and (after or np.abs(z[stops:end]).max() > _RISES * np.abs(z[stops - 1])):
         end = stops
     return start, end
 
@@ -94,11 +111,20 @@ def _beats(runs: list[tuple[int, int]], start: int, end: int) -> bool:
     return len(inside) >= _BEATS and covered > _MISTAKEN * (end - start)
 
 
-def _steady_runs(z: NDArray[np.complex128], periods: FloatArray) -> list[tuple[int, int]]:
-    """Stretches of periods with nearly the same factor from each to the next."""
+def _factors(
+    z: NDArray[np.complex128], periods: FloatArray
+) -> tuple[NDArray[np.complex128], FloatArray, FloatArray]:
+    """Factor from each period to the next, how two neighbours differ, and how they may."""
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = (z[1:] / z[:-1]) ** (1.0 / periods)
-        steady = np.abs(np.diff(factor)) < _STEADY
+        change = np.nan_to_num(np.abs(np.diff(factor)), nan=_REST_CHANGE, posinf=_REST_CHANGE)
+    usual = median_filter(change, _AROUND, mode="nearest") if change.size else change
+    return factor, change, np.clip(_MANY * usual, _LEAST, _STEADY)
+
+
+def _steady_runs(change: FloatArray, near: FloatArray) -> list[tuple[int, int]]:
+    """Stretches of periods with nearly the same factor from each to the next."""
+    steady = change < near
     edges = np.flatnonzero(np.diff(np.concatenate([[0], steady.astype(np.int8), [0]])))
     runs = [(int(a), int(b) + 2) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     return [run for run in runs if run[1] - run[0] >= _LONG]

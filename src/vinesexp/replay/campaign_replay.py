@@ -318,7 +318,7 @@ def _replayed(
 ) -> list[Measures]:  # fmt: skip
     """Numbers of all replays, of cavities that are longer by a share."""
     rig, plain = (with_other_clearance(rig_of(record, one), share) for one in (model, model.plain))
-    drive = drive_of(record, rig, base=base, samples=seen.base, length=seen.length)
+    drive = drive_of(record, plain, base=base, samples=seen.base, length=seen.length)
     x0, v0 = 0.0, 0.0
     if record.test == "sweep":
         x0, v0 = seen.x0, seen.v0

@@ -38,14 +38,13 @@ BALL_STARTS = {
     "ball at wall -1": (-0.999, 0.0),
     "ball moving up": (0.1, 0.6),
     "ball moving down": (-0.3, -1.1),
+    "ball in the middle": (0.0, 0.0),  # where no wall reaches it while the mass swings under it
 }
 #: More of them where the base is taken as measured, whose record cannot go on: chaotic motion needs
 #: several draws.
 MORE_STARTS = {
     f"ball moving, {n}": (math.sin(2.4 * n), 1.2 * math.cos(1.7 * n)) for n in range(1, 9)
 }
-#: With friction a ball may lie in the middle while the mass swings under it.
-AT_REST = {"ball in the middle": (0.0, 0.0)}
 #: In a release the ball rests anywhere in its cavity.
 _PLACES = 12
 RELEASE_STARTS = {
@@ -357,8 +356,6 @@ def _starts(rig: Rig, drive: Drive) -> Mapping[str, tuple[float, float]]:
     if drive.base is None:
         return RELEASE_STARTS
     starts = dict(BALL_STARTS)
-    if any(ball.rubs for ball in rig.nes):
-        starts |= AT_REST
     if len(drive.begins) == 1 and drive.begins[0] > 0.0:
         starts |= MORE_STARTS
     return starts

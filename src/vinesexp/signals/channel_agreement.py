@@ -45,6 +45,7 @@ _WIDEST = 0.1  # of the oscillation: an AC-coupled sensor's corner lies below
 _STEPS = 20
 _FITS = 10.0  # mean square misfit of a corner, over that of a phase at the oscillation alone
 _ACROSS = 0.01  # of the ratio at the oscillation
+_MOST_TURNED = 1.5  # rad
 _QUARTER = 0.2  # relative: of a quarter of a period, and of the size of a velocity
 
 #: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
@@ -97,8 +98,9 @@ def agreement_in(attributes: Mapping[str, Any]) -> Agreement | None:
 
 
 def compare_channels(
-    acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float
-) -> Agreement | None:
+    acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float,
+    corner: float = 0.0,
+) -> Agreement | None:  # fmt: skip
     """Compare two channels of one record; None where the record is too short for it.
 
     Parameters
@@ -107,6 +109,8 @@ def compare_channels(
         m/s^2 and m, on the same time axis, `step` s apart (means over the same samples).
     frequency : float
         Of the oscillation, Hz.
+    corner : float
+        Of an AC-coupled accelerometer, Hz: what it takes from the acceleration is given back.
 
     Examples
     --------
@@ -124,6 +128,7 @@ def compare_channels(
     near = (f > _BAND[0] * frequency) & (f < _BAND[1] * frequency)
     w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
     A, Y = second_derivative_beside(acceleration[:n], displacement[:n], step, w, near)
+    A = A * (1.0 - 1j * corner / f[near])
     power = float((np.abs(Y) ** 2).sum())
     if power == 0.0 or near.sum() < 4:
         return None
@@ -164,9 +169,18 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
             "integral: the channel shows a velocity; write quantity: velocity in campaign.yaml"
         )
     law = _law_beside(found, record, frequency)
-    if law is None:  # one frequency cannot part a lag from a corner
+    if law is None:  # one frequency cannot part a lag from a corner, which takes of the gain too
         error = math.hypot(found.lag_error, found.lag)
-        return replace(found, lag_error=error, phase_lag_error=error)
+        turned = min(2.0 * math.pi * frequency * abs(found.lag), _MOST_TURNED)
+        lost = abs(found.gain) * (1.0 / math.cos(turned) - 1.0)
+        return replace(found, lag_error=error, phase_lag_error=error,
+                       gain_error=math.hypot(found.gain_error, lost))  # fmt: skip
+    if law.has_corner:
+        without = compare_channels(
+            *_means(record, k), k / record.sample_rate, frequency=frequency, corner=law.corner
+        )
+        if without is not None:
+            found = replace(found, gain=without.gain, gain_error=without.gain_error)
     return _with_corner(found, law, frequency)
 
 
@@ -194,7 +208,7 @@ def _means(record: RecordView, k: int) -> tuple[FloatArray, FloatArray]:
 def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement:
     """What the phase over all frequencies says of the phase at one.
 
-    A corner takes its part of the phase and of the gain; the lag is then that of all frequencies.
+    A corner takes its part of the phase; the lag is then that of all frequencies.
     Without one the oscillation alone knows the lag better. The lag is averaged over both by their
     odds, and its error holds both.
     """
@@ -210,10 +224,9 @@ def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement
     lag = there * law.lag + (1.0 - there) * found.lag
     spread = there * (1.0 - there) * (law.lag - found.lag) ** 2
     error = there * law.lag_error**2 + (1.0 - there) * found.lag_error**2 + spread
-    held = 1.0 / math.hypot(1.0, law.corner / frequency) if law.has_corner else 1.0
     return replace(
-        found, gain=found.gain / held, gain_error=found.gain_error / held,
-        lag=lag, lag_error=math.sqrt(error), corner=law.corner, corner_error=law.corner_error,
+        found, lag=lag, lag_error=math.sqrt(error),
+        corner=law.corner, corner_error=law.corner_error,
     )  # fmt: skip
 
 
@@ -335,7 +348,7 @@ def phase_law(
         for i in begins
     ]
     A, X = (np.stack(each) for each in zip(*lines, strict=True))
-    return law_of_lines(A, X, w, frequency=frequency, own=(lag, lag_error, abs(gain)))
+    return law_of_lines(A, X, w, frequency=frequency, own=(lag, lag_error, gain))
 
 
 def law_of_lines(
@@ -353,7 +366,7 @@ def law_of_lines(
     frequency : float
         Of the oscillation, Hz.
     own : tuple (value, error, gain), optional
-        The phase at the oscillation, taken for a lag of X, s, and the size of the ratio there.
+        The phase at the oscillation, taken for a lag of X, s, and the ratio there, with its sign.
 
     Returns
     -------
@@ -370,10 +383,12 @@ def law_of_lines(
     if use.sum() < _LINES:
         return None
     if own is not None:  # two channels of one motion
-        use &= _of_the_mass(cross / np.maximum(power_x, 1e-300), w, use, usual=own[2])
+        use &= _of_the_mass(cross / np.maximum(power_x, 1e-300), w, use, usual=abs(own[2]))
     # Halves overlap: independent segments are about 0.9 of them.
     error = np.sqrt((1.0 - coherence[use]) / (2.0 * coherence[use] * 0.9 * A.shape[0]) + 1e-14)
-    sign = -1.0 if float((cross.real / np.maximum(power_x, 1e-300))[use].sum()) < 0.0 else 1.0
+    # by the oscillation: lines above it may have turned by more than a quarter
+    real = (cross.real / np.maximum(power_x, 1e-300))[use].sum() if own is None else own[2]
+    sign = -1.0 if real < 0.0 else 1.0
     phase = np.angle(sign * cross[use])
     if not use.any():
         return None
@@ -389,7 +404,7 @@ def law_of_lines(
     size, w2 = np.log(ratio[use]), w[use] ** 2
     if own is not None:  # motion across the accelerometer's axis is in phase, too
         size, w2, error = (
-            np.append(size, math.log(own[2])),
+            np.append(size, math.log(abs(own[2]))),
             np.append(w2, turn**2),
             np.append(error, _ACROSS),
         )

@@ -10,6 +10,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     _effects,
     believed,
+    exchanged,
     gains_of,
     judge,
     possible_causes,
@@ -22,8 +23,10 @@ from vinesexp.identification.joint.unknowns import (
     Direction,
     Prior,
     expand,
+    fit,
     posterior_of,
 )
+from vinesexp.identification.joint.whole import _only_so_true
 from vinesexp.identification.joint.words import cause_checks
 
 
@@ -263,3 +266,89 @@ def test_what_acts_as_likely_as_not_is_in_the_errors_though_no_record_shows_it(a
     plain = judge(data, observed, []).posterior.of({"level": 1.0})[1]
     error = judge(data, observed, [acts]).posterior.of({"level": 1.0})[1]
     assert (error > 1.2 * plain) == held
+
+
+def cavities(stated, true, *, error=5e-5):
+    """Tests of one ball whose cavities are seen as they are."""
+    ids = [f"t{i}" for i in range(len(stated))]
+    names = tuple(f"clearance: {id}" for id in ids)
+    blocks = tuple(
+        Block(id, "flights", (({name: 1.0}, b),), Mean(value, error))
+        for id, name, b, value in zip(ids, names, stated, true, strict=True)
+    )
+    clearances = {(id, 0): (name, b) for id, name, b in zip(ids, names, stated, strict=True)}
+    observed = Observed(
+        names, Beliefs(dict.fromkeys(names, Prior(0.0, 5e-5))), blocks, np.zeros(len(names)),
+        {}, clearances, {}, {}, {}, {}, {}, tuple(ids),
+    )  # fmt: skip
+    return observed, fit(blocks, names, observed.beliefs.wider(dict.fromkeys(names, 0.01)),
+                         np.zeros(len(names)))  # fmt: skip
+
+
+@pytest.mark.parametrize("shift", [1, 2])
+def test_files_one_row_down_are_one_cause(shift):
+    """Five tests whose files are each in the row of another: no pair of rows explains it."""
+    stated = np.array([18.9, 20.7, 21.8, 22.9, 24.7]) * 1e-3
+    observed, data = cavities(stated.tolist(), np.roll(stated, shift).tolist())
+    causes = exchanged(observed, data)
+    assert [len(cause.records) for cause in causes] == [5]
+    (found,) = judge(data, observed, [*causes, *possible_causes(observed)]).found
+    assert found.sure
+    assert found.cause is causes[0]
+    (check,) = cause_checks(judge(data, observed, causes))
+    assert "t0, t1, t2, t3 and t4 are exchanged" in check.detail
+
+
+def test_two_pairs_of_rows_are_two_causes_and_rows_in_order_none():
+    stated = np.array([18.9, 20.7, 21.8, 22.9]) * 1e-3
+    two = exchanged(*cavities(stated.tolist(), stated[[1, 0, 3, 2]].tolist()))
+    assert [cause.records for cause in two] == [("t0", "t1"), ("t2", "t3")]
+    assert exchanged(*cavities(stated.tolist(), (1.02 * stated + 3e-4).tolist())) == []
+
+
+def steps(of, *, tests=(4, 5, 6, 7)):
+    """f0 of ring-downs and tests with a ball, in order; the latter have collisions."""
+    ids = [f"t{i}" for i in range(N)]
+    own = {f"own f0: {id}": id for id in ids}
+    names = ("ln_f0", *own)
+    blocks = tuple(
+        Block(id, "base" if i in tests else "decay", (({"ln_f0": 1.0, name: 1.0}, 0.0),),
+              Mean(of[i], 1e-6))
+        for i, (name, id) in enumerate(own.items())
+    )  # fmt: skip
+    priors = {name: Prior(0.0, 1.0 if name == "ln_f0" else 1e-6) for name in names}
+    seen = SimpleNamespace(flights=SimpleNamespace(pulse=np.array([1e-3])))
+    observed = Observed(
+        names, Beliefs(priors), blocks, np.zeros(N + 1), {}, {}, {}, {}, {}, {},
+        {(f"t{i}", 0): seen for i in tests}, tuple(ids), {"own f0": own},
+    )  # fmt: skip
+    return observed, expand(blocks, names, np.zeros(N + 1))
+
+
+def test_what_changed_before_the_tests_with_a_ball_holds_as_it_is_in_them():
+    """f0 of the ring-downs is another: predictions are of the tests, and so is the value."""
+    observed, data = steps([0.0] * 4 + [2e-3] * 4)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    assert [w.cause.key for w in judged.found] == ["change of f0 from t4"]
+    value, error = judged.posterior.of({"ln_f0": 1.0})
+    assert value == pytest.approx(2e-3, abs=1e-5)
+    assert _only_so_true(data, observed, judged).of({"ln_f0": 1.0})[1] == pytest.approx(error)
+
+
+def test_what_changes_among_the_tests_with_a_ball_is_in_the_error():
+    observed, data = steps([0.0] * 6 + [2e-3] * 2)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    assert [w.cause.key for w in judged.found] == ["change of f0 from t6"]
+    value, error = _only_so_true(data, observed, judged).of({"ln_f0": 1.0})
+    assert value == pytest.approx(1e-3, abs=1e-5)
+    assert error == pytest.approx(1e-3, rel=0.01)
+
+
+def test_tests_with_a_ball_that_scatter_leave_the_ring_downs_what_they_are():
+    """Another mode disturbs the motion between impacts: four ring-downs agree to 1e-6."""
+    observed, data = steps([0.0] * 4 + [3e-3, -2e-3, 1e-3, 4e-3])
+    scatters = [c for c in possible_causes(observed) if c.kind == "scatter"]
+    judged = judge(data, observed, scatters)
+    assert [w.cause.about for w in judged.found] == ["own f0 of tests with a ball"]
+    value, error = judged.posterior.of({"ln_f0": 1.0})
+    assert abs(value) < 4.0 * error < 1e-5

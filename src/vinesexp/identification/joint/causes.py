@@ -112,6 +112,8 @@ class Cause:
     records : those it concerns; empty: all.
     stated : values of the test log that it concerns, as written there; empty: all.
     factor : stated over true, where it is a factor.
+    spread : standard deviation over the tests with a ball of what it moves there, for a coefficient
+        of 1.
     """
 
     key: str
@@ -124,6 +126,7 @@ class Cause:
     records: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()
     factor: float | None = None
+    spread: float = 0.0
 
     @property
     def log_odds(self) -> float:
@@ -564,23 +567,55 @@ def _of_clearances(o: Observed) -> list[Cause]:
             Cause(f"one {name}", "mistake", "clearance", Direction({name: 1.0}, Prior(0.0, width)),
                   members=n, records=(record,))
         )  # fmt: skip
-    return found + _exchanged("clearance", [(name, b, (id,), ()) for (id, _), (name, b) in items])
+    return found
 
 
-#: Name of an unknown, what was stated (SI), the records that it belongs to, as it was written.
-_Stated = tuple[str, float, tuple[str, ...], tuple[str, ...]]
+def exchanged(o: Observed, data: Quadratic) -> list[Cause]:
+    """Values of a column in the rows of one another, as the order of what a fit shows tells.
+
+    The longest cavity has the largest clearance, the heaviest mass the lowest frequency: which row
+    has which value needs no search. Values that change places in a ring are one cause.
+
+    Parameters
+    ----------
+    o : Observed
+    data : Quadratic
+        Where each clearance and each added mass is free.
+    """
+    at = dict(zip(data.names, data.at.tolist(), strict=True))
+    cavities = [(name, b, b + at[name], (id,), ()) for (id, _), (name, b) in o.clearances.items()]
+    weights = [
+        (name, load, load + at[name], (), (f"{1e3 * load:g} g",)) for load, name in o.loads.items()
+    ]
+    return _in_rings("clearance", cavities) + _in_rings("added mass", weights)
 
 
-def _exchanged(about: str, items: Sequence[_Stated]) -> list[Cause]:
-    """Any two of a column's values, each in the place of the other."""
-    return [
-        Cause(f"exchanged {a}, {c}", "mistake", about,
-              Direction({a: of_c - of_a, c: of_a - of_c}, Prior(1.0, 1e-3)),
-              members=len(items) ** 2 // 2 + 1, records=here + there, stated=as_a + as_c)
-        for i, (a, of_a, here, as_a) in enumerate(items)
-        for c, of_c, there, as_c in items[i + 1 :]
-        if abs(of_a - of_c) > 1e-4
-    ]  # fmt: skip
+#: Name of an unknown, what was stated (SI), what goes with the true value, the records that it
+#: belongs to, as it was written.
+_Stated = tuple[str, float, float, tuple[str, ...], tuple[str, ...]]
+
+
+def _in_rings(about: str, items: Sequence[_Stated]) -> list[Cause]:
+    order = sorted(range(len(items)), key=lambda i: items[i][2])
+    places = sorted(range(len(items)), key=lambda i: items[i][1])
+    true = dict(zip(order, places, strict=True))  # which row says what is true of another
+    causes, left = [], {i for i, k in true.items() if abs(items[i][1] - items[k][1]) > 1e-4}
+    while left:
+        ring = [min(left)]
+        while (after := true[ring[-1]]) in left and after not in ring:
+            ring.append(after)
+        left -= set(ring)
+        ring.sort()
+        if len(ring) > 1:
+            moves = {items[i][0]: items[true[i]][1] - items[i][1] for i in ring}
+            causes.append(
+                Cause(f"exchanged {', '.join(moves)}", "mistake", about,
+                      Direction(moves, Prior(1.0, 1e-3)),
+                      members=math.perm(len(items), len(ring)) // len(ring),
+                      records=sum((items[i][3] for i in ring), ()),
+                      stated=sum((items[i][4] for i in ring), ()))
+            )  # fmt: skip
+    return causes
 
 
 def _of_levels(o: Observed) -> list[Cause]:
@@ -640,9 +675,6 @@ def _of_masses(o: Observed) -> list[Cause]:
                       stated=(f"{1e3 * load:g} g",))
                 for load, name in o.loads.items()
             ]  # fmt: skip
-            found += _exchanged(
-                "added mass", [(n, load, (), (f"{1e3 * load:g} g",)) for load, n in o.loads.items()]
-            )
         found.append(
             Cause("load offset +", "mistake", "added mass", Direction(offset, Prior(0.0, 0.05)))
         )
@@ -680,21 +712,28 @@ def _of_order(o: Observed) -> list[Cause]:
     """What drifts along the campaign, or changes after a record."""
     found = []
     place = {record: i for i, record in enumerate(o.order)}
+    with_ball = {record for record, _ in o.collisions}
     for kind, (about, width) in _DRIFTS.items():
         own = sorted(o.kinds.get(kind, {}).items(), key=lambda one: place[one[1]])
         if len(own) < 4:
             continue
         at = np.array([float(place[record]) for _, record in own])
-        line = (at - at.mean()) / max(float(np.ptp(at)), 1.0)
-        terms = {name: share for (name, _), share in zip(own, line.tolist(), strict=True)}
-        found.append(
-            Cause(f"drift of {about}", "drift", about, Direction(terms, Prior(0.0, width)))
-        )
-        for k in range(2, len(own) - 1):
-            later, first = {name: 1.0 for name, _ in own[k:]}, own[k][1]
+        # what all share is what the tests with a ball have on average: predictions are of them
+        tests = np.array([record in with_ball for _, record in own])
+        tests = tests if tests.any() else ~tests
+        shares = {f"drift of {about}": at / max(float(np.ptp(at)), 1.0)}
+        shares |= {
+            f"change of {about} from {own[k][1]}": (at >= at[k]).astype(np.float64)
+            for k in range(2, len(own) - 1)
+        }
+        for key, share in shares.items():
+            share = share - share[tests].mean()
+            terms = {name: one for (name, _), one in zip(own, share.tolist(), strict=True)}
+            first = (key.rpartition(" ")[2],) if key.startswith("change") else ()
             found.append(
-                Cause(f"change of {about} from {first}", "drift", about,
-                      Direction(later, Prior(0.0, width)), members=len(own), records=(first,))
+                Cause(key, "drift", about, Direction(terms, Prior(0.0, width)),
+                      members=len(own) if first else 1, records=first,
+                      spread=float(share[tests].std()))
             )  # fmt: skip
     return found
 
@@ -704,17 +743,35 @@ def _remounted(o: Observed) -> list[Cause]:
     own = {
         name: o.beliefs.priors[mounting].error
         for kind in ("f0", "zeta")
-        for block in o.blocks if block.kind in ("decay", "loaded")
-        for mounting in o.kinds.get(f"mounting {kind}", ()) if mounting in block.sums[0][0]
-        for name in o.kinds[f"own {kind}"] if name in block.sums[0][0]
+        for name, sums in _of_decays(o, kind).items()
+        for mounting in o.kinds.get(f"mounting {kind}", ()) if mounting in sums
     }  # fmt: skip
     return [Cause("remounted", "remounting", "remounting", None, wider=own)] if own else []
 
 
+def _of_decays(o: Observed, kind: str) -> dict[str, Mapping[str, float]]:
+    """What each decay and sweep has for itself of f0 or zeta, with the sum that it is in."""
+    return {
+        name: block.sums[0][0]
+        for block in o.blocks if block.kind in ("decay", "loaded")
+        for name in o.kinds.get(f"own {kind}", ()) if name in block.sums[0][0]
+    }  # fmt: skip
+
+
 def _scatters(o: Observed) -> list[Cause]:
+    """Scatter of each kind over all records; f0 and zeta also over the tests with a ball alone.
+
+    Other modes, or harmonics of the base, disturb the motion between impacts and no decay.
+    """
+    own = {kind: (kind, list(names)) for kind, names in o.kinds.items() if kind in _SCATTER}
+    for kind in ("f0", "zeta"):
+        decays = _of_decays(o, kind)
+        driven = [name for name in o.kinds.get(f"own {kind}", ()) if name not in decays]
+        if decays:
+            own[f"own {kind} of tests with a ball"] = f"own {kind}", driven
     return [
-        Cause(f"scatter of {kind} {width:g}", "scatter", kind, None,
-              wider=dict.fromkeys(o.kinds[kind], width))
-        for kind, widths in _SCATTER.items() if len(o.kinds.get(kind, {})) > 1
-        for width in widths
+        Cause(f"scatter of {about} {width:g}", "scatter", about, None,
+              wider=dict.fromkeys(names, width))
+        for about, (kind, names) in own.items() if len(names) > 1
+        for width in _SCATTER[kind]
     ]  # fmt: skip

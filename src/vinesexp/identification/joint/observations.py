@@ -129,6 +129,15 @@ class Observed:
     kinds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     law: Law = NO_LAW
 
+    def common(self, own: str) -> str:
+        """The unknown of all records beside which one record has its own."""
+        return next(
+            next(iter(sums))
+            for block in self.blocks
+            for sums, _ in block.sums
+            if sums.get(own) == 1.0
+        )
+
 
 @dataclass
 class _Builder:

@@ -21,6 +21,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     all_possible,
     believing,
+    exchanged,
     possible_causes,
     proposed,
     weighed,
@@ -42,7 +43,7 @@ from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
 
 _FITS = 10  # of causes proposed, at most
-_ANY_CLEARANCE = 0.5  # share by which a clearance may be wrong while causes are looked for
+_ANY_VALUE = 0.5  # share by which a clearance or a mass may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
 _FAR_WORSE = 20.0  # mean square residual over the usual one from which a record counts less
 _IMPOSSIBLE = 1e6  # off the logarithm of the odds of causes that no lab has
@@ -220,7 +221,8 @@ def answer_of(
     if not observed.blocks:
         return None
     wide = observed.beliefs.wider(
-        {name: _ANY_CLEARANCE * b for name, b in observed.clearances.values()}
+        {name: _ANY_VALUE * b for name, b in observed.clearances.values()}
+        | {name: _ANY_VALUE * load for load, name in observed.loads.items()}
         | {"load scale": _ANY_LOAD}
     )
     # With `uncertainties: exact` the test log is no evidence that could be wrong.
@@ -245,6 +247,8 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
     fits: dict[frozenset[str], tuple[float, tuple[Cause, ...], Quadratic]] = {}
     for beliefs in (wide, observed.beliefs):
         data = fit(observed.blocks, observed.names, beliefs, observed.start)
+        if beliefs is wide and any(cause.kind == "mistake" for cause in causes):
+            causes = [*causes, *exchanged(observed, data)]
         queue = [(proposed(data, observed, causes), data)]
         while queue and len(fits) < _FITS:
             chosen, data = queue.pop(0)
@@ -298,17 +302,23 @@ def _with_less_weight(observed: Observed, factors: Mapping[str, float]) -> Obser
 
 
 def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Posterior:
-    """The posterior with what the laws of friction and contact may be wrong by."""
+    """The posterior with what the laws of causes may be wrong by.
+
+    No law of friction or of a contact is quite true, and what changes among the tests with a ball
+    is not what it is on average.
+    """
     found = judged.posterior
-    covariance = found.covariance
+    shifts = [np.zeros_like(found.values)]
     for one in judged.found:
-        if one.cause.kind != "effect" or one.cause.about not in HIDDEN:
-            continue
-        causes = {k: d for k, d in judged.beliefs.causes.items() if k != one.cause.key}
-        plain = Beliefs(judged.beliefs.priors, causes)
-        without = total(posterior_of(data, plain), plain)
-        shift = _LAW * (found.values - without.values[: found.values.size])
-        covariance = covariance + np.outer(shift, shift)
+        if one.cause.kind == "effect" and one.cause.about in HIDDEN:
+            causes = {k: d for k, d in judged.beliefs.causes.items() if k != one.cause.key}
+            plain = Beliefs(judged.beliefs.priors, causes)
+            without = total(posterior_of(data, plain), plain)
+            shifts.append(_LAW * (found.values - without.values[: found.values.size]))
+        elif one.cause.kind == "drift":
+            common = observed.common(next(iter(one.cause.moves)))
+            shifts.append(one.value * one.cause.spread * found.vector({common: 1.0}))
+    covariance = found.covariance + np.sum([np.outer(s, s) for s in shifts], axis=0)
     return replace(found, covariance=covariance)
 
 

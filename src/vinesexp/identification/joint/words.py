@@ -45,6 +45,8 @@ _SCATTERED = {
     "own base late": "the base comes late beside the displacement by another time in each record",
     "own f0": "f0 differs from record to record by more than separate mountings explain",
     "own zeta": "zeta differs from record to record by more than separate mountings explain",
+    "own f0 of tests with a ball": "f0 of the tests with a ball differs from record to record",
+    "own zeta of tests with a ball": "zeta of the tests with a ball differs from record to record",
     "own friction": "friction of the ball differs from record to record",
     "own tilt": "the slope of the cavity differs from record to record",
 }
@@ -134,7 +136,7 @@ def called(cause: Cause) -> str:
         return f"{cause.about} that changes{after}"
     whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
-        return f"{place} of {whose[0]} and {whose[1]} exchanged"
+        return f"{place} of {', '.join(whose[:-1])} and {whose[-1]} exchanged"
     if cause.records:
         return f"{place} of {', '.join(cause.records)} that is wrong"
     if cause.factor is not None:
@@ -159,8 +161,8 @@ def said(weighed: Weighed) -> str:
     whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
         return (
-            f"{place} of {whose[0]} and {whose[1]} are exchanged: each record shows the value of "
-            "the other; the analysis exchanges them. Correct records.csv"
+            f"{place} of {', '.join(whose[:-1])} and {whose[-1]} are exchanged: each record shows "
+            "the value of another; the analysis exchanges them. Correct records.csv"
         )
     if cause.factor is not None:
         why = FACTORS[cause.factor]
@@ -221,7 +223,8 @@ def _drift(cause: Cause, value: float, error: float) -> str:
     why = "wear, or dirt" if name in _UNITS else "temperature, or something that comes loose"
     return (
         f"{name} drifts by {size} from the first record to the last, in the order of records.csv "
-        f"({why}); the values hold for the middle of the campaign"
+        f"({why}); the values hold for the middle of the tests with a ball, and their errors "
+        "include the change over these"
     )
 
 
