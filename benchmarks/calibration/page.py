@@ -46,12 +46,11 @@ Half of the mistakes are held back: the package was not tuned with them."""
 _LOOKED_AT = 300
 _SEEN = """\
 Campaigns 0 to 99 were looked at while the model was made; the second table is of 3000 to 3099,
-drawn and first analysed a few changes before this version. All are of it, from samples on. Most
-warnings on plain campaigns say that a test had not settled or was recorded from rest, which is so.
-r is stated wider than it scatters: a contact that lasts, the lag of a channel and what a pulse's
-area may be off by are in the errors, and plain rigs have none of them. Mistakes that people make
-were not measured again: of 42, one draw each, an earlier version of the model named 39 of the 40
-that records can show, and no false cause."""
+which have judged several versions, and a few of which were looked at after that. All are of this
+version, from samples on. Most warnings on plain campaigns say that a test had not settled or was
+recorded from rest, which is so. r is stated wider than it scatters: a contact that lasts and the
+lag of a channel are in its error, and plain rigs have none of them. Of the mistakes that people
+make one draw was measured of each."""
 
 
 _RULE = "|---|---|---|---|---|---|"

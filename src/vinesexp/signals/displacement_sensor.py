@@ -140,11 +140,17 @@ def _coupled(
     It has one where, after a release, its middle comes back from as far as the mass was let go; or
     where it is ahead of the acceleration, the less the higher the frequency. A motion across the
     accelerometer's axis, which is more common, looks the same at the oscillation: the lines above
-    have to exclude it.
+    have to exclude it, as those of a motion that decays do not.
     """
-    corner = _of_release(view, frequency) if record.test in _RELEASED else None
+    released = record.test in _RELEASED
+    corner = _of_release(view, frequency) if released else None
     if corner is None:
-        if law is None or law.corner > -_SURE * law.corner_error or law.against > -_DECISIVE:
+        if (
+            released
+            or law is None
+            or law.corner > -_SURE * law.corner_error
+            or law.against > -_DECISIVE
+        ):
             return None
         corner = -law.corner
     detail = (
