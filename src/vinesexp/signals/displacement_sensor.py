@@ -84,21 +84,28 @@ def set_right(path: Path, record: Record) -> list[Check]:
     record : Record
         Its row: id, test and frequency.
     """
-    finds = (partial(_correction, mend) for mend in (_beside_base, _coupled, _slow))
-    return [check for find in finds for check in correct(path, record, find)]
+    checks: list[Check] = []
+    left: list[Mend] = [_beside_base, _coupled, _slow]
+    while found := correct(path, record, partial(_correction, left)):
+        checks += found
+    return checks
 
 
 Mended = tuple[Check, Iterator[FloatArray]]
+Mend = Callable[[RecordView, Record, PhaseLaw | None, float], Mended | None]
 
 
 def _correction(
-    mend: Callable[[RecordView, Record, PhaseLaw | None, float], Mended | None],
-    view: RecordView, record: Record, frequency: float,
-) -> Correction | None:  # fmt: skip
+    left: list[Mend], view: RecordView, record: Record, frequency: float
+) -> Correction | None:
+    """The first thing found of those left to look for: what is corrected changes the law."""
     if _DISPLACEMENT not in view.roles:
         return None
-    found = mend(view, record, law_in(view, frequency=frequency), frequency)
-    return None if found is None else Correction([found[0]], {_DISPLACEMENT: found[1]})
+    law = law_in(view, frequency=frequency) if left else None
+    while left:
+        if (found := left.pop(0)(view, record, law, frequency)) is not None:
+            return Correction([found[0]], {_DISPLACEMENT: found[1]})
+    return None
 
 
 def _beside_base(

@@ -22,7 +22,7 @@ from scipy.linalg import toeplitz
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import STRETCH, louder, stretch_noise, strongest
-from vinesexp.signals.impacts.template import Template, lowpassed_impulse
+from vinesexp.signals.impacts.template import Template
 
 _ROUNDS = 8
 _QUIETER = 0.7  # times the noise believed before
@@ -174,8 +174,6 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     noise, template = state.noise_at(), state.template
     _, value, slope, vv, vs, ss = normal_equations(state, seen)
     determinant = np.maximum(vv * ss - vs * vs, 1e-300)
-    own_shape = np.abs(ss[:, np.newaxis] * value - vs[:, np.newaxis] * slope)
-    own_shape = own_shape @ template.model_error[seen - template.first] / determinant
     place_error = noise * np.sqrt(vv / determinant)
     height_error = noise * np.sqrt(ss / determinant)
     own_error = template.model_error[
@@ -195,10 +193,13 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     rest = state.residual()[index] * (inside & state.valid[index])
     area, area_error = _areas(state, u, rest, inside & state.valid[index], noise)
     whole = (inside & state.valid[index]).all(1)
-    # The height of a contact that is seen in part is what the shape makes of that part.
-    by_shape = own_shape * np.abs(state.height)
-    of_part = np.abs(template.area) * (height_error + from_others + by_shape)
-    area_error = np.where(whole, area_error, of_part)
+    if not whole.all():
+        # The height of a contact that is seen in part is what the shape makes of that part.
+        weight = np.abs(ss[:, np.newaxis] * value - vs[:, np.newaxis] * slope)
+        by_shape = weight @ template.model_error[seen - template.first] / determinant
+        by_shape *= np.abs(state.height)
+        of_part = np.abs(template.area) * (height_error + from_others + by_shape)
+        area_error = np.where(whole, area_error, of_part)
     peak = np.abs(state.a[index] * inside).max(1)
     gap = np.diff(state.place)
     close = gap < 0.5 * (core.size - 1)
@@ -271,9 +272,10 @@ class State:
             return 0.0
         rest, sign = self.residual()[over], np.sign(self.a[over])
         lacking = np.maximum(-rest * sign, 0.0) * sign
-        index = over[:, np.newaxis] + np.arange(self.template.first, self.template.last + 1)
+        lags = np.arange(self.template.first, self.template.last + 1)
+        index = over[:, np.newaxis] + lags
         inside = (index >= 0) & (index < self.a.size)
-        lowered = (lacking[:, np.newaxis] * self.template.taken)[inside]
+        lowered = (lacking[:, np.newaxis] * self.template.taken[np.abs(lags)])[inside]
         given = -np.bincount(index[inside], lowered, self.a.size).astype(np.float64, copy=False)
         change, self.given = given - self.given, given
         self.a = self.a + change
@@ -323,9 +325,7 @@ def normal_equations(
     use = inside & counts[index]
     beyond = state.clipped[index] & ~use & inside
     if beyond.any() and state.template.corner:
-        taken = toeplitz(
-            lowpassed_impulse(np.arange(seen.size, dtype=np.float64), state.template.corner)
-        )
+        taken = toeplitz(state.template.taken[: seen.size])
         value, slope = value + (value * beyond) @ taken, slope + (slope * beyond) @ taken
     if not use.all():
         value, slope = value * use, slope * use

@@ -142,9 +142,9 @@ class Template:
 
     @cached_property
     def taken(self) -> FloatArray:
-        """What the highpass takes of a sample of height 1, at the lags of the table."""
+        """What the highpass takes of a sample of height 1, so many samples away on either side."""
         return lowpassed_impulse(
-            np.arange(self.first, self.last + 1, dtype=np.float64), self.corner
+            np.arange(self.last - self.first + 1, dtype=np.float64), self.corner
         )
 
     @cached_property
