@@ -40,6 +40,7 @@ from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.theory.regime_definitions import Regime
 
 _MOST = 60_000_000  # samples of a record
 _LONGEST = 300.0  # s of a record that are replayed
@@ -240,7 +241,8 @@ def _beside(
     if record.test in ("transient", "ringdown"):
         decay = decay_time(seen.time, seen.amplitude)
     steady = is_steady(seen.time, seen.amplitude, seen.length)
-    found = _replayed(record, model, base, seen, apart)
+    still = row["regime"] == Regime.NO_IMPACT.value
+    found = _replayed(record, model, base, seen, apart, still=still)
     rows = compared(record, row, decay, found, steady=steady)
     if record.test != "periodic" or len(record.clearance) != 1 or not _fails(rows):
         return found, rows
@@ -251,7 +253,7 @@ def _beside(
     )
     near = list(found)
     for share in (off, -off, 0.5 * off, -0.5 * off):
-        near += _replayed(record, model, base, seen, apart, share=share)
+        near += _replayed(record, model, base, seen, apart, still=still, share=share)
     again = compared(record, row, decay, near, steady=steady, near=True)
     return (found, rows) if _fails(again) else (near, again)
 
@@ -314,7 +316,7 @@ def _base(record: Record, bases: Mapping[str, Row], identified: Rows) -> LevelBa
 
 def _replayed(
     record: Record, model: Model, base: LevelBase | None, seen: Recorded, apart: bool, *,
-    share: float = 0.0,
+    still: bool, share: float = 0.0,
 ) -> list[Measures]:  # fmt: skip
     """Numbers of all replays, of cavities that are longer by a share."""
     rig, plain = (with_other_clearance(rig_of(record, one), share) for one in (model, model.plain))
@@ -330,7 +332,14 @@ def _replayed(
     found = [
         measures
         for one in replays(
-            rig, drive, plain=plain, x0=x0, v0=v0, damping=model.damping, state=seen.state
+            rig,
+            drive,
+            plain=plain,
+            x0=x0,
+            v0=v0,
+            damping=model.damping,
+            state=seen.state,
+            still=still,
         )
         for measures in measures_of(one, test=record.test, frequency=frequency, apart=apart)
     ]

@@ -38,13 +38,15 @@ BALL_STARTS = {
     "ball at wall -1": (-0.999, 0.0),
     "ball moving up": (0.1, 0.6),
     "ball moving down": (-0.3, -1.1),
-    "ball in the middle": (0.0, 0.0),  # where no wall reaches it while the mass swings under it
 }
 #: More of them where the base is taken as measured, whose record cannot go on: chaotic motion needs
 #: several draws.
 MORE_STARTS = {
     f"ball moving, {n}": (math.sin(2.4 * n), 1.2 * math.cos(1.7 * n)) for n in range(1, 9)
 }
+#: The ball may lie in the middle while the mass swings under it: with friction; without, where the
+#: record shows no impact. Of a record with impacts a motion without any says nothing.
+AT_REST = {"ball in the middle": (0.0, 0.0)}
 #: In a release the ball rests anywhere in its cavity.
 _PLACES = 12
 RELEASE_STARTS = {
@@ -278,6 +280,7 @@ def replays(
     v0: float = 0.0,
     damping: WeakDamping | None = None,
     state: Begun | None = None,
+    still: bool = False,
 ) -> list[Replayed]:
     """Simulate a record from every start.
 
@@ -293,12 +296,14 @@ def replays(
         Of the oscillator, beside c1.
     state : Begun, optional
         How the record begins.
+    still : bool
+        Whether the record shows no impact.
     """
     from vinesexp.solver.simulation import simulate
 
     w0 = 2.0 * math.pi * rig.oscillator.f0
     found = []
-    for name, (place, speed) in _starts(rig, drive).items():
+    for name, (place, speed) in _starts(rig, drive, still).items():
         # Two balls start apart, so that they do not move as one.
         signs = [(-1) ** i for i in range(len(rig.nes))]
         start = Release(
@@ -350,12 +355,14 @@ def _inside(state: Begun, rig: Rig) -> Release:
     return Release(state.x, state.v, y, state.u)
 
 
-def _starts(rig: Rig, drive: Drive) -> Mapping[str, tuple[float, float]]:
+def _starts(rig: Rig, drive: Drive, still: bool) -> Mapping[str, tuple[float, float]]:
     if not rig.nes:
         return {"released": (0.0, 0.0)}
     if drive.base is None:
         return RELEASE_STARTS
     starts = dict(BALL_STARTS)
+    if still or any(ball.rubs for ball in rig.nes):
+        starts |= AT_REST
     if len(drive.begins) == 1 and drive.begins[0] > 0.0:
         starts |= MORE_STARTS
     return starts
