@@ -49,10 +49,9 @@ Campaigns 0 to 99 were looked at while the model was made; the second table is o
 which have judged several versions, and a few of which were looked at after that. All are of this
 version, from samples on. Most warnings on plain campaigns say that a test had not settled or was
 recorded from rest, which is so. r is stated wider than it scatters: a contact that lasts and the
-lag of a channel are in its error, and plain rigs have none of them. So is b_c: the ball's mass over
-the rig's is stated to 0.28 % and right to 0.15 %, the base amplitude to 0.25 and 0.22 %. Of the
-mistakes that people make one draw was measured of each; the ball that is stuck is not named because
-the simulator's last sample looks like an impact."""
+lag of a channel are in its error, and plain rigs have none of them. b_c is stated too
+wide as well, for no reason that is known. Of the mistakes that people make one draw was measured of
+each; the stuck ball is not named because the simulator's last sample looks like an impact."""
 
 
 _RULE = "|---|---|---|---|---|---|"
