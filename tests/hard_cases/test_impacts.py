@@ -175,10 +175,11 @@ def test_the_ends_of_a_record_are_no_impacts(frequency: float, tmp_path: Path) -
     random = np.random.default_rng(8)
     t = np.arange(20_000) * SAMPLE
     w = 2.0 * np.pi * frequency
-    for phase in (0.0, 0.8, 1.6):
+    for phase, beside in ((0.0, 0.0), (0.8, 0.0), (1.6, 0.0), (0.3, 0.02), (2.0, 0.02)):
         folder = tmp_path / f"{phase}"
         folder.mkdir()
         x = 1e-3 * np.sin(w * t + phase) * np.exp(-0.05 * t)
+        x += beside * 1e-3 * np.sin(1.4 * w * t + 2.0 * phase)  # modulated: no sine goes on
         a = -(w**2) * x + 2e-3 * w**2 * 1e-3 * random.standard_normal(t.size)
         found = found_in({"displacement": x, "acceleration": a}, folder, frequency=frequency)
         assert found.n == 0

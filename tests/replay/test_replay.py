@@ -384,6 +384,21 @@ def test_a_ball_that_no_wall_reaches_is_replayed_as_it_lies():
     assert [one.motion.impacts["time"].size for one in still] == [0]
 
 
+@pytest.mark.parametrize(("regime", "still"), [("two symmetric", False), ("no impact", True)])
+def test_a_still_ball_is_a_start_of_records_without_impacts_alone(
+    regime, still, tmp_path, monkeypatch
+):
+    x, impacts, row = motion_of(periodic(30.0))
+    monkeypatch.setattr(f"{__name__}.motion_of", lambda *_: (x, impacts, row | {"regime": regime}))
+    asked = []
+    monkeypatch.setattr(
+        "vinesexp.replay.campaign_replay.replays",
+        lambda *given, **named: asked.append(named["still"]) or replays(*given, **named),
+    )
+    replayed(tmp_path, [periodic(30.0)])
+    assert set(asked) == {still}
+
+
 def test_a_record_with_impacts_is_not_beside_a_ball_that_nothing_strikes():
     """The report said of 28 tests that no clearance keeps two impacts per cycle from all starts."""
     rig = rig_of(periodic(15.0), Model(TABLE_2, (0.032,)))
