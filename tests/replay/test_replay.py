@@ -70,7 +70,7 @@ def impacts_in(motion, since: float) -> Impacts:
     return Impacts(**columns)
 
 
-def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2):
+def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2, effects=()):
     regimes, paths = [], ResultPaths(folder)
     for record in records:
         x, impacts, row = motion_of(record, truth)
@@ -89,6 +89,7 @@ def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=T
         {"parameter": name, "value": str(value), "std_error": "0", "method": "combined"}
         for name, value in identified.items()
     ]
+    rows += [{"parameter": name, "value": str(value), "method": "law"} for name, value in effects]
     return replay_campaign(campaign, identified=rows, regimes=regimes, base=[], paths=paths)
 
 
@@ -367,6 +368,14 @@ def test_a_ring_down_that_was_held_first_is_replayed_from_where_it_is_free(tmp_p
     (found,), _ = replay_campaign(campaign, identified=rows, regimes=regimes, base=[], paths=paths)
     assert found.outcome == "ok"
     assert abs(found.deviation) < 0.01
+
+
+def test_a_damping_without_a_viscous_part_is_replayed(tmp_path):
+    """How long a start lasts was taken from a damping ratio of zero."""
+    law = [("damping_linear", 0.0), ("damping_coulomb", 2e-3)]
+    rows, _ = replayed(tmp_path, [periodic(30.0)], effects=law)
+    found = next(row for row in rows if row.quantity == "amplitude")
+    assert 0.5e-3 < found.replayed < 20e-3
 
 
 def test_a_ball_that_no_wall_reaches_is_replayed_as_it_lies():

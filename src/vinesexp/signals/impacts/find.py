@@ -336,20 +336,16 @@ def find_impacts(
         x = coarse_displacement(record, motion, settings=settings.slopes)
         sign, lag = _beside(agreement, settings)
         doubtful = np.zeros(found.time.size, dtype=bool)
-        gain = sign if agreement is None else agreement.gain
         sure = (
-            agreement is not None and abs(gain) > settings.channels.gain_sure * agreement.gain_error
+            agreement is not None
+            and abs(agreement.gain) > settings.channels.gain_sure * agreement.gain_error
         )
-        if len(clearance) == 1 and sure:
+        if agreement is not None and len(clearance) == 1 and sure:
             knocked, doubtful = knocks_among(
-                found, x, frequency=motion, gain=gain, lag=lag, settings=settings.slopes
+                found, x, frequency=motion, gain=agreement.gain, lag=lag, settings=settings.slopes
             )
-            # The release of a mass that was held is a spike as well; and a ball that comes to rest
-            # at a wall moves the mass over many milliseconds, which looks like less than a jump.
             free = float(conditioned.attributes.get(FREE_FROM, 0.0))
-            told = knocked & ((found.time > free + 0.5 / motion) | (free == 0.0))
-            event = events_of(found.time, frequency=motion)
-            told &= ~np.isin(event, event[doubtful])
+            told = knocked & _tellable(found, doubtful, free=free, frequency=motion)
             if told.any() and said is not None:
                 said.append(("knocks", "warning", _knocks_in_words(found, told, record.start)))
             found, doubtful = found.keep(~knocked), doubtful[~knocked]
@@ -453,6 +449,17 @@ def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, flo
         if agreement.lag_error < settings.channels.lag_known:
             lag = agreement.lag
     return sign, lag
+
+
+def _tellable(found: Detection, doubtful: BoolArray, *, free: float, frequency: float) -> BoolArray:
+    """Which spikes that moved nothing are worth a word.
+
+    The release of a mass that was held (until `free`, s) is a spike as well; and a ball that comes
+    to rest at a wall moves the mass over many milliseconds, which looks like less than a jump.
+    """
+    event = events_of(found.time, frequency=frequency)
+    late = (found.time > free + 0.5 / frequency) | (free == 0.0)
+    return np.asarray(late & ~np.isin(event, event[doubtful]))
 
 
 def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
