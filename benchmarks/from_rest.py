@@ -18,10 +18,10 @@ import numpy as np
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.comparison import start_checks
-from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, waited
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.signals.means import cycle_amplitudes
-from vinesexp.signals.steady_part import SteadyPart, steady_part
+from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_part
 from vinesexp.units import Quantity
 
 _SKIPPED = 0.2  # the setting `regimes.settling`
@@ -57,23 +57,20 @@ def tried(rng: np.random.Generator) -> Tried:
     skipped = round(_SKIPPED * length)
     shown = steady_part(amplitude[skipped:length])
     settled = steady_part(amplitude[int(start * f) :])
+    known = IdentifiedRig({}, Quantity(f0), Quantity(zeta))
     return Tried(
         abs(shown.mean - settled.mean) / math.hypot(shown.error, settled.error),
         abs(shown.mean / settled.mean - 1.0),
         shown.drifts,
-        _soon(amplitude, shown, skipped, b, f, rig=IdentifiedRig({}, Quantity(f0), Quantity(zeta))),
+        _soon(amplitude[:length], shown, skipped, b, f, rig=known),
     )
 
 
 def _soon(
     amplitude: FloatArray, shown: SteadyPart, skipped: int, b: float, f: float, rig: IdentifiedRig
 ) -> bool:
-    row = {
-        "amplitude_mean_m": shown.mean,
-        "amplitude_start_m": amplitude[:3].mean(),
-        "steady_from_s": (skipped + shown.first) / f,
-    }
-    test = Tested(b, shown.mean, waited=waited(row))
+    waited = (skipped + shown.first) / f if from_rest(amplitude) else math.inf
+    test = Tested(b, shown.mean, waited=waited)
     base = LevelBase(Quantity(1e-3), Quantity(f))
     return bool(start_checks(PeriodicLevel(1e-3, base, (test,)), rig))
 

@@ -13,12 +13,12 @@ from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.impacts.impact_table import no_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.regimes import shown_by_record
-from vinesexp.signals.steady_part import steady_part
+from vinesexp.signals.steady_part import from_rest, steady_part
 
 F = 7.862
 
 
-def from_rest(b: float, duration: float) -> tuple[np.ndarray, float]:
+def moved_from_rest(b: float, duration: float) -> tuple[np.ndarray, float]:
     """Displacement at 500 Hz of the published rig, started at rest with the ball at a wall."""
     rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=b, r=0.6)])
     start = Release(x0=0.0, v0=0.0, y0=[b], vy0=[0.0])
@@ -67,7 +67,7 @@ def test_any_amplitudes_have_a_mean_within_them(amplitudes: list[float]) -> None
 
 def test_a_start_from_rest_does_not_count(tmp_path: Path) -> None:
     """For 19 s the ball has not found its two impacts per cycle, and the amplitude is higher."""
-    long, rate = from_rest(0.034, 300.0)
+    long, rate = moved_from_rest(0.034, 300.0)
     settled = cycle_amplitudes(long, rate, F)[1][-1000:].mean()
     with_start = cycle_amplitudes(long[:25000], rate, F)[1][79:].mean()
     assert with_start > 1.03 * settled  # the first fifth alone is not all of the start
@@ -89,3 +89,12 @@ def test_a_start_from_rest_does_not_count(tmp_path: Path) -> None:
     ((check, outcome, detail),) = shown.checks
     assert (check, outcome) == ("start of the test", "ok")
     assert "are left out" in detail
+
+
+@pytest.mark.parametrize("b", [0.0391, 0.045, 0.055])
+def test_a_modulated_response_that_begins_low_is_not_a_start_from_rest(b: float) -> None:
+    x, rate = moved_from_rest(b, 200.0)
+    amplitude = cycle_amplitudes(x, rate, F)[1]
+    assert from_rest(amplitude[:60])
+    later = [amplitude[first : first + 60] for first in range(400, amplitude.size - 60)]
+    assert not any(from_rest(part) for part in later)

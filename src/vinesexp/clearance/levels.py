@@ -147,7 +147,7 @@ def periodic_levels(
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
                 row.get("length_s") or math.inf,
-                waited(row),
+                row.get("waited_s") or math.inf,
             )
             groups.setdefault(record.base_amplitude, []).append((record, tested))
     levels = []
@@ -162,15 +162,6 @@ def periodic_levels(
         )
         levels.append(PeriodicLevel(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
-
-
-def waited(row: Row) -> float:
-    """`Tested.waited`: the first cycles of a start at rest are below half of the mean."""
-    start: float | None = row.get("amplitude_start_m")
-    since: float | None = row.get("steady_from_s")
-    if start is None or since is None or start > 0.5 * row["amplitude_mean_m"]:
-        return math.inf
-    return since
 
 
 def _regime(row: Row) -> str:

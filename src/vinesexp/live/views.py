@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vinesexp.clearance.comparison import start_lasts
-from vinesexp.clearance.levels import waited
 from vinesexp.figures.numbers import plus_minus_brief
 from vinesexp.identification.estimate import COMBINED
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -74,7 +73,7 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordShown:
     words = [check.detail for check in checks if check.outcome == "warning"]
     words += _of_ball(record, regime, impacts.n)
     if record.test == "periodic" and regime.get("amplitude_mean_m") is not None:
-        words += _of_start(waited(regime), paths)
+        words += _of_start(regime.get("waited_s"), paths)
     clipped = int(impacts.clipped.sum())
     if clipped and not any(check.check == "saturated" for check in checks):
         words.append(
@@ -110,9 +109,9 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
     return []
 
 
-def _of_start(since: float, paths: ResultPaths) -> list[str]:
+def _of_start(since: float | None, paths: ResultPaths) -> list[str]:
     """Whether the counted cycles of a test from rest may hold a part of how it began."""
-    if not math.isfinite(since):
+    if since is None:
         return []
     begun = f"recorded from rest: the counted cycles begin {since:.3g} s after the start"
     advice = "wait longer before recording, or record longer"

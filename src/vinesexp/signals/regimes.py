@@ -37,7 +37,7 @@ from vinesexp.signals.impacts.find import count_impacts
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.impacts.slopes import Coarse, coarse_displacement, slope_changes
 from vinesexp.signals.means import cycles_from, time_to_level
-from vinesexp.signals.steady_part import SteadyPart, steady_part
+from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_part
 from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
     TELLING,
@@ -450,7 +450,7 @@ def shown_by_record(
         In its row ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
         of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m`` (of a periodic test with
         ``amplitude_error_m``, over ``cycles`` from ``steady_from_s`` on, and with
-        ``amplitude_start_m`` of its first cycles), ``amplitude_max_m``,
+        ``waited_s`` of a start from rest), ``amplitude_max_m``,
         ``length_s``, of a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one
         impact on either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either
         half), ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one
@@ -480,7 +480,7 @@ def shown_by_record(
         steady, begin = _steady(time, amplitude, begin, period)
         row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
         row["steady_from_s"] = begin
-        row["amplitude_start_m"] = float(amplitude[:3].mean())
+        row["waited_s"] = begin if from_rest(amplitude) else None
         checks += _how_it_began(steady, begin)
     counted = amplitude[time >= begin]
     row["cycles"] = float(counted.size)

@@ -105,6 +105,30 @@ def steady_part(amplitude: FloatArray) -> SteadyPart:
     )
 
 
+#: Below this share of the least that comes later, the amplitude at the first sample is a start.
+_AT_REST, _START = 0.5, 3
+
+
+def from_rest(amplitude: FloatArray) -> bool:
+    """Whether a record begins from rest, by its amplitudes, one a cycle.
+
+    The line through the first three cycles begins below half of what any three later cycles have: a
+    response that is modulated comes back to amplitudes as low as it may happen to begin with.
+
+    Examples
+    --------
+    >>> growing = 5.0 * (1.0 - np.exp(-(np.arange(100) + 0.5) / 20.0))
+    >>> from_rest(growing), from_rest(3.0 - 2.5 * np.cos(np.arange(100) / 8.0))
+    (True, False)
+    """
+    if amplitude.size < _FEWEST:
+        return False
+    first = amplitude[:_START]
+    begins = float(first.mean() - (first[-1] - first[0]) * 0.5 * _START / (_START - 1))
+    later = np.convolve(amplitude[_START:], np.full(_START, 1.0 / _START), "valid")
+    return begins < _AT_REST * float(later.min())
+
+
 def _one_way(values: FloatArray) -> bool:
     """Whether the means of the quarters only rise or only fall: bursts that come and go do not."""
     steps = np.diff([quarter.mean() for quarter in np.array_split(values, 4)])

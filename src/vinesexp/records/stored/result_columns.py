@@ -144,8 +144,8 @@ RECORD_REGIMES = Table(
             "amplitude_mean_m is taken", ".0f", needed=False),
     _number("steady_from_s", "s", "of a periodic test: where these cycles begin, from the first "
             "sample; the start of the test comes before", ".4g", needed=False),
-    _number("amplitude_start_m", "m", "of a periodic test: mean over its first three cycles; far "
-            "below amplitude_mean_m where the record begins from rest", ".4g", needed=False),
+    _number("waited_s", "s", "of a periodic test whose record begins from rest: steady_from_s",
+            ".4g", needed=False),
     Column("test", "as in records.csv", needed=False),
     Column("clearance_mm", "as in records.csv; of several balls, separated by semicolons",
            "mm", needed=False),
