@@ -117,7 +117,7 @@ def _smooth_acceleration(path: Path, n: int) -> FloatArray:
     v -= jumped[np.searchsorted(path.time, edges, side="right")]
     a = np.zeros(n)
     a[1 : v.size] = np.diff(v) * _RATE
-    a[0] = a[1]
+    a[0], a[v.size :] = a[1], a[v.size - 1]
     return a
 
 
@@ -128,7 +128,7 @@ def _pulses(path: Path, sensors: Sensors, n: int) -> FloatArray:
     width = int(_reach(sensors) * _RATE)
     for time, jump in zip(path.time, path.jump, strict=True):
         first = max(1, int((time - sensors.pulse) * _RATE))
-        index = np.arange(first, min(n - 1, first + width))
+        index = np.arange(first, min(n, first + width))
         if index.size < 2:
             continue
         edges = (np.append(index, index[-1] + 1) - 0.5) / _RATE - time
