@@ -1,5 +1,6 @@
 """M and r from flights between walls and from bounces."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,14 @@ def test_a_wrong_clearance_shifts_M_by_as_much(measure, tmp_path: Path) -> None:
     right = mass_ratio(flights(measure, tmp_path, b=0.03)).eps
     wrong = mass_ratio(flights(measure, tmp_path, b=0.03, believed=0.033)).eps
     assert right / wrong == pytest.approx(1.1, abs=0.02)
+
+
+def test_what_speeds_the_ball_up_as_it_flies_leaves_M_known(measure, tmp_path: Path) -> None:
+    found = flights(measure, tmp_path, b=0.03)
+    by = 5.0 * np.median(found.jump_error) / mass_ratio(found).eps
+    sloped = replace(found, u_after=found.u_after - by, u_before=found.u_before + by)
+    ratio = mass_ratio(sloped)
+    assert abs(0.032 / ratio.eps - 4.7) < 4.0 * 4.7 * ratio.error / ratio.eps
 
 
 def test_too_few_impacts_are_said() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vinesexp import Oscillator, Release, Rig, Sweep, simulate
+from vinesexp import Oscillator, Release, Rig, Sweep, analyse, simulate
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.sweep_record import transmissibility
 
@@ -59,3 +59,15 @@ def test_base_that_rests_or_record_too_short_is_said(clean) -> None:
         transmissibility(still, x, STEP, frequency=7.8)
     with pytest.raises(AnalysisError, match="Fourier lines"):
         transmissibility(base[:400], x[:400], STEP, frequency=7.8)
+
+
+def test_a_sweep_of_hardly_more_lines_than_are_averaged_gives_what_it_can() -> None:
+    rig = Oscillator(M=4.7, c1=0.5, k1=4.7 * (2 * np.pi * 1.5) ** 2)
+    motion = simulate(Rig(rig), Sweep(1e-3, 1.39, 1.58, 40.0), Release(), duration=40.0)
+    t = np.arange(40 * 500) / 500.0
+    random = np.random.default_rng(0)
+    shown = {"base": motion.base(t)[0], "displacement": motion.at(t)[0]}
+    channels = {role: y + 1e-6 * random.standard_normal(t.size) for role, y in shown.items()}
+    found = analyse(channels, 500.0, test="sweep", frequency=(1.39, 1.58))
+    assert not found.checks["detail"].str.contains("ValueError").any()
+    assert "f0" not in found.identified.index

@@ -366,3 +366,12 @@ def test_functions_of_frequency_in_a_universal_file_are_called_so(function, tmp_
     said = capsys.readouterr()
     held = {2: "auto spectra", 4: "frequency responses"}[function]
     assert f"holds no time records ({held}); export time histories" in said.out + said.err
+
+
+def test_a_quantity_that_rises_evenly_is_no_time(tmp_path):
+    path = tmp_path / "a.csv"
+    x = np.exp(-0.01 * np.arange(400)) * np.cos(np.arange(400))
+    rows = "\n".join(f"{500 + 2 * i},{v:.6f}" for i, v in enumerate(x))
+    for unit, time in (("N", None), ("ms", 0)):
+        path.write_text(f"Axis ({unit}),x (mm)\n{rows}\n")
+        assert view_file(path).time == time

@@ -166,11 +166,12 @@ def mass_ratio(flights: Flights) -> MassRatio:
         w = weight * keep
         slope = float((w * du * dv).sum() / (w * du * du).sum())
         rest = (dv - slope * du) / flights.jump_error
-        spread = 1.4826 * float(np.median(np.abs(rest[keep] - np.median(rest[keep]))))
+        middle = np.median(rest[keep])  # not 0 where something speeds the ball up as it flies
+        spread = 1.4826 * float(np.median(np.abs(rest[keep] - middle)))
         freedom = max(1, int(keep.sum()) - 1)
         scale = max(1.0, float((rest[keep] ** 2).sum()) / freedom)
         error = float(np.sqrt(scale / (w * du * du).sum()))
-        new = np.abs(rest) < _OUTLYING * max(1.0, spread)
+        new = np.abs(rest - middle) < _OUTLYING * max(1.0, spread)
         if (new == keep).all():
             break
         keep = new

@@ -453,9 +453,9 @@ def _resonance(
     X, B = (np.fft.rfft((y - y.mean()) * taper) for y in (x, base))
     f = np.fft.rfftfreq(x.size, k / view.sample_rate)
     near = (f >= low) & (f <= high) & (f > 0.0)
-    if near.sum() < 2 * _NEIGHBOURS:
-        return 0.5 * (low + high) if frequency is None else frequency
     kernel = np.ones(2 * _NEIGHBOURS + 1)
+    if near.sum() < kernel.size:
+        return 0.5 * (low + high) if frequency is None else frequency
     power, own = (np.convolve(np.abs(Y[near]) ** 2, kernel, "same") for Y in (B, X))
     answer = np.abs(np.convolve(X[near] * B[near].conj(), kernel, "same"))
     coherent = answer**2 > _COHERENT * power * own  # where the base excites nothing it is not

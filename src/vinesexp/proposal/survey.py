@@ -507,6 +507,8 @@ def _time_and_rate(
         finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
         steps = np.diff(finite)
         named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
+        if source.columns[j].unit and not named:
+            continue  # a quantity of its own: a speed, a length
         back = np.flatnonzero(steps < 0.0)
         slips = named and len(back) * _FEWEST < len(steps) and -steps.min() < 3.0 * steps.mean()
         if named and len(back) == len(steps) > _FEWEST:

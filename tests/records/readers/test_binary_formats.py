@@ -138,6 +138,20 @@ def test_tdms(tmp_path):
         Samples(source, channels, time=None, sample_rate=None)
 
 
+def test_a_tdms_file_with_the_high_byte_first_is_whole(tmp_path):
+    pytest.importorskip("nptdms")
+    name = b"/'group'/'x'"
+    about = struct.pack(">II", 1, len(name)) + name
+    about += struct.pack(">IIIQI", 20, 10, 1, X.size, 0)  # doubles, one dimension, no properties
+    body = about + X.astype(">f8").tobytes()
+    flags = 2 | 4 | 8 | 64  # what it is, a new list, samples, high byte first
+    head = b"TDSm" + struct.pack("<I", flags) + struct.pack(">IQQ", 4713, len(body), len(about))
+    (tmp_path / "a.tdms").write_bytes(head + body)
+    source = open_source(tmp_path / "a.tdms")
+    np.testing.assert_array_equal(values(source, "x"), X)
+    assert source.losses == ()
+
+
 def test_an_increment_of_one_in_tdms_is_nobodys_interval(tmp_path):
     nptdms = pytest.importorskip("nptdms")
     blank = {"wf_increment": 1.0, "wf_start_offset": 0.0}

@@ -199,3 +199,20 @@ def test_names_may_have_another_delimiter_than_the_numbers(header, delimiter, tm
     assert [c.name for c in source.columns] == ["time (s)", "base (mm)", "x (mm)"]
     assert [c.unit for c in source.columns] == ["s", "mm", "mm"]
     np.testing.assert_allclose(column(path, "x (mm)"), X, atol=1e-6)
+
+
+@pytest.mark.parametrize("under", ["----\t----\t----", "0.0 0.0 0\t\t0.0 0.0 0\t", "====="])
+def test_a_line_without_a_word_is_no_row_of_names(under, tmp_path):
+    path = tmp_path / "a.txt"
+    header = f"Tue, Jul 19, 2022 10:57 PM\ntime\tbase\tx\n{under}\n"
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, delimiter="\t", comments="")
+    np.testing.assert_allclose(column(path, "base"), BASE, atol=1e-6)
+
+
+def test_of_two_rows_of_words_the_one_that_tells_the_columns_apart_has_the_names(tmp_path):
+    path = tmp_path / "a.txt"
+    header = "Time\tLow G\tAccel\nSec\tVoltage (unscaled)\tVoltage (unscaled)"
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, delimiter="\t", comments="")
+    source = open_source(path)
+    assert [c.name for c in source.columns] == ["Time", "Low G", "Accel"]
+    assert [c.unit for c in source.columns] == ["s", None, None]

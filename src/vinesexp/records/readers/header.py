@@ -30,6 +30,7 @@ from vinesexp.units import UNITS
 _EXTRA = re.compile(r"comment|start|increment|t0\b|tinc\b", re.IGNORECASE)
 _RARE = 4  # times as many rows as odd ones
 _SOURCE = {"source", "channel", "channels", "trace"}
+_SAYS = re.compile(r"[^\W\d_]|[%°]")  # what a name or a unit holds
 _MARK = re.compile(r"\s*(#+|%+|//)")
 #: What a header may state, by what makers call it (lower case, without units and strokes below).
 _STATEMENTS = {
@@ -63,7 +64,12 @@ def find_layout(path: Path) -> Layout:
     layout, body = find_body(path)
     above = [i for i in range(body.first) if any(body.rows[i])]
     first = body.first
-    while above and _kind(layout, body, above[-1]) == "mixed":
+    while above:
+        if _kind(layout, body, above[-1]) != "mixed":
+            if _SAYS.search(body.lines[above[-1]]):
+                break
+            above.pop()  # a rule under the names, or numbers that are none of the columns'
+            continue
         # A row with numbers under the names is data with a bad cell: read, and then reported.
         # `Sequence,Volt,-3e-07,5e-10`: units, and values of columns that hold no data.
         units_too = _are_units(layout, _over(layout, body, above[-1]))
@@ -149,9 +155,12 @@ def _names_and_units(
     if not above or _kind(layout, body, above[-1]) != "words":
         return [], [], 0
     last = _over(layout, body, above[-1])
-    if _are_units(layout, last) and len(above) > 1:
-        upper = _over(layout, body, above[-2])
-        words = [cell for cell in upper if cell]
+    upper = _over(layout, body, above[-2]) if len(above) > 1 else []
+    words = [cell for cell in upper if cell]
+    if len(words) == len(upper) == len(set(upper)) == len(last) > len(set(last)):
+        # `Voltage,Voltage,Sec` under names that differ.
+        return upper, [cell if _are_units(layout, [cell]) else "" for cell in last], above[-2]
+    if _are_units(layout, last) and upper:
         # `x-axis,1,2,3`: names may be numbers, but for the first.
         numbered = len(words) == len([cell for cell in last if cell]) and not layout.is_number(
             words[0]

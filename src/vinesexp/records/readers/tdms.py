@@ -25,6 +25,7 @@ NAME = "LabVIEW TDMS"
 LIBRARIES = ("nptdms",)
 
 _NOT_ENDED = 0xFFFFFFFFFFFFFFFF  # in place of a segment's length
+_BIG_ENDIAN = 1 << 6  # of the flags of a segment
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
 
 
@@ -74,7 +75,8 @@ def _cut_short(path: Path) -> Iterator[str]:
         while begin < size:
             stream.seek(begin)
             head = stream.read(28)
-            stated = struct.unpack_from("<Q", head, 12)[0] if len(head) == 28 else 0
+            order = ">" if len(head) == 28 and head[4] & _BIG_ENDIAN else "<"
+            stated = struct.unpack_from(f"{order}Q", head, 12)[0] if len(head) == 28 else 0
             if stated == _NOT_ENDED:
                 yield (
                     "the program that wrote it did not close it: the last segment states no length"
