@@ -18,18 +18,21 @@ def test_a_ball_that_was_not_weighed_adds_nothing_to_the_mass(stated, share):
     assert _share_of_ball(builder) == pytest.approx(share)
 
 
-@pytest.mark.parametrize("across", [0.0, 0.03])
-def test_a_gain_is_no_surer_than_the_motion_across_the_axis(across):
+@pytest.mark.parametrize(("across", "setup"), [(0.0, ""), (0.03, ""), (0.03, "other")])
+def test_a_gain_is_no_surer_than_the_motion_across_the_axis_in_any_test_of_its_setup(across, setup):
     """In releases it is another than in periodic tests: a change of the gain by 2.7 % was named."""
-    record = SimpleNamespace(id="a", exclude=False, clearance=(0.03,))
+    records = {
+        "a": SimpleNamespace(id="a", exclude=False, clearance=(0.03,), setup=setup),
+        "b": SimpleNamespace(id="b", exclude=False, clearance=(0.03,), setup=""),
+    }
     b = SimpleNamespace(
-        campaign=SimpleNamespace(record=lambda _: record),
+        campaign=SimpleNamespace(record=records.__getitem__),
         own_gain=lambda _, role: {role: 1.0},
         blocks=[],
     )
-    found = [Estimate("accelerometer_gain", 1.01, 1e-4, "1", "channels", ("a",))]
+    found = [Estimate("accelerometer_gain", 1.01, 1e-4, "1", "channels", (id,)) for id in records]
     if across:
         found.append(Estimate("accelerometer_across", -across, 1e-3, "1", "channels", ("a",)))
     _sensors(b, found)
-    information, _, _ = b.blocks[0].look(np.zeros(1))
-    assert information[0, 0] ** -0.5 == pytest.approx(max(across, 3e-4))
+    errors = [block.look(np.zeros(1))[0][0, 0] ** -0.5 for block in b.blocks]
+    assert errors == pytest.approx([max(across, 3e-4), max(0.0 if setup else across, 3e-4)])

@@ -627,9 +627,14 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
     """Accelerometer beside the laser over the oscillation: ratio of their gains.
 
     A motion across the sensor's axis has a part in phase too, about as large as what turns the
-    phase: a gain of another test, with other motion across, may differ by as much.
+    phase: a gain of another test, with other motion across, may differ by as much, whether that
+    test shows it by its phase or not.
     """
-    across = {e.records[0]: abs(e.value) for e in found if e.parameter == "accelerometer_across"}
+    across: dict[str, float] = {}
+    for e in found:
+        if e.parameter == "accelerometer_across":
+            setup = b.campaign.record(e.records[0]).setup
+            across[setup] = max(across.get(setup, 0.0), abs(e.value))
     for e in found:
         if e.parameter != "accelerometer_gain" or not e.records:
             continue
@@ -638,7 +643,7 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
             continue
         displaced = {name: -factor for name, factor in b.own_gain(record, "displacement").items()}
         sums = ({**b.own_gain(record, "acceleration"), **displaced}, 0.0)
-        error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.id, 0.0))
+        error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.setup, 0.0))
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
         )
