@@ -362,6 +362,10 @@ def _clipped(t, base, laser):
     return text(t, base, np.clip(laser, -4.5, 4.5))
 
 
+def _wrapped(t, base, laser):
+    return text(t, base, (laser + 2.0) % 4.0 - 2.0)
+
+
 def _gap(t, base, laser):
     keep = np.abs(np.arange(N) - 0.5 * N) > 0.3 * N  # most of the record is missing
     return text(t[keep], base[keep], laser[keep])
@@ -445,6 +449,7 @@ RECORD_MISTAKES = {
     ),
     "frozen": (_spoiled(_frozen), ["displacement is frozen for 400 samples", "line 402"]),
     "saturated": (_spoiled(_clipped), ["displacement is clipped at the end", "line"]),
+    "starts anew": (_spoiled(_wrapped), ["displacement jumps by", "its phase starts anew", "line"]),
     "too short": (_spoiled(_short), ["0.2 s hold 1.6 periods", "record longer"]),
 }
 

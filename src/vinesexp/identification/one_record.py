@@ -165,7 +165,7 @@ def estimate_record(
         an entry `nothing` with the reason as its note.
     """
     with open_record(measured) as view, open_record(conditioned) as band:
-        if view.refused is not None:
+        if view.refused is not None or band.refused is not None:
             return []
         content = _content(record, view)
         try:

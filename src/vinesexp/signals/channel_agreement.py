@@ -160,6 +160,7 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
         return None
     k = group_size(record.sample_rate, frequency, points=_POINTS)
     found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    _refuse_base(record, found, k, frequency)
     if found is None:
         return None
     turned, velocity = 4.0 * frequency * abs(found.lag), 2.0 * math.pi * frequency * abs(found.gain)
@@ -184,6 +185,33 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
     return _with_corner(found, law, frequency)
 
 
+def _refuse_base(record: RecordView, found: Agreement | None, k: int, frequency: float) -> None:
+    """Refuse a record whose acceleration is that of its base channel, and not of the displacement.
+
+    Raises
+    ------
+    RecordError
+        Base and displacement are exchanged, or the accelerometer is on the base.
+    """
+    if "base" not in record.roles or record.quantity("base") != "displacement":
+        return
+    means = _means(record, k, beside="base")
+    base = compare_channels(*means, k / record.sample_rate, frequency=frequency)
+    if _agree(base, _QUARTER) and not _agree(found, math.log(2.0)):
+        raise RecordError(
+            "the acceleration is the second derivative of the base channel, not of the "
+            "displacement: base and displacement are exchanged in this record, or the "
+            "accelerometer is on the base; correct the channels"
+        )
+
+
+def _agree(found: Agreement | None, within: float) -> bool:
+    """Whether two channels show one motion, their gains apart by a factor of e^within at most."""
+    if found is None or found.gain_error > _QUARTER * abs(found.gain):
+        return False
+    return abs(math.log(abs(found.gain))) < within
+
+
 def law_in(record: RecordView, *, frequency: float) -> PhaseLaw | None:
     """What the channels of a record say of each other over frequency; None where one is missing."""
     if not {"acceleration", "displacement"} <= set(record.roles):
@@ -201,8 +229,10 @@ def _law_beside(found: Agreement, record: RecordView, frequency: float) -> Phase
     )  # fmt: skip
 
 
-def _means(record: RecordView, k: int) -> tuple[FloatArray, FloatArray]:
-    return channel_means(record, "acceleration", k), channel_means(record, "displacement", k)
+def _means(
+    record: RecordView, k: int, beside: str = "displacement"
+) -> tuple[FloatArray, FloatArray]:
+    return channel_means(record, "acceleration", k), channel_means(record, beside, k)
 
 
 def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement:

@@ -62,6 +62,10 @@ _EQUAL, _HELD = 4, 3  # samples: a gap is as long, and as so many values of a sl
 _QUANTA = 8.0  # usual steps
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
 
+#: A counter that starts anew jumps across so much of the range, and no other step is half as large.
+_ACROSS, _OTHERS = 0.75, 0.5
+_AGAIN, _EACH = 2, 0.8  # times: once may be anything; of the steps so large
+
 #: First sample of each and the one after its last.
 Stretches = tuple[tuple[int, int], ...]
 
@@ -434,6 +438,49 @@ def _joined(stretches: list[tuple[int, int]]) -> Stretches:
     return tuple(found)
 
 
+def starts_anew(view: RecordView, role: str) -> IntArray:
+    """Samples before which a channel jumps across its range while its motion goes on.
+
+    So does an interferometer or an encoder whose counter, or whose phase, is full. What loses its
+    target, or switches, does not move on in the same direction on either side of the jump.
+
+    Examples
+    --------
+    >>> import tempfile; from pathlib import Path
+    >>> from vinesexp.records.stored.store import RecordWriter, open_record
+    >>> x = (0.012 * np.sin(np.arange(2000) / 100.0) + 0.004) % 0.008
+    >>> path = Path(tempfile.mkdtemp()) / "a.nc"
+    >>> quantities = {"displacement": "displacement"}
+    >>> with RecordWriter(path, sample_rate=1e3, quantities=quantities) as writer:
+    ...     writer.append({"displacement": x})
+    >>> with open_record(path) as view:
+    ...     starts_anew(view, "displacement")[:3]
+    array([ 34, 281, 349])
+    """
+    levels = _levels(view, role)
+    least = _ACROSS * (levels.high - levels.low)
+    found: list[IntArray] = [np.empty(0, dtype=np.int64)]
+    large, rest = 0, 0.0
+    for begin in range(0, view.n, _BLOCK):
+        first = max(begin - _BESIDE, 0)
+        x = view.read(role, first, begin + _BLOCK + 1 + _BESIDE)
+        steps = np.abs(np.diff(x))
+        rest = max(rest, float(steps[steps <= least].max(initial=0.0)))
+        at = np.flatnonzero(steps > least) + 1
+        at = at[(at >= _BESIDE) & (at < len(x) - _BESIDE) & (first + at <= begin + _BLOCK)]
+        step, before, after = (
+            x[at] - x[at - 1],
+            x[at - 1] - x[at - _BESIDE],
+            x[at + _BESIDE] - x[at],
+        )
+        on = (before * step < 0.0) & (after * step < 0.0)
+        large += at.size
+        found.append(first + at[on])
+    at = np.concatenate(found)
+    sure = at.size >= max(_AGAIN, _EACH * large) and rest < _OTHERS * least
+    return at if sure else at[:0]
+
+
 def look_over(
     view: RecordView,
     record: Record,
@@ -473,6 +520,14 @@ def look_over(
             found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
         # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
         stuck = frozen(view, role, period=period if role == "displacement" else None)
+        if role in _TARGETS and (at := starts_anew(view, role)).size:
+            jump = np.ptp(view.read(role, int(at[0]) - 1, int(at[0]) + 1))
+            raise RecordError(
+                f"{role} jumps by {jump:.4g} m from one end of its range to the other and moves on "
+                f"{at.size} times, first at {float(view.time(at[0], at[0] + 1)[0]):.6g} s "
+                f"({samples.source.locate(samples.trimmed[0] + int(at[0]))}): its counter or its "
+                "phase starts anew there; measure with a wider range, or unwrap it"
+            )
         if role in _TARGETS and (len(stuck) != 1 or stuck[0].length < view.n):
             # A target is lost for a moment: what stands still for longer is a fault.
             moment = [run for run in stuck if period is not None and run.length < period]
