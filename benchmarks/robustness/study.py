@@ -11,12 +11,13 @@ from benchmarks.robustness.campaigns import Departure, write_campaign
 from benchmarks.robustness.end_of_orbit import stays, true_end
 from benchmarks.robustness.rig import WORKING_SPEED
 
-from vinesexp.clearance.comparison import END, Comparison
+from vinesexp.clearance.comparison import END
 from vinesexp.identification.estimate import COMBINED, Estimate
 from vinesexp.pipeline import CampaignResult, analyse_campaign
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.tables import Row
 from vinesexp.report.verdict import headline, periodic_verdicts, release_rows
 from vinesexp.results import open_results
 
@@ -185,8 +186,10 @@ def scored(
     )
 
 
-def _end_row(rows: Sequence[Comparison]) -> Comparison | None:
-    return next((row for row in rows if row.test == "periodic" and row.level.endswith(END)), None)
+def _end_row(rows: Sequence[Row]) -> Row | None:
+    return next(
+        (row for row in rows if row["test"] == "periodic" and row["level"].endswith(END)), None
+    )
 
 
 def _tried(departure: Departure, b: float) -> float:
@@ -194,18 +197,18 @@ def _tried(departure: Departure, b: float) -> float:
     return min((1e-3 * one for one in departure.plan.periodic), key=lambda one: abs(one - b))
 
 
-def _b_c(row: Comparison | None) -> tuple[float, float, float] | None:
-    if row is None or row.exact_mm is None:
+def _b_c(row: Row | None) -> tuple[float, float, float] | None:
+    if row is None or row["exact_mm"] is None:
         return None
-    low = row.exact_mm if row.predicted_low_mm is None else row.predicted_low_mm
-    high = row.exact_mm if row.predicted_high_mm is None else row.predicted_high_mm
-    return 1e-3 * row.exact_mm, 1e-3 * low, 1e-3 * high
+    low = row["exact_mm"] if row["predicted_low_mm"] is None else row["predicted_low_mm"]
+    high = row["exact_mm"] if row["predicted_high_mm"] is None else row["predicted_high_mm"]
+    return 1e-3 * row["exact_mm"], 1e-3 * low, 1e-3 * high
 
 
-def _measured(row: Comparison | None) -> tuple[float | None, float | None] | None:
-    if row is None or row.measured_mm is None:
+def _measured(row: Row | None) -> tuple[float | None, float | None] | None:
+    if row is None or row["measured_mm"] is None:
         return None
-    low, high = row.measured_low_mm, row.measured_high_mm
+    low, high = row["measured_low_mm"], row["measured_high_mm"]
     return None if low is None else 1e-3 * low, None if high is None else 1e-3 * high
 
 

@@ -23,7 +23,6 @@ from vinesexp.records.stored.freshness import campaign_seen_by, record_seen_by
 from vinesexp.records.stored.result_paths import ResultPaths
 
 if TYPE_CHECKING:
-    from vinesexp.clearance.comparison import Comparison
     from vinesexp.identification.estimate import Estimate
     from vinesexp.identification.whole_campaign import Identified
     from vinesexp.replay.replay_table import Compared
@@ -69,7 +68,7 @@ class CampaignResult:
         In the order of records.csv.
     identified : list of Estimate
         Rows of identified.csv.
-    clearances : list of Comparison
+    clearances : list of dict
         Rows of clearances.csv.
     checks : list of Check
         Rows of checks.csv.
@@ -77,7 +76,7 @@ class CampaignResult:
 
     records: tuple[RecordResult, ...]
     identified: list[Estimate]
-    clearances: list[Comparison]
+    clearances: list[Row]
     checks: list[Check]
 
 
@@ -316,20 +315,20 @@ def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
     write_checks(paths.identify_checks, whole.checks)
 
 
-def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
+def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
-    from vinesexp.clearance.comparison import clearance_budget, compare, write_clearances
+    from vinesexp.clearance.comparison import clearance_budget, compare
     from vinesexp.identification.budget import write_budget
     from vinesexp.records.stored.checks import write_checks
-    from vinesexp.records.stored.result_columns import BUDGET
-    from vinesexp.records.stored.tables import read_rows
+    from vinesexp.records.stored.result_columns import BUDGET, CLEARANCES
+    from vinesexp.records.stored.tables import read_rows, write_rows
     from vinesexp.results import CampaignResults
 
     found = CampaignResults(paths.folder, campaign_seen_by("compare", campaign))
     found.require("inputs", "decay_times")  # what they say is never left out in silence
     levels = [(level, found.rig_at(level)) for level in found.periodic]
     rows, checks = compare(found.as_found, found.rig, levels, found.releases, found.rows("base"))
-    write_clearances(paths.clearances, rows)
+    write_rows(paths.clearances, CLEARANCES, rows)
     budget = read_rows(paths.rig_budget, BUDGET)
     more = clearance_budget(found.rig, levels, found.releases, budget)
     write_budget(paths.budget, [*budget, *more])

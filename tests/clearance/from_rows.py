@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vinesexp.clearance.comparison import Comparison, RigAtLevel, clearance_budget, compare
+from vinesexp.clearance.comparison import RigAtLevel, clearance_budget, compare
 from vinesexp.clearance.levels import ReleaseLevel, Rows, periodic_levels, release_levels
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.records.campaign.schema import Campaign
@@ -26,7 +26,7 @@ def parts_of(
 
 def compared(
     campaign: Campaign, identified: Rows, regimes: Rows, times: Rows = (), base: Rows = ()
-) -> tuple[list[Comparison], list[Check]]:
+) -> tuple[list[dict[str, Value]], list[Check]]:
     return compare(campaign, *parts_of(campaign, identified, regimes, times, base), base)
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from tests.clearance.from_rows import compared
 
-from vinesexp.clearance.comparison import write_clearances
 from vinesexp.clearance.curves import amplitude_curve, decay_curves, predicted_lowest
 from vinesexp.clearance.levels import LevelBase, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
@@ -24,7 +23,7 @@ from vinesexp.records.campaign.records_csv import read_least
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance
 from vinesexp.records.stored.result_columns import CLEARANCES
-from vinesexp.records.stored.tables import read_rows
+from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.units import Quantity
 
 HEADER = (
@@ -85,16 +84,16 @@ def test_table_2_rig_at_025_mm(tests_at_025):
     loaded, regimes = tests_at_025
     rows, checks = compared(exactly(loaded), combined(TABLE_2), regimes)
     lowest, end = rows
-    assert lowest.level == "G = 0.25 mm"
-    assert lowest.measured_mm == pytest.approx(33.0, abs=0.2)
-    assert (lowest.measured_low_mm, lowest.measured_high_mm) == pytest.approx((32.0, 34.0))
-    assert lowest.published_mm == pytest.approx(33.968, abs=0.01)
-    assert lowest.exact_mm == pytest.approx(33.923, abs=0.01)
-    assert lowest.predicted_low_mm < lowest.exact_mm < lowest.predicted_high_mm
-    assert lowest.error_percent == pytest.approx(
-        100.0 * (lowest.exact_mm / lowest.measured_mm - 1.0)
+    assert lowest["level"] == "G = 0.25 mm"
+    assert lowest["measured_mm"] == pytest.approx(33.0, abs=0.2)
+    assert (lowest["measured_low_mm"], lowest["measured_high_mm"]) == pytest.approx((32.0, 34.0))
+    assert lowest["published_mm"] == pytest.approx(33.968, abs=0.01)
+    assert lowest["exact_mm"] == pytest.approx(33.923, abs=0.01)
+    assert lowest["predicted_low_mm"] < lowest["exact_mm"] < lowest["predicted_high_mm"]
+    assert lowest["error_percent"] == pytest.approx(
+        100.0 * (lowest["exact_mm"] / lowest["measured_mm"] - 1.0)
     )
-    assert (end.measured_low_mm, end.measured_high_mm) == pytest.approx((34.0, 35.0))
+    assert (end["measured_low_mm"], end["measured_high_mm"]) == pytest.approx((34.0, 35.0))
     assert checks == []
 
 
@@ -111,15 +110,17 @@ def test_the_uncertainty_of_the_clearances_widens_what_was_measured(tests_at_025
         for one in (exactly(loaded), replace(loaded, known=known))
     )
     for narrow, row in zip(exact, wide, strict=True):
-        assert row.measured_mm == narrow.measured_mm
-        assert narrow.measured_low_mm - row.measured_low_mm == pytest.approx(0.196, abs=1e-3)
-        assert row.measured_high_mm - narrow.measured_high_mm == pytest.approx(0.196, abs=1e-3)
+        assert row["measured_mm"] == narrow["measured_mm"]
+        assert narrow["measured_low_mm"] - row["measured_low_mm"] == pytest.approx(0.196, abs=1e-3)
+        assert row["measured_high_mm"] - narrow["measured_high_mm"] == pytest.approx(
+            0.196, abs=1e-3
+        )
 
 
 def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_at_025):
     loaded, regimes = tests_at_025
     rows, _ = compared(loaded, [], regimes)
-    write_clearances(tmp_path / "clearances.csv", rows)
+    write_rows(tmp_path / "clearances.csv", CLEARANCES, rows)
     text = (tmp_path / "clearances.csv").read_text(encoding="utf-8")
     assert text.splitlines()[0] == HEADER
     first, second = read_rows(tmp_path / "clearances.csv", CLEARANCES)
@@ -135,7 +136,7 @@ def test_without_M_or_r_the_prediction_is_empty_and_the_reason_given(tests_at_02
     loaded, regimes = tests_at_025
     known = {name: v for name, v in TABLE_2.items() if name not in ("M", "k1", "c1", "r")}
     rows, checks = compared(loaded, combined(known), regimes)
-    assert all(row.exact_mm is None and row.measured_mm for row in rows)
+    assert all(row["exact_mm"] is None and row["measured_mm"] for row in rows)
     (found,) = checks
     assert found.outcome == "warning"
     assert found.detail.startswith("no b_c without M, c1, k1, r: M needs ring-downs with added")
@@ -145,14 +146,16 @@ def test_without_a_weighed_ball_the_prediction_asks_for_it(tests_at_025):
     loaded, regimes = tests_at_025
     unweighed = campaign(list(loaded.records), nes_mass=False)
     rows, checks = compared(unweighed, combined(TABLE_2), regimes)
-    assert [(row.exact_mm, row.measured_mm is None) for row in rows] == [(None, False)] * len(rows)
+    assert [(row["exact_mm"], row["measured_mm"] is None) for row in rows] == [(None, False)] * len(
+        rows
+    )
     assert "m needs `known: nes_mass` in campaign.yaml" in checks[0].detail
 
 
 def test_too_few_clearances_are_an_absence_with_its_reason(tests_at_025):
     loaded, regimes = tests_at_025
     rows, checks = compared(loaded, combined(TABLE_2), regimes[:2])
-    assert all(row.measured_mm is None and row.exact_mm for row in rows)
+    assert all(row["measured_mm"] is None and row["exact_mm"] for row in rows)
     assert len(checks) == 2
     assert checks[0].detail.startswith(
         "G = 0.25 mm: the clearance of the lowest amplitude is not known"
@@ -203,13 +206,13 @@ def test_releases_are_grouped_by_release_and_amplitude():
     assert names == ["20 mm to 10 mm", "20 mm to 3 mm", "30 mm to 15 mm"]
     rows, checks = compared(campaign(records), combined(TABLE_2), regimes, times)
     ten, three, fifteen = rows
-    assert ten.measured_mm == pytest.approx(33.0)
-    assert (three.measured_low_mm, three.measured_high_mm) == pytest.approx((10.0, 33.0))
-    assert ten.published_mm == pytest.approx(33.333, abs=1e-3)
-    assert ten.exact_mm == pytest.approx(27.317, abs=1e-3)
-    assert fifteen.measured_mm is None
+    assert ten["measured_mm"] == pytest.approx(33.0)
+    assert (three["measured_low_mm"], three["measured_high_mm"]) == pytest.approx((10.0, 33.0))
+    assert ten["published_mm"] == pytest.approx(33.333, abs=1e-3)
+    assert ten["exact_mm"] == pytest.approx(27.317, abs=1e-3)
+    assert fifteen["measured_mm"] is None
     # b_t says where a release starts on the SIM: it does not predict the fastest clearance
-    assert [row.error_percent for row in rows] == [None, None, None]
+    assert [row["error_percent"] for row in rows] == [None, None, None]
     assert [c.detail for c in checks] == [
         "release from 30 mm to 15 mm: the fastest clearance is not known: 2 clearances tried, "
         "expected 3 or more to have one between two"
@@ -221,7 +224,7 @@ def test_b_t_needs_r_only():
     regimes = [regime_row(r.id, 1.0, "") for r in records]
     times = [time_row(r.id, 0.005, t) for r, t in zip(records, (3.0, 2.0, 2.5), strict=True)]
     rows, checks = compared(campaign(records), combined({"r": 0.6}), regimes, times)
-    assert rows[0].exact_mm == pytest.approx(27.317, abs=1e-3)
+    assert rows[0]["exact_mm"] == pytest.approx(27.317, abs=1e-3)
     assert checks == []
 
 
@@ -241,10 +244,10 @@ def test_an_optimum_at_the_end_of_what_was_tried_is_a_bound():
         times = [time_row(r.id, 0.005, t) for r, t in zip(records, fell, strict=True)]
         (row,), (found,) = compared(campaign(records), combined(TABLE_2), regimes, times)
         assert said in found.detail
-        assert row.bound == bound
-        assert row.error_percent is None  # a bound is no measured value
-        assert (row.measured_low_mm is None) == (bound in ("at most", "open"))
-        assert (row.measured_high_mm is None) == (bound in ("at least", "open"))
+        assert row["bound"] == bound
+        assert row["error_percent"] is None  # a bound is no measured value
+        assert (row["measured_low_mm"] is None) == (bound in ("at most", "open"))
+        assert (row["measured_high_mm"] is None) == (bound in ("at least", "open"))
 
 
 def rig(error: float = 1e-3) -> IdentifiedRig:
@@ -293,7 +296,7 @@ def test_a_prediction_that_fails_is_reported_whatever_its_words(tests_at_025, mo
 
     monkeypatch.setattr("vinesexp.clearance.comparison.predicted_b_c", fails)
     rows, checks = compared(loaded, combined(TABLE_2), regimes)
-    assert [row.exact_mm for row in rows] == [None] * len(rows)
+    assert [row["exact_mm"] for row in rows] == [None] * len(rows)
     assert [check.detail for check in checks] == [
         "G = 0.25 mm: no stable orbit without a ball that bounces"
     ]
@@ -347,9 +350,9 @@ def test_a_base_below_its_sheet_moves_the_prediction(tests_at_025):
     measured, _ = compared(
         loaded, combined(TABLE_2), regimes, (), [base_row(f"b{b}") for b in TRIED]
     )
-    assert measured[0].level == as_sheet[0].level == "G = 0.25 mm"  # the sheet names it
-    assert measured[0].base_amplitude_mm == pytest.approx(0.225)
-    assert measured[0].exact_mm / as_sheet[0].exact_mm == pytest.approx(0.9, abs=0.002)
+    assert measured[0]["level"] == as_sheet[0]["level"] == "G = 0.25 mm"  # the sheet names it
+    assert measured[0]["base_amplitude_mm"] == pytest.approx(0.225)
+    assert measured[0]["exact_mm"] / as_sheet[0]["exact_mm"] == pytest.approx(0.9, abs=0.002)
 
 
 def test_errors_of_the_base_widen_the_interval():

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.clearance.comparison import compare
 from vinesexp.identification.decay_table import decay_table
 from vinesexp.identification.estimate import read_estimates
 from vinesexp.records.campaign.load import load_campaign
@@ -15,6 +15,7 @@ from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check, write_checks
 from vinesexp.records.stored.result_columns import (
     BASE,
+    CLEARANCES,
     DECAY,
     DECAY_TIMES,
     IDENTIFIED,
@@ -124,7 +125,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
     all_of = CampaignResults(results, campaign)
     levels = [(level, all_of.rig_at(level)) for level in all_of.periodic]
     rows, found = compare(campaign, all_of.rig, levels, all_of.releases)
-    write_clearances(results / "clearances.csv", rows)
+    write_rows(results / "clearances.csv", CLEARANCES, rows)
     write_checks(results / "checks.csv", [*checks, *found])
 
 

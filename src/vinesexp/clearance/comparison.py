@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
 
 from vinesexp.clearance.levels import (
     PeriodicLevel,
@@ -41,7 +39,7 @@ from vinesexp.identification.budget import COLLISIONS, rows_of
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import CLEARANCES
-from vinesexp.records.stored.tables import Value, write_rows
+from vinesexp.records.stored.tables import Value
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import COVERAGE_95
 
@@ -154,48 +152,13 @@ def _decay_time(rig: IdentifiedRig) -> float | None:
     return 1.0 / (2.0 * math.pi * rig.f0.value * rig.zeta.value)
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """One row of clearances.csv, mm; None where it cannot be known.
-
-    Attributes
-    ----------
-    measured_mm, measured_low_mm, measured_high_mm : the clearance and the tried ones around it,
-        by their own uncertainty farther away; one of those is None where nothing was tried beyond,
-        and `bound` says so.
-    published_mm, exact_mm, predicted_low_mm, predicted_high_mm : b_c or b_t.
-    error_percent : the exact prediction against the measured clearance; None for a bound, and for
-        a release, whose fastest clearance b_t does not predict.
-    kind, bound, stated_base_mm, release_mm, target_mm : see `result_columns.CLEARANCES`.
-    records : ids, separated by semicolons.
-    """
-
-    test: str
-    level: str
-    measured_mm: float | None = None
-    measured_low_mm: float | None = None
-    measured_high_mm: float | None = None
-    published_mm: float | None = None
-    exact_mm: float | None = None
-    predicted_low_mm: float | None = None
-    predicted_high_mm: float | None = None
-    error_percent: float | None = None
-    base_amplitude_mm: float | None = None
-    kind: str = ""
-    records: str = ""
-    bound: str = ""
-    stated_base_mm: float | None = None
-    release_mm: float | None = None
-    target_mm: float | None = None
-
-
 def compare(
     campaign: Campaign,
     rig: IdentifiedRig,
     periodic: Sequence[RigAtLevel],
     releases: Sequence[ReleaseLevel],
     base: Rows = (),
-) -> tuple[list[Comparison], list[Check]]:
+) -> tuple[list[dict[str, Value]], list[Check]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
     Parameters
@@ -217,7 +180,7 @@ def compare(
     def reach(b: float) -> float:
         return COVERAGE_95 * campaign.known.uncertainties.clearance.of(b)
 
-    rows: list[Comparison] = []
+    rows: list[dict[str, Value]] = []
     checks: list[Check] = []
     for level, own in periodic:
         checks += _base_checks(campaign, level, base)
@@ -232,9 +195,7 @@ def compare(
         ):
             optimum = _measured(checks, kind, level.name, tests, find, reach)
             row = _row("periodic", level.name + suffix, kind, optimum, predicted)
-            rows.append(
-                replace(row, base_amplitude_mm=1e3 * level.G, stated_base_mm=1e3 * level.nominal)
-            )
+            rows.append(_in_mm(row, base_amplitude=level.G, stated_base=level.nominal))
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
     resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
     for release in releases:
@@ -247,7 +208,7 @@ def compare(
             reach,
         )
         row = _row("transient", release.name, FASTEST, optimum, predicted)
-        rows.append(replace(row, release_mm=1e3 * release.x0, target_mm=1e3 * release.target))
+        rows.append(_in_mm(row, release=release.x0, target=release.target))
     return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
 
 
@@ -328,38 +289,35 @@ def bound_in_words(optimum: Optimum, tests: Sequence[Tested]) -> str:
 
 
 def _row(
-    test: str,
-    level: str,
-    kind: str,
-    optimum: Optimum | None,
-    predicted: Predicted | None,
-) -> Comparison:
-    row = Comparison(test, level, kind=kind)
+    test: str, level: str, kind: str, optimum: Optimum | None, predicted: Predicted | None
+) -> dict[str, Value]:
+    """One row of clearances.csv.
+
+    Measured: the clearance and the tried ones around it, by their own uncertainty farther away; one
+    of those is empty where nothing was tried beyond, and `bound` says so. There is no error for a
+    bound, nor for a release, whose fastest clearance b_t does not predict.
+    """
+    row: dict[str, Value] = dict.fromkeys(CLEARANCES.names)
+    row |= {"test": test, "level": level, "kind": kind, "bound": "", "records": ""}
     if optimum:
-        row = replace(
-            row,
-            measured_mm=1e3 * optimum.clearance,
-            measured_low_mm=None if optimum.low is None else 1e3 * optimum.low,
-            measured_high_mm=None if optimum.high is None else 1e3 * optimum.high,
-            records=";".join(optimum.records),
-            bound=optimum.bound,
-        )
+        row |= {"bound": optimum.bound, "records": ";".join(optimum.records)}
+        low, high = optimum.low, optimum.high
+        _in_mm(row, measured=optimum.clearance, measured_low=low, measured_high=high)
     if predicted:
-        row = replace(
-            row,
-            published_mm=1e3 * predicted.published,
-            exact_mm=1e3 * predicted.exact,
-            predicted_low_mm=1e3 * predicted.low,
-            predicted_high_mm=1e3 * predicted.high,
-        )
-    # b_t says where a release starts on the SIM, not which clearance is fastest to a level
+        _in_mm(row, published=predicted.published, exact=predicted.exact)
+        _in_mm(row, predicted_low=predicted.low, predicted_high=predicted.high)
     if optimum and predicted and not optimum.bound and kind != FASTEST:
-        error = 100.0 * (predicted.exact / optimum.clearance - 1.0)
-        row = replace(row, error_percent=error)
+        row["error_percent"] = 100.0 * (predicted.exact / optimum.clearance - 1.0)
     return row
 
 
-def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Sequence[Comparison]) -> list[Check]:
+def _in_mm(row: dict[str, Value], **lengths: float | None) -> dict[str, Value]:
+    """The row with lengths (m) in its columns in mm."""
+    row |= {f"{name}_mm": None if b is None else 1e3 * b for name, b in lengths.items()}
+    return row
+
+
+def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Rows) -> list[Check]:
     """Why there is no measured optimum or no prediction, as far as it concerns all levels."""
     checks = []
     if not rows:
@@ -371,9 +329,9 @@ def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Sequence[Comparison]) 
         )
         checks.append(Check("", "optimal clearance", "warning", detail))
     needed = {
-        "periodic": [n for n in rig.missing if any(row.test == "periodic" for row in rows)],
+        "periodic": [n for n in rig.missing if any(row["test"] == "periodic" for row in rows)],
         "transient": [
-            n for n in rig.missing if n == "r" and any(row.test == "transient" for row in rows)
+            n for n in rig.missing if n == "r" and any(row["test"] == "transient" for row in rows)
         ],
     }
     for test, names in needed.items():
@@ -384,12 +342,6 @@ def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Sequence[Comparison]) 
                 Check("", "prediction", "warning", f"no {symbol} without {', '.join(names)}: {how}")
             )
     return checks
-
-
-def write_clearances(path: Path, rows: Sequence[Comparison]) -> None:
-    """clearances.csv: empty cells where a value cannot be known."""
-    cells: list[dict[str, Value]] = [asdict(row) for row in rows]
-    write_rows(path, CLEARANCES, cells)
 
 
 def clearance_budget(
