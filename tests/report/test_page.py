@@ -326,5 +326,6 @@ def test_a_thousand_records_still_give_a_page_one_can_read():
         for check in ("gain", "offset")
     ]
     found = grouped(rows)
-    assert [(p.check, len(p.records) + p.more) for p in found] == [("gain", 1000), ("offset", 1000)]
-    assert found[0].detail == "such as 0 %"
+    counted = [(p["check"], len(p["records"]) + p["more"]) for p in found]
+    assert counted == [("gain", 1000), ("offset", 1000)]
+    assert found[0]["detail"] == "such as 0 %"

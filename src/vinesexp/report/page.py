@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 import subprocess
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -53,29 +52,6 @@ from vinesexp.whole_files import digest_of_file, write_whole
 SOFTWARE = ("numpy", "scipy", "pandas", "h5py", "xarray", "matplotlib", "numba", "snakemake")
 
 
-@dataclass(frozen=True)
-class InputFile:
-    """One input: name as in the campaign, size in bytes, date of its last change, digest."""
-
-    name: str
-    size: int
-    changed: str
-    sha256: str
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Everything that is needed to make the same report again."""
-
-    made: str
-    package: str
-    revision: str
-    python: str
-    system: str
-    software: dict[str, str]
-    inputs: tuple[InputFile, ...]
-
-
 def git_revision(folder: Path) -> str:
     """Revision of the code in `folder`, marked `-dirty` where it was changed since."""
     try:
@@ -93,8 +69,8 @@ def git_revision(folder: Path) -> str:
 
 def provenance(
     inputs: Iterable[Path], *, folder: Path, digests: Mapping[Path, str] | None = None
-) -> Provenance:
-    """Describe the run.
+) -> dict[str, Any]:
+    """Everything that is needed to make the same report again.
 
     Parameters
     ----------
@@ -116,48 +92,40 @@ def provenance(
             except ValueError:
                 name = str(path)
             sha256 = digests.get(path) or digest_of_file(path)
-            files.append(InputFile(name, status.st_size, _minute(changed), sha256))
-    return Provenance(
-        made=_minute(datetime.now(tz=UTC)),
-        package=version("vinesexp"),
-        revision=git_revision(Path(__file__).resolve().parent),
-        python=platform.python_version(),
-        system=f"{platform.system()} {platform.machine()}",
-        software={name: version(name) for name in SOFTWARE},
-        inputs=tuple(files),
-    )
+            files.append(
+                {
+                    "name": name,
+                    "size": status.st_size,
+                    "changed": _minute(changed),
+                    "sha256": sha256,
+                }
+            )
+    return {
+        "made": _minute(datetime.now(tz=UTC)),
+        "package": version("vinesexp"),
+        "revision": git_revision(Path(__file__).resolve().parent),
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "software": {name: version(name) for name in SOFTWARE},
+        "inputs": files,
+    }
 
 
 def _minute(time: datetime) -> str:
     return time.strftime("%Y-%m-%d %H:%M UTC")
 
 
-@dataclass(frozen=True)
-class Processed:
-    """One record that could be used, in the words of the report.
+def processed_records(campaign: Campaign, results: Path) -> list[dict[str, Any]]:
+    """Every usable record, from the attributes that the steps have left in its files.
 
-    Attributes
-    ----------
-    record : id.
-    length, sample_rate : ``50 s``, ``10 kHz``.
-    oscillation : frequency that the bands follow, Hz.
-    motion_band, impact_band : what displacement and acceleration keep, Hz.
-    impacts : how many were found.
-    sha256 : digest of the instrument file when it was read; empty where none was kept.
+    Returns
+    -------
+    list of dict
+        ``record``; ``length`` and ``sample_rate``; ``oscillation`` that the bands follow, Hz;
+        ``motion_band`` and ``impact_band``, what displacement and acceleration keep, Hz;
+        ``impacts``, how many; ``sha256`` of the instrument file when it was read, empty where
+        none was kept.
     """
-
-    record: str
-    length: str
-    sample_rate: str
-    oscillation: str
-    motion_band: str
-    impact_band: str
-    impacts: int
-    sha256: str
-
-
-def processed_records(campaign: Campaign, results: Path) -> list[Processed]:
-    """Every usable record, from the attributes that the steps have left in its files."""
     found = []
     for record in campaign.records:
         with open_record(results / f"records/{record.id}.nc") as view:
@@ -167,17 +135,17 @@ def processed_records(campaign: Campaign, results: Path) -> list[Processed]:
                 continue
             found_in, drop = view.attributes, record.test == "drop"
             found.append(
-                Processed(
-                    record=record.id,
-                    length=f"{view.n / view.sample_rate:.4g} s",
-                    sample_rate=f"{1e-3 * view.sample_rate:.4g} kHz",
+                {
+                    "record": record.id,
+                    "length": f"{view.n / view.sample_rate:.4g} s",
+                    "sample_rate": f"{1e-3 * view.sample_rate:.4g} kHz",
                     # What a drop test's bands follow is the ringing of its impacts.
-                    oscillation="–" if drop else _hertz(found_in.get("oscillation_hz")),
-                    motion_band=band_kept(view, "displacement") if not drop else "–",
-                    impact_band=band_kept(view, "acceleration"),
-                    impacts=_count(results / f"impacts/{record.id}.csv"),
-                    sha256=sha256,
-                )
+                    "oscillation": "–" if drop else _hertz(found_in.get("oscillation_hz")),
+                    "motion_band": band_kept(view, "displacement") if not drop else "–",
+                    "impact_band": band_kept(view, "acceleration"),
+                    "impacts": _count(results / f"impacts/{record.id}.csv"),
+                    "sha256": sha256,
+                }
             )
     return found
 
@@ -221,49 +189,32 @@ _MOST_PROBLEMS = 100
 _EXAMPLES = 5
 
 
-@dataclass(frozen=True)
-class Problem:
-    """Rows of checks.csv that say one thing: of one record, or of many where there are many.
-
-    Attributes
-    ----------
-    outcome, check, detail : as in the table; of many, the detail of the first.
-    records : ids, the first few.
-    more : how many further ones.
-    """
-
-    outcome: str
-    check: str
-    detail: str
-    records: tuple[str, ...]
-    more: int
-
-
-def grouped(problems: Sequence[Row]) -> list[Problem]:
+def grouped(problems: Sequence[Row]) -> list[dict[str, Any]]:
     """Problems one by one, or by outcome and check where there are too many to read.
+
+    Each has ``outcome``, ``check`` and ``detail`` as in the table (of many, the detail of the
+    first), ``records``, the first few ids, and ``more``, how many further ones there are.
 
     Examples
     --------
     >>> row = {"record": "a", "outcome": "warning", "check": "gain", "detail": "3 %"}
-    >>> [(p.records, p.more) for p in grouped([row])]
-    [(('a',), 0)]
-    >>> [(p.records, p.more) for p in grouped([row | {"record": f"r{i}"} for i in range(200)])]
-    [(('r0', 'r1', 'r2', 'r3', 'r4'), 195)]
+    >>> [(p["records"], p["more"]) for p in grouped([row])]
+    [(['a'], 0)]
+    >>> many = grouped([row | {"record": f"r{i}"} for i in range(200)])
+    >>> [(p["records"], p["more"]) for p in many]
+    [(['r0', 'r1', 'r2', 'r3', 'r4'], 195)]
     """
     if len(problems) <= _MOST_PROBLEMS:
-        return [
-            Problem(row["outcome"], row["check"], row["detail"], (row["record"],), 0)
-            for row in problems
-        ]
+        return [{**row, "records": [row["record"]], "more": 0} for row in problems]
     kinds: dict[tuple[str, str], list[Row]] = {}
     for row in problems:
         kinds.setdefault((row["outcome"], row["check"]), []).append(row)
     found = []
-    for (outcome, check), rows in kinds.items():
+    for rows in kinds.values():
         ids = list(dict.fromkeys(row["record"] for row in rows))
         detail = rows[0]["detail"] if len(rows) == 1 else f"such as {rows[0]['detail']}"
-        shown = tuple(ids[:_EXAMPLES])
-        found.append(Problem(outcome, check, detail, shown, len(ids) - len(shown)))
+        shown = ids[:_EXAMPLES]
+        found.append({**rows[0], "detail": detail, "records": shown, "more": len(ids) - len(shown)})
     return found
 
 
@@ -452,12 +403,12 @@ def _inputs(campaign: Campaign, results: Path) -> dict[str, Any]:
     }
 
 
-def _digests(campaign: Campaign, processed: Sequence[Processed]) -> dict[Path, str]:
+def _digests(campaign: Campaign, processed: Sequence[Mapping[str, Any]]) -> dict[Path, str]:
     """SHA-256 of each raw file as it was read."""
     return {
         file_of(file): digest
         for row in processed
         for file, digest in zip(
-            campaign.record(row.record).files, row.sha256.split(";"), strict=False
+            campaign.record(row["record"]).files, row["sha256"].split(";"), strict=False
         )
     }
