@@ -109,14 +109,14 @@ def gap_of(nes: NES, i: int, x0: float, y0: float) -> tuple[float, int]:
 def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
     """Table of the closed form where there is a good one, else None: power series then.
 
-    Not for weakly nonlinear damping or stiffness, a base that is not harmonic, an oscillator near
+    Not for quadratic damping or cubic stiffness, a base that is not harmonic, an oscillator near
     or beyond critical damping, or a resonance so sharp that the particular response would dwarf
     the motion.
     """
     from vinesexp.solver.response import prepare
 
     o = rig.oscillator
-    if not isinstance(base, Harmonic | None) or damping != WeakDamping() or o.k3 != 0.0:
+    if not isinstance(base, Harmonic | None) or damping.quadratic != 0.0 or o.k3 != 0.0:
         return None
     amplitude, frequency, phase = 0.0, o.f0, 0.0
     if isinstance(base, Harmonic) and base.amplitude > 0.0:

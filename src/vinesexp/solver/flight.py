@@ -12,7 +12,9 @@ gap stays open (`search.clear_between`). A flight is one stretch, or several whe
 A constant force on the oscillator moves its place of rest by `shift`, and a ball may have a
 constant acceleration A: so balls that rub and floors that are not level (`rubbing.py`) fly by the
 same rules. A ball that rubs keeps its direction if its rate relative to the floor, whose fourth
-derivative is that of x's rate, stays clear of zero in the same way.
+derivative is that of x's rate, stays clear of zero in the same way. So does an oscillator with
+Coulomb friction: z' = x' - x_e' keeps its sign `way` (0: there is no such friction), or the flight
+ends where z' comes to zero.
 
 `hop`: short flights back to the wall that was just left, the bounces of a chatter.
 
@@ -39,6 +41,9 @@ from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, fused
 from vinesexp.solver.contact import remaining_time
 from vinesexp.solver.response import (
+    H_BASE,
+    H_BASE_C,
+    H_BASE_S,
     H_MISFIT,
     H_P,
     H_RATE,
@@ -46,6 +51,7 @@ from vinesexp.solver.response import (
     H_W,
     H_W0SQ,
     after,
+    base_at,
     turned,
 )
 from vinesexp.solver.search import EPS, clear_between, open_until
@@ -66,7 +72,6 @@ from vinesexp.solver.state import (
     SIDES,
     STATE,
     T_HIGH,
-    T_LOW,
     TIMES,
     V_NOW,
     WAY,
@@ -103,18 +108,21 @@ def bound(response: FloatArray, c0: float, c1: float, xh: float, vh: float, T: f
 @compiled
 def nothing_before(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
-    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float,
+    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
 ) -> bool:  # fmt: skip
     """Whether no ball meets a wall within the T seconds in which ball k goes to the wall `to`.
 
-    The state is that of the start; x, v and the phasor (cr, ci) are those of the landing. A long
-    flight is proved in parts, between points at which the motion is evaluated.
+    k = -1: in which z' goes to zero. The state is that of the start; x, v and the phasor (cr, ci)
+    are those of the landing. A long flight is proved in parts, between points at which the motion
+    is evaluated.
     """
     parts = 1
     if T * response[H_RATE] > LONG:
         parts = 2
     while parts <= PARTS:
-        found = parts_are_clear(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, parts)
+        found = parts_are_clear(
+            response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way, parts
+        )
         if found != 0:
             return found > 0
         parts *= 2
@@ -133,13 +141,16 @@ def second(response: FloatArray, cr: float, xh: float, vh: float) -> float:
 @compiled
 def parts_are_clear(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
-    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float,
+    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
     parts: int,
 ) -> int:  # fmt: skip
     """1: no ball meets a wall before; -1: one is beyond a wall; 0: more parts are needed."""
     w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
     xh0, vh0, h = x0 - shift - c[0], v0 + w * c[1], T / parts
     s0, bend0, gain0, a0 = 0.0, 0.0, 0.0, second(response, c[0], xh0, vh0)
+    _, base_v, base_a = base_at(response, c[0], c[1])
+    # Friction acts by `way`: what is below zero at the start is rounding.
+    u0, b0 = max(way * (v0 - base_v), 0.0), way * (a0 - base_a)
     for part in range(1, parts + 1):
         s, last = part * h, part == parts
         re, im, xs, vs = cr, ci, x, v
@@ -150,6 +161,17 @@ def parts_are_clear(
             xs, vs = shift + (re + xs), vs - w * im
         a = second(response, re, xs - shift - re, vs + w * im)
         bend, gain = xs - x0 - v0 * s, vs - v0
+        if way != 0.0:
+            _, base_v, base_a = base_at(response, re, im)
+            u1, b1 = way * (vs - base_v), way * (a - base_a)
+            if last and k < 0:
+                u1 = 0.0
+            elif not u1 > 0.0:
+                return -1
+            S1 = response[H_RATE] * (S + w * w * w * w * response[H_BASE])
+            if not clear_between(u0, b0, u1, b1, h, S1):
+                return 0
+            u0, b0 = u1, b1
         for i in range(balls.shape[0]):
             z, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
             own = balls[i, A]
@@ -164,12 +186,12 @@ def parts_are_clear(
                 full - g0, z * r0, full - g1, z * r1, h, S
             )
             if balls[i, RUB] > 0.0:
-                way, S1 = balls[i, WAY], S * response[H_RATE]
-                slides = (way * r0 > 0.0) & (way * r1 > 0.0)
+                z, S1 = balls[i, WAY], S * response[H_RATE]
+                slides = (z * r0 > 0.0) & (z * r1 > 0.0)
                 proved = (
                     proved
                     and slides
-                    and clear_between(way * r0, way * (a0 - own), way * r1, way * (a - own), h, S1)
+                    and clear_between(z * r0, z * (a0 - own), z * r1, z * (a - own), h, S1)
                 )
             # Contacts within the resolution of time are one event, for the general rule.
             tie = 4.0 * EPS * (state[T_HIGH] + T) * abs(r1)
@@ -218,21 +240,25 @@ def forced_derivatives(
 
 @compiled
 def cross(
-    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int,
-    longest: float, shift: float,
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int, s: float,
+    longest: float, shift: float, way: float,
 ) -> tuple[float, int]:  # fmt: skip
-    """Carry everything to the next contact, thought to be of ball k.
+    """Carry everything to the next contact, thought to be of ball k in s seconds.
 
-    Returns its duration (0: not proved, and nothing is changed) and the evaluations used. On
-    success clock, oscillator, phasor `c` and balls are at the contact.
+    k = -1: to the place where the oscillator, which moves the way `way` against its base, turns.
+    Returns the duration (0: not proved, and nothing is changed) and the evaluations used. On
+    success clock, oscillator, phasor `c` and balls are there.
     """
-    w, rate, wide = response[H_W], response[H_RATE], 2.0 * balls[k, CLEARANCE]
-    rho, to = balls[k, RHO], balls[k, HEADING]
+    w, rate, near, one = response[H_W], response[H_RATE], CLOSE, max(k, 0)
+    rho, to, own = balls[one, RHO], balls[one, HEADING], balls[one, A]
     # The gap to the wall for which the ball is heading, in the direction `to`.
-    far = balls[k, D] if to == balls[k, SIDE] else wide - balls[k, D]
+    far = balls[one, D]
+    if to != balls[one, SIDE]:
+        far = 2.0 * balls[one, CLEARANCE] - far
+    if k < 0:
+        near = 0.25 * CLOSE  # a derivative less is known
     x0, v0, c0, c1 = state[X_NOW], state[V_NOW], c[0], c[1]
-    xh0, vh0, own = x0 - shift - c0, v0 + w * c1, balls[k, A]
-    s, tries = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0
+    xh0, vh0, tries = x0 - shift - c0, v0 + w * c1, 0
     while True:
         if not (0.0 < s < longest) or tries == TRIES:
             return 0.0, tries
@@ -240,15 +266,25 @@ def cross(
         cr, ci, xh, vh = after(response, c0, c1, xh0, vh0, s)
         x, v = shift + (cr + xh), vh - w * ci
         a, j, f, p, q = forced_derivatives(response, cr, ci, xh, vh)
-        g = far - to * (rho * s + ((x - x0 - v0 * s) - 0.5 * own * s * s))
-        g1 = -to * (rho + ((v - v0) - own * s))
+        if k >= 0:
+            g = far - to * (rho * s + ((x - x0 - v0 * s) - 0.5 * own * s * s))
+            g1, g2 = -to * (rho + ((v - v0) - own * s)), -to * (a - own)
+            g3, g4, g5, g6 = -to * j, -to * f, -to * p, -to * q
+            size = far + abs(rho) * s + abs(x) + abs(x0)
+        else:
+            base_v = base_at(response, cr, ci)[1]
+            less, lag = 1.0 - response[H_BASE_C], response[H_BASE_S]
+            a1, a2, a3, a4, a5 = forced_derivatives(
+                response, less * cr - lag * ci, less * ci + lag * cr, xh, vh
+            )
+            g, g1, g2, g3, g4, g5, g6 = (
+                way * (v - base_v), way * a1, way * a2, way * a3, way * a4, way * a5, 0.0,
+            )  # fmt: skip
+            size = abs(v) + abs(base_v) + abs(v0)
         if g1 >= 0.0:
             return 0.0, tries
-        size = far + abs(rho) * s + abs(x) + abs(x0)
-        d, left, slope = nearest_root(
-            g, g1, -to * (a - own), -to * j, -to * f, -to * p, -to * q, ROUNDED * size
-        )
-        if abs(d) * rate < CLOSE:
+        d, left, slope = nearest_root(g, g1, g2, g3, g4, g5, g6, ROUNDED * size)
+        if abs(d) * rate < near:
             # Where the gap has no root near by, Newton's rule can stop at nothing: what its last
             # step leaves of the gap has to be rounding.
             if not (slope < 0.0 and left <= 8.0 * EPS * size):
@@ -265,8 +301,10 @@ def cross(
     v += d * fused(d, fused(d, rise, 0.5 * j), a)
     cr, ci = turned(cr, ci, w * d)
     S = bound(response, c0, c1, xh0, vh0, T)
-    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift):
+    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way):
         return 0.0, tries
+    if k < 0:
+        v = base_at(response, cr, ci)[1]
     arrive(state, balls, x, v, T, k, to)
     c[0], c[1] = cr, ci
     return T, tries

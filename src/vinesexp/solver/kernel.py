@@ -36,6 +36,7 @@ from vinesexp.solver.series import piece_at
 from vinesexp.solver.state import (
     ALLOWANCE,
     CLEARANCE,
+    EXPECTED,
     FREE,
     GAP,
     HIT,
@@ -297,7 +298,8 @@ def run_on(
             if k < 0:
                 break
             left = (duration - state[T_HIGH]) - state[T_LOW]
-            T, tries = cross(response, state, balls, c, k, min(left, span), 0.0)
+            soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
+            T, tries = cross(response, state, balls, c, k, soon, min(left, span), 0.0, 0.0)
             evaluations += tries
             if T == 0.0:
                 break

@@ -63,6 +63,19 @@ def spring_force(par: FloatArray, E: FloatArray, X: FloatArray) -> float:
 
 
 @compiled
+def moving_way(
+    par: FloatArray, mass: float, force: float, E: FloatArray, X: FloatArray
+) -> tuple[float, bool]:
+    """Sign of z' by which friction acts, 0 where it holds; whether z' is zero now."""
+    if not is_at_rest(par, mass, E, X):
+        return math.copysign(1.0, X[1] - E[1]), False
+    excess = force + spring_force(par, E, X) - mass * 2.0 * E[2]
+    if abs(excess) <= par[P_COULOMB]:
+        return 0.0, True
+    return math.copysign(1.0, excess), True
+
+
+@compiled
 def fill_nonlinear(
     par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray,
     square: FloatArray, Z: FloatArray,
@@ -160,14 +173,12 @@ def expand_loaded(
     """
     X[0], X[1] = x, v
     limit: float = THETA / max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
-    direction, rests = math.copysign(1.0, X[1] - E[1]), is_at_rest(par, mass, E, X)
+    direction, rests = moving_way(par, mass, force, E, X)
     damped = par[P_QUADRATIC] != 0.0 or par[P_COULOMB] != 0.0
     if rests:
         X[1] = E[1]
-        pull = force + spring_force(par, E, X)
-        if abs(pull - mass * 2.0 * E[2]) <= par[P_COULOMB]:
-            return follow_base(par, mass, pull, E, X, P, limit)
-        direction = math.copysign(1.0, pull - mass * 2.0 * E[2])
+    if direction == 0.0:
+        return follow_base(par, mass, force + spring_force(par, E, X), E, X, P, limit)
     if not damped:
         direction = 0.0
     fill_nonlinear(par, mass, force, direction, E, X, P, Z)

@@ -28,7 +28,8 @@ WIDTH = 4
 # Header of a response: what the loops need as plain numbers.
 H_SPACING, H_W, H_W0SQ, H_TWOALPHA, H_P, H_PHASE, H_RATE, H_MISFIT, H_FREQUENCY, H_PER = range(10)
 H_C, H_S = 10, 15  # coefficients 2 to 6 of the series of C and S
-HEADER = 20
+H_BASE_C, H_BASE_S, H_BASE = 20, 21, 22  # x_e over the phasor (cr, ci); its amplitude
+HEADER = 24
 
 
 @apart
@@ -59,6 +60,10 @@ def prepare_into(
     out[H_FREQUENCY] = frequency
     out[H_MISFIT] = (abs(below) + 2.0 * alpha * w0) / w
     out[H_PER] = 1.0 / spacing
+    out[H_BASE], out[H_BASE_C], out[H_BASE_S] = amplitude, 0.0, 0.0
+    if amplitude != 0.0:
+        lag = out[H_PHASE] - phase
+        out[H_BASE_C], out[H_BASE_S] = -math.sin(lag) / abs(H), math.cos(lag) / abs(H)
     if same:
         return
     # S'' = -2 alpha S' - w0^2 S and C' = -w0^2 S, power by power.
@@ -106,6 +111,14 @@ def phasor(head: FloatArray, t: float, t_low: float) -> tuple[float, float]:
     """P e^{i(wt + phase)}."""
     angle = 2.0 * math.pi * cycles(head[H_FREQUENCY], t, t_low) + head[H_PHASE]
     return head[H_P] * math.cos(angle), head[H_P] * math.sin(angle)
+
+
+@compiled
+def base_at(head: FloatArray, cr: float, ci: float) -> tuple[float, float, float]:
+    """x_e, x_e' and x_e'' from the phasor (cr, ci) of the response."""
+    w, c, s = head[H_W], head[H_BASE_C], head[H_BASE_S]
+    place = fused(c, cr, s * ci)
+    return place, w * fused(s, cr, -c * ci), -w * w * place
 
 
 @compiled

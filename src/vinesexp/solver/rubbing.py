@@ -48,8 +48,8 @@ from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.contact import UNSEEN, closing_now
 from vinesexp.solver.events import collide, end_of_step, expand_gap, next_wall
 from vinesexp.solver.flight import cross, first_expected
-from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, spring_force
-from vinesexp.solver.response import ENTRIES, H_FREQUENCY, H_SPACING, phasor
+from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, moving_way, spring_force
+from vinesexp.solver.response import ENTRIES, H_FREQUENCY, H_SPACING, H_W, base_at, phasor
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
     P_C,
@@ -66,6 +66,7 @@ from vinesexp.solver.state import (
     ALLOWANCE,
     B_PLUS,
     CLEARANCE,
+    EXPECTED,
     FREE,
     HIT,
     L_A,
@@ -573,26 +574,50 @@ def rub(
     return row
 
 
+@compiled
+def next_turn(
+    response: FloatArray, par: FloatArray, state: FloatArray, c: FloatArray, force: float,
+    E: FloatArray, X: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Sign of z' by which friction acts (0: it holds), and a guess how long it keeps it, s."""
+    E[0], E[1], a = base_at(response, c[0], c[1])
+    E[2], X[0], X[1] = 0.5 * a, state[X_NOW], state[V_NOW]
+    way, rests = moving_way(par, par[P_M], force, E, X)
+    u = 0.0 if rests else X[1] - E[1]
+    pull = force - way * par[P_COULOMB] + spring_force(par, E, X) - par[P_C] * u
+    # As if z' were a sine of the base's frequency.
+    ahead = math.atan2(way * (pull / par[P_M] - a), way * u * response[H_W])
+    return way, (ahead + 0.5 * math.pi) / response[H_W]
+
+
 @apart
 def glide(
     response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
-    longest: float, numbers: FloatArray, labels: IntArray, row: int, before: FloatArray,
-) -> int:  # fmt: skip
-    """One flight in closed form, all balls sliding, and the impact after it; rows written.
+    longest: float, numbers: FloatArray, labels: IntArray, row: int, work: FloatArray,
+    before: FloatArray,
+) -> tuple[bool, int]:  # fmt: skip
+    """One flight in closed form, all balls sliding, and the impact after it.
 
-    No more than before: not proved, and nothing is changed.
+    Or up to where the oscillator turns, if Coulomb friction acts on it. Whether it is proved (if
+    not, nothing is changed), and rows written.
     """
-    n, first = balls.shape[0], row
+    n, first, k = balls.shape[0], row, first_expected(balls, state[T_HIGH])
+    if k < 0:
+        return False, row
     for i in range(n):
         if may_hold(balls, i) or (balls[i, RUB] > 0.0 and balls[i, WAY] * balls[i, RHO] <= 0.0):
-            return row
-    k = first_expected(balls, state[T_HIGH])
-    if k < 0:
-        return row
+            return False, row
     force, _ = loads(balls)
-    T, _ = cross(response, state, balls, c, k, longest, force / par[P_K])
-    if T == 0.0:
-        return row
+    soon, way, turns = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0.0, math.inf
+    if par[P_COULOMB] != 0.0:
+        way, turns = next_turn(response, par, state, c, force, work[0], work[1])
+        if way == 0.0:
+            return False, row
+    shift = (force - way * par[P_COULOMB]) / par[P_K]
+    if turns < soon and cross(response, state, balls, c, -1, turns, longest, shift, way)[0] > 0.0:
+        return True, row
+    if cross(response, state, balls, c, k, soon, longest, shift, way)[0] == 0.0:
+        return False, row
     for i in range(n):
         balls[i, HIT] = 1.0 if i == k else 0.0
     row = collide_rubbing(balls, par[P_M], state, numbers, labels, row, before)
@@ -603,7 +628,7 @@ def glide(
             if balls[i, RUB] != 0.0:
                 row = write(balls, i, SLIDE, state, numbers, labels, row)
     complete(balls, par[P_M], numbers, labels, first, row)
-    return row
+    return True, row
 
 
 @entry
@@ -637,12 +662,13 @@ def rub_on(
     while row < room and state[T_HIGH] < duration and turns < ALLOWANCE:
         if closed:
             c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
-            first = -1
-            while first < row < room and turns % REFRESH < REFRESH - 1:
-                first, left = row, (duration - state[T_HIGH]) - state[T_LOW]
-                row = glide(
-                    response, par, state, balls, c, min(left, span), numbers, labels, row, before
-                )
+            flown = True
+            while flown and row < room and turns % REFRESH < REFRESH - 1:
+                left = (duration - state[T_HIGH]) - state[T_LOW]
+                flown, row = glide(
+                    response, par, state, balls, c, min(left, span), numbers, labels, row, work,
+                    before,
+                )  # fmt: skip
                 turns += 1
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
