@@ -32,6 +32,7 @@ from vinesexp.solver.state import (
     RUB,
     SIDE,
     STATE,
+    TAU,
     TILT,
     UNSET,
     WAY,
@@ -74,7 +75,7 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
         )  # fmt: skip
         row[R_PLUS], row[R_MINUS], row[R_SLOPE], row[RUB], row[TILT] = *r, nes.friction, nes.tilt
         row[D], row[SIDE], row[RHO], row[U] = gap, side, release.v0 - vy0[i], vy0[i]
-        row[STATE], row[WAY] = FREE, UNSET
+        row[STATE], row[WAY], row[TAU] = FREE, UNSET, nes.contact_time
     return table, np.array(y0, dtype=np.float64)
 
 
@@ -131,7 +132,6 @@ def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray
 
 
 CHIRP, POLYNOMIAL = 0, 1
-TAU = 2.0 * math.pi
 
 #: Splines of the measured records in use: every evaluation needs them.
 _SPLINES: WeakKeyDictionary[Measured, FloatArray] = WeakKeyDictionary()
@@ -150,21 +150,21 @@ def drive_table(base: Base | None) -> tuple[int, FloatArray]:
     if base is None:
         return CHIRP, np.zeros((1, 5))
     if isinstance(base, Harmonic):
-        return CHIRP, np.array([[0.0, base.amplitude, base.phase, TAU * base.frequency, 0.0]])
+        return CHIRP, np.array([[0.0, base.amplitude, base.phase, math.tau * base.frequency, 0.0]])
     if isinstance(base, Sweep):
-        chirp = TAU * (base.f_end - base.f_start) / base.duration
+        chirp = math.tau * (base.f_end - base.f_start) / base.duration
         mean = (Fraction(base.f_start) + Fraction(base.f_end)) / 2
-        turned = base.phase + TAU * float(mean * Fraction(base.duration) % 1)
+        turned = base.phase + math.tau * float(mean * Fraction(base.duration) % 1)
         return CHIRP, np.array(
             [
-                [0.0, base.amplitude, base.phase, TAU * base.f_start, chirp],
-                [base.duration, base.amplitude, turned, TAU * base.f_end, 0.0],
+                [0.0, base.amplitude, base.phase, math.tau * base.f_start, chirp],
+                [base.duration, base.amplitude, turned, math.tau * base.f_end, 0.0],
             ]
         )
     if isinstance(base, SteppedSweep):
-        omega = TAU * np.asarray(base.frequencies, dtype=np.float64)
+        omega = math.tau * np.asarray(base.frequencies, dtype=np.float64)
         fixed = np.full(omega.size, base.amplitude)
-        phase = base.phase + TAU * np.array(_cycles_before(base))
+        phase = base.phase + math.tau * np.array(_cycles_before(base))
         return CHIRP, np.column_stack([base.starts, fixed, phase, omega, 0.0 * omega])
     table = _SPLINES.get(base)
     if table is None:

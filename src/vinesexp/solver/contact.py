@@ -46,6 +46,7 @@ from vinesexp.solver.state import (
     RHO,
     SIDE,
     STATE,
+    TOUCHED,
     D,
     U,
 )
@@ -64,7 +65,8 @@ def closing_now(balls: FloatArray, v: float) -> int:
     count = 0
     for i in range(balls.shape[0]):
         balls[i, HIT] = 0.0
-        if balls[i, STATE] != RESTING and balls[i, D] <= 0.0:
+        held = balls[i, STATE] == RESTING or balls[i, STATE] >= TOUCHED
+        if not held and balls[i, D] <= 0.0:
             if abs(balls[i, RHO]) <= NEGLIGIBLE * (abs(v) + abs(balls[i, U])) + 1e-300:
                 balls[i, RHO] = 0.0
             elif balls[i, SIDE] * balls[i, RHO] > 0.0:

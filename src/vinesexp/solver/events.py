@@ -60,6 +60,7 @@ from vinesexp.solver.state import (
     IntArray,
     U,
     advance_clock,
+    carry,
     write_event,
 )
 
@@ -142,11 +143,7 @@ def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
             bend_i, balls[i, RHO] = from_power(X, s, 3)
             gap = balls[i, D] - balls[i, SIDE] * bend_i
         else:
-            gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
-            # Where x' and y' differ by more than rounding, their difference carries no drift.
-            apart = state[V_NOW] - balls[i, U]
-            clear = abs(apart) > 0.25 * (abs(state[V_NOW]) + abs(balls[i, U]))
-            balls[i, RHO] = apart if clear else balls[i, RHO] + gain
+            gap = carry(balls, i, state[V_NOW], s, bend, gain)
         if s > 0.0:
             balls[i, STATE] = FREE
         if balls[i, ROOT] <= tie:

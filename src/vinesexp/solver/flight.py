@@ -81,6 +81,7 @@ from vinesexp.solver.state import (
     IntArray,
     U,
     advance_clock,
+    carry,
     write_event,
 )
 
@@ -346,12 +347,7 @@ def arrive(
     advance_clock(state, T)
     state[X_NOW], state[V_NOW] = x, v
     for i in range(balls.shape[0]):
-        drift = balls[i, A] * T
-        gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * T + (bend - 0.5 * drift * T))
-        balls[i, U] += drift
-        apart = v - balls[i, U]
-        clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i, U]))
-        balls[i, RHO] = apart if clear else balls[i, RHO] + (gain - drift)
+        gap = carry(balls, i, v, T, bend, gain)
         if i == k:
             balls[i, SIDE], gap = to, 0.0
         elif gap > balls[i, CLEARANCE]:
@@ -540,11 +536,7 @@ def return_to_wall(
         cosine, sine = math.cos(w * s), math.sin(w * s)
         c[0], c[1] = c[0] * cosine - c[1] * sine, c[0] * sine + c[1] * cosine
     for i in range(balls.shape[0]):
-        gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
-        # Where x' and y' differ by more than rounding, their difference carries no drift.
-        apart = state[V_NOW] - balls[i, U]
-        clear = abs(apart) > 0.25 * (abs(state[V_NOW]) + abs(balls[i, U]))
-        balls[i, RHO] = apart if clear else balls[i, RHO] + gain
+        gap = carry(balls, i, state[V_NOW], s, bend, gain)
         if i == k:
             gap = 0.0
         elif gap > balls[i, CLEARANCE]:

@@ -54,8 +54,8 @@ from vinesexp.solver.state import (
     X_NOW,
     D,
     IntArray,
-    U,
     advance_clock,
+    carry,
 )
 
 LANDED = 1e-8  # rad: from here one Newton step is exact to rounding (its error is the square)
@@ -162,10 +162,7 @@ def fly_to(state: FloatArray, balls: FloatArray, x: float, v: float, s: float) -
     state[X_NOW], state[V_NOW] = x, v
     tie = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
     for i in range(balls.shape[0]):
-        gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
-        apart = v - balls[i, U]
-        clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i, U]))
-        balls[i, RHO] = apart if clear else balls[i, RHO] + gain
+        gap = carry(balls, i, v, s, bend, gain)
         if balls[i, ROOT] <= tie:
             balls[i, SIDE], gap = balls[i, WALL], 0.0
         elif gap > balls[i, CLEARANCE]:

@@ -47,9 +47,10 @@ from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.contact import UNSEEN, closing_now
 from vinesexp.solver.events import collide, end_of_step, expand_gap, next_wall
-from vinesexp.solver.flight import cross, first_expected
+from vinesexp.solver.flight import cross, first_expected, second
+from vinesexp.solver.lasting import go_through, lasts
 from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, moving_way, spring_force
-from vinesexp.solver.response import ENTRIES, H_FREQUENCY, H_SPACING, H_W, base_at, phasor
+from vinesexp.solver.response import ENTRIES, H_FREQUENCY, H_SPACING, H_W, after, base_at, phasor
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
     P_C,
@@ -73,6 +74,7 @@ from vinesexp.solver.state import (
     L_APART,
     L_FORCE,
     L_MASS,
+    LEFT,
     MASS,
     PERIOD,
     R_MINUS,
@@ -92,7 +94,9 @@ from vinesexp.solver.state import (
     STUCK,
     T_HIGH,
     T_LOW,
+    TAU,
     TILT,
+    TOUCHED,
     TURN,
     UNSET,
     V_NOW,
@@ -104,6 +108,7 @@ from vinesexp.solver.state import (
     IntArray,
     U,
     advance_clock,
+    carry,
     write_event,
 )
 
@@ -417,7 +422,7 @@ def close_rubbing_chatter(
     T, momentum, offset, push, total = -1.0, 0.0, 0.0, mass * x2, mass
     for i in range(n):
         balls[i, HIT] = 0.0
-        if balls[i, STATE] == FREE:
+        if balls[i, STATE] == FREE and balls[i, TAU] == 0.0:
             set_restitution(balls, i, 0.0)
             a = balls[i, SIDE] * (x2 - balls[i, A])
             left, back = remaining(balls, i, a, mass, rate)
@@ -449,18 +454,28 @@ def close_rubbing_chatter(
 
 @compiled
 def collide_rubbing(
-    balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
-    before: FloatArray,
+    balls: FloatArray, M: float, x2: float, state: FloatArray, numbers: FloatArray,
+    labels: IntArray, row: int, before: FloatArray,
 ) -> int:  # fmt: skip
-    """`events.collide`: r of the wall and the speed; no friction holds a ball in an impact."""
+    """`events.collide`: r of the wall and the speed; no friction holds a ball in an impact.
+
+    A contact that lasts begins, under x'' = `x2`; only where the wall holds the ball it is one
+    instant.
+    """
+    struck = False
     for i in range(balls.shape[0]):
         if balls[i, HIT] == 1.0:
             set_restitution(balls, i, balls[i, RHO])
+            if balls[i, TAU] > 0.0 and lasts(balls, i, x2, state[T_HIGH]):
+                balls[i, HIT] = 0.0
+            struck = struck or balls[i, HIT] == 1.0
         elif balls[i, STATE] == STUCK:
             row = write(balls, i, REST_END, state, numbers, labels, row)
             balls[i, STATE], balls[i, U] = FREE, state[V_NOW]
         elif balls[i, STATE] == RELEASED:
             balls[i, STATE] = FREE
+    if not struck:
+        return row
     return collide(balls, M, state, numbers, labels, row, before)
 
 
@@ -470,6 +485,10 @@ def next_hit(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> f
     first = math.inf
     for i in range(balls.shape[0]):
         if is_held(balls, i):
+            continue
+        if balls[i, STATE] >= TOUCHED:
+            balls[i, ROOT] = balls[i, LEFT]
+            first = min(first, balls[i, LEFT])
             continue
         expand_gap(balls, i, X, P)
         P[2] += 0.5 * balls[i, SIDE] * balls[i, A]
@@ -491,18 +510,16 @@ def move_rubbing(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) 
     for i in range(balls.shape[0]):
         if is_held(balls, i):
             continue
-        drift = balls[i, A] * s
-        balls[i, U] += drift
+        if balls[i, STATE] >= TOUCHED:
+            balls[i, D] = carry(balls, i, state[V_NOW], s, bend, gain)
+            balls[i, LEFT] = balls[i, LEFT] - s if balls[i, ROOT] > tie else 0.0
+            continue
         if balls[i, STATE] == RELEASED:
+            balls[i, U] += balls[i, A] * s
             way, balls[i, RHO] = from_power(X, s, 3)
             gap = balls[i, D] - balls[i, SIDE] * way
         else:
-            way = balls[i, RHO] * s + bend - 0.5 * drift * s
-            gap = balls[i, D] - balls[i, SIDE] * way
-            # Where x' and y' differ by more than rounding, their difference carries no drift.
-            apart = state[V_NOW] - balls[i, U]
-            clear = abs(apart) > 0.25 * (abs(state[V_NOW]) + abs(balls[i, U]))
-            balls[i, RHO] = apart if clear else balls[i, RHO] + (gain - drift)
+            gap = carry(balls, i, state[V_NOW], s, bend, gain)
         if s > 0.0:
             balls[i, STATE] = FREE
             # A ball that slides changes its direction through rest only.
@@ -537,10 +554,11 @@ def rub(
 ) -> int:  # fmt: skip
     """One turn of the loop: up to the next event, or as far as the series holds; rows written."""
     E, X, P, row = work[0], work[1], work[2], first
-    if closing_now(balls, state[V_NOW]) > 0:
-        row = collide_rubbing(balls, par[P_M], state, numbers, labels, row, before)
     since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
     base_rate = expand_base(kind, table[piece], since, E)
+    if closing_now(balls, state[V_NOW]) > 0:
+        x2 = free_acceleration(par, balls, state[X_NOW], state[V_NOW], E, X)
+        row = collide_rubbing(balls, par[P_M], x2, state, numbers, labels, row, before)
     row = decide(par, state, balls, E, X, numbers, labels, row)
     if row > first:
         complete(balls, par[P_M], numbers, labels, first, row)
@@ -570,6 +588,7 @@ def rub(
     if soon >= step and goal < math.inf:
         state[T_HIGH], state[T_LOW] = goal, 0.0
     row = slip(balls, state, tie, numbers, labels, row)
+    row = go_through(balls, par[P_M], state, numbers, labels, row)
     complete(balls, par[P_M], numbers, labels, first, row)
     return row
 
@@ -590,6 +609,21 @@ def next_turn(
     return way, (ahead + 0.5 * math.pi) / response[H_W]
 
 
+@compiled
+def coast(
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, T: float,
+    shift: float,
+) -> None:  # fmt: skip
+    """Carry everything, one ball in contact, to the next stage of its contact in T seconds."""
+    w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
+    c[0], c[1], xh, vh = after(response, c[0], c[1], x0 - shift - c[0], v0 + w * c[1], T)
+    advance_clock(state, T)
+    state[X_NOW], state[V_NOW] = shift + (c[0] + xh), vh - w * c[1]
+    bend, gain = state[X_NOW] - x0 - v0 * T, state[V_NOW] - v0
+    balls[0, D] = carry(balls, 0, state[V_NOW], T, bend, gain)
+    balls[0, LEFT] = 0.0
+
+
 @apart
 def glide(
     response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
@@ -602,6 +636,14 @@ def glide(
     not, nothing is changed), and rows written.
     """
     n, first, k = balls.shape[0], row, first_expected(balls, state[T_HIGH])
+    if n == 1 and balls[0, STATE] >= TOUCHED and balls[0, LEFT] < longest:
+        if par[P_COULOMB] != 0.0:
+            return False, row
+        force, _ = loads(balls)
+        coast(response, state, balls, c, balls[0, LEFT], force / par[P_K])
+        row = go_through(balls, par[P_M], state, numbers, labels, row)
+        complete(balls, par[P_M], numbers, labels, first, row)
+        return True, row
     if k < 0:
         return False, row
     for i in range(n):
@@ -620,7 +662,9 @@ def glide(
         return False, row
     for i in range(n):
         balls[i, HIT] = 1.0 if i == k else 0.0
-    row = collide_rubbing(balls, par[P_M], state, numbers, labels, row, before)
+    xh, vh = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1]
+    x2 = second(response, c[0], xh, vh)
+    row = collide_rubbing(balls, par[P_M], x2, state, numbers, labels, row, before)
     for i in range(n):
         way = math.copysign(1.0, balls[i, RHO])
         if way != balls[i, WAY] and not may_hold(balls, i):

@@ -96,7 +96,11 @@ def simulate(
         )
     balls, y0 = ball_table(rig, release)
     effort = Effort(rig, base, damping, duration, progress)
-    fill = _loop_of(rig, base, damping, release, duration, remainder, balls, y0, general)
+    if any(nes.contact_time and nes.friction for nes in rig.nes):
+        raise ParameterError(
+            "contact_time together with friction is not simulated; leave one of them out"
+        )
+    fill = _loop_of(rig, base, damping, duration, remainder, general)
     state = np.array([0.0, 0.0, release.x0, release.v0])
     log = _Log(rig, base, damping, release, y0, balls)
     log.refuse_beyond_memory(duration, reached=None)
@@ -173,16 +177,6 @@ class _Log:
 
 
 def _loop_of(
-    rig: Rig, base: Base | None, damping: WeakDamping, release: Release, duration: float,
-    remainder: float | None, balls: FloatArray, y0: FloatArray, general: bool,
-) -> Loop:  # fmt: skip
-    """The loop that serves the scene."""
-    if any(nes.contact_time for nes in rig.nes):
-        return _lasting_loop(rig, base, damping, duration, release, balls, y0)
-    return _series_loop(rig, base, damping, duration, remainder, general)
-
-
-def _series_loop(
     rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
     general: bool,
 ) -> Loop:  # fmt: skip
@@ -205,28 +199,5 @@ def _series_loop(
         return loop(
             closed, response, par, kind, table, duration, limit, state, balls, log, labels, work
         )
-
-    return fill
-
-
-def _lasting_loop(
-    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, release: Release,
-    balls: FloatArray, y0: FloatArray,
-) -> Loop:  # fmt: skip
-    """The loop of `lasting.py`, for contacts that last."""
-    from vinesexp.solver.lasting import lasting_table, run_lasting
-    from vinesexp.solver.series import ORDER
-
-    if any(nes.friction or not nes.contact_time for nes in rig.nes):
-        raise ParameterError(
-            "contact_time together with friction, or for some of the balls only, is not simulated; "
-            "give every ball a contact_time and none friction, or leave contact_time out"
-        )
-    kind, table = drive_table(base)
-    par, work = parameters(rig, damping), np.zeros((4, ORDER + 1))
-    own = lasting_table(rig, balls, x0=release.x0, y0=y0, v0=release.v0)
-
-    def fill(state: FloatArray, _: FloatArray, log: FloatArray, labels: IntArray) -> Used:
-        return run_lasting(par, kind, table, duration, state, own, log, labels, work)
 
     return fill

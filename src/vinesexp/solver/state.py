@@ -42,10 +42,14 @@ TURN = 24  # time at which x' - y' comes to zero, after the start of the step, s
 # The last contacts, the latest first: their times and sides (0: none yet).
 REMEMBERED = 6
 TIMES, SIDES = 25, 25 + REMEMBERED
-COLUMNS = 25 + 2 * REMEMBERED
+# A contact that lasts tau: what is left until its momentum goes over or, after that, until it
+# ends, s; how long that second part is; the relative velocity that it takes, m/s.
+TAU, LEFT, AFTER, JUMP = range(25 + 2 * REMEMBERED, 29 + 2 * REMEMBERED)
+COLUMNS = 29 + 2 * REMEMBERED
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 STUCK = 3.0  # held by friction somewhere on the floor
+TOUCHED, LEAVING = 4.0, 5.0  # in a contact that lasts, before and after its momentum goes over
 UNSET = 2.0
 
 # Kinds of rows in the log of events.
@@ -70,6 +74,22 @@ def advance_clock(state: FloatArray, s: float) -> None:
     total = state[T_HIGH] + s
     state[T_LOW] = s - (total - state[T_HIGH])
     state[T_HIGH] = total
+
+
+@compiled
+def carry(balls: FloatArray, i: int, v: float, s: float, bend: float, gain: float) -> float:
+    """Set the velocities of ball i in flight to `s` seconds on; its gap to `SIDE` there.
+
+    `v` is x' then, `bend` is x - x0 - v0 s, `gain` is v - v0.
+    """
+    drift = balls[i, A] * s
+    gap: float = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + (bend - 0.5 * drift * s))
+    balls[i, U] += drift
+    # Where x' and y' differ by more than rounding, their difference carries no drift.
+    apart = v - balls[i, U]
+    clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i, U]))
+    balls[i, RHO] = apart if clear else balls[i, RHO] + (gain - drift)
+    return gap
 
 
 @compiled
