@@ -47,6 +47,7 @@ _KNOWN_RATE = 0.3  # rad that the phase of a base that was not recorded may turn
 _MODULATED = 2e-4  # error of f0, relative, from which on it is that of a motion that repeats
 _TURNS = 3  # of the fit: scatter of the times and, where it is not recorded, the base's frequency
 _TINY = 1e-12
+_DAMPED = 0.02  # 2 zeta of an oscillator as there are
 _SHORTEST, _LONGEST = 0.12, 1.2  # periods; in longer ones an impact was missed
 _OUTSIDE, _PASSES = 3.0, 8
 _CHUNK = 40  # flights whose equations are weighted together
@@ -404,9 +405,12 @@ def _fitted(
     Where the base was not recorded its frequency is fitted too.
     """
     # from the middle of the record: its frequency turns the base's phase as little as can be
-    w, t = 2.0 * math.pi * frequency, flights.step * (np.arange(x.size) - 0.5 * (x.size - 1))
-    slow = None if e is None else _slower(e, round(2.0 * math.pi / (w * flights.step)))
-    waves = [np.cos(w * t), -np.sin(w * t)] if e is None or slow is None else [e - slow]
+    w, middle = 2.0 * math.pi * frequency, 0.5 * (x.size - 1)
+    t = flights.step * (np.arange(x.size, dtype=np.float64) - middle)
+    waves: list[FloatArray] = [np.cos(w * t), -np.sin(w * t)]
+    rest_of_base: list[FloatArray] = []
+    if e is not None:
+        waves, rest_of_base = _parts(e, w * t, round(2.0 * math.pi / (w * flights.step)))
     moments, base = flights.moments(x), [flights.moments(wave) for wave in waves]
     rows = _consistent(flights, moments, base, frequency)
     if rows is None:
@@ -415,9 +419,10 @@ def _fitted(
     along, rubbed = rows.of(moments), -rows.of(flights.rubbing())[:, 0]
     others = [*rows.of(flights.drift()).T, rows.jump]
     found: _Solved | None = None
-    turning: list[FloatArray] = []
-    if slow is not None:  # the mass follows what the base does, and no drift of its sensor
-        turning = [-w * w * rows.of(flights.moments(slow))[:, 0]]
+    turning: list[FloatArray] = []  # the mass follows what the base does, no noise of its sensor
+    for one in rest_of_base:
+        here = rows.of(flights.moments(one))
+        turning += [-w * w * here[:, 0], _DAMPED * w * here[:, 1]]
     for _ in range(_TURNS):
         driven = [rows.of(one) for one in base]
         ahead = -driven[0][:, 1] / w if e is not None else driven[1][:, 0]
@@ -438,6 +443,21 @@ def _fitted(
     return DrivenMotion(found.values, found.information, w, scale, e is not None, found.flights)
 
 
+def _parts(
+    e: FloatArray, turn: FloatArray, period: int
+) -> tuple[list[FloatArray], list[FloatArray]]:
+    """A base channel as its sine, of phase `turn`; and what else may be motion, or noise.
+
+    Only the sine is known to be a motion: noise that counts as one says anything of f0 and zeta.
+    The rest: what is slower, what is faster, and what another frequency of the sine would change.
+    """
+    slow = _slower(e, period)
+    waves = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    c, s = np.linalg.lstsq(waves, e - slow, rcond=None)[0]
+    sine, ahead = waves @ [c, s], waves @ [s, -c]
+    return [sine], [slow, e - slow - sine, ahead * turn * (_KNOWN_RATE / np.ptp(turn))]
+
+
 def _slower(e: FloatArray, period: int) -> FloatArray:
     """What is slower than a sine of so many samples; held constant in the first and last period."""
     slow = uniform_filter1d(uniform_filter1d(e, period), period)
@@ -448,7 +468,7 @@ def _slower(e: FloatArray, period: int) -> FloatArray:
 def _ordinary(found: _Solved, w: float) -> FloatArray:
     """The base and its quadrature by an oscillator as there are: near resonance, lightly damped."""
     mean = np.array([w * w, 0.0, 0.0, 0.0, 0.0])
-    prior = np.diag([(0.05 * w * w) ** -2, (0.02 * w) ** -2, 0.0, 0.0, 1.0])  # friction: 1 m/s^2
+    prior = np.diag([(0.05 * w * w) ** -2, (_DAMPED * w) ** -2, 0.0, 0.0, 1.0])  # friction: 1 m/s^2
     H = found.information + prior
     return np.asarray(np.linalg.solve(H, found.information @ found.values + prior @ mean)[_BASE])
 
@@ -552,7 +572,7 @@ def _of_base(
     harmonics, other modes), and no scatter shows it. Taken at an oscillator as there are: near
     resonance, lightly damped.
     """
-    known = np.array([w * w, 0.02 * w, 0.0])
+    known = np.array([w * w, _DAMPED * w, 0.0])
     count, base, others = flight.size, own[:, _BASE], own[:, _KNOWN]
     asked = left + base @ values[_BASE] + others @ (values[_KNOWN] - known)
     by_known = np.linalg.lstsq(base, others, rcond=1e-12)[0]  # what one more takes from the base
