@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from vinesexp.design.advice import Absorber, Advice, Judged, Swept
-from vinesexp.design.around import Changed, Side
+from vinesexp.design.advice import Advice, Judged, Swept
 from vinesexp.design.headline import Answer, gaps_of, headline_of, remarks_of, warnings_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.predictions import bands_given
@@ -26,6 +25,16 @@ SIMULATED = (
     "bare_amplitude_mm",
     "tmd_amplitude_mm",
 )
+#: Keys of a side of the cliff, of a changed rig and of an absorber.
+_SIDE = ("clear", "jump", "before_mm", "amplitude_mm")
+_CHANGED = ("change", "rest_mean_mm", "random_p90_mm", "captured", "bare_mm")
+_ABSORBER = ("tuning", "zeta", "amplitude_mm", "detuned_mm")
+#: Keys of a clearance that was judged; those beside them are ratios.
+_JUDGED = (
+    "b_mm", "rest_mean_mm", "rest_max_mm", "random_mean_mm", "random_p90_mm", "random_error_mm",
+    "random_max_mm", "random_tail_mm", "random_bare_mm", "centre_mean_mm", "captured",
+    "captured_rest", "centre_touched",
+)  # fmt: skip
 
 
 def answer_of(given: Given, answer: Answer) -> dict[str, object]:
@@ -53,10 +62,7 @@ def answer_of(given: Given, answer: Answer) -> dict[str, object]:
     if theory.releases:
         found["release"] = [
             {
-                "level_mm": 1e3 * one.level,
-                "b_mm": 1e3 * one.b,
-                "low_mm": None if one.low is None else 1e3 * one.low,
-                "high_mm": None if one.high is None else 1e3 * one.high,
+                **_fields(one, ("level_mm", "b_mm", "low_mm", "high_mm")),
                 "time_s": one.time,
                 "bare_time_s": one.bare_time if one.bare_time < float("inf") else None,
                 "met_at_most": one.capture,
@@ -92,8 +98,8 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "hopeless": advice.hopeless,
         "tolerance": task.tolerance,
         "cliff": {
-            "narrower": _side(advice.cliffs.narrower),
-            "wider": _side(advice.cliffs.wider),
+            "narrower": _fields(advice.cliffs.narrower, _SIDE),
+            "wider": _fields(advice.cliffs.wider, _SIDE),
         },
         "tied_mm": [1e3 * b for b in advice.found.race.tied],
         "tied_within": advice.found.race.within,
@@ -101,8 +107,8 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "least_max": _judged(advice.least_max, advice),
         "robust": _judged(robust, advice),
         "asked": None if advice.asked is None else _judged(advice.asked, advice),
-        "unchanged": _changed(advice.unchanged),
-        "changed": [_changed(one) | {"value": one.name} for one in advice.changed],
+        "unchanged": _fields(advice.unchanged, _CHANGED),
+        "changed": [_fields(one, _CHANGED) | {"value": one.name} for one in advice.changed],
         "levels": {
             "activation_mm": _mm(working.activation),
             "works_from_mm": _mm(working.low),
@@ -115,8 +121,8 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         if advice.asked_sweeps is None
         else [_swept(one) for one in advice.asked_sweeps],
         "tmd": {
-            "den_hartog": _absorber(advice.den_hartog),
-            "optimal": _absorber(advice.optimal),
+            "den_hartog": _fields(advice.den_hartog, _ABSORBER),
+            "optimal": _fields(advice.optimal, _ABSORBER),
         },
         "gaps_mm": gaps_of(task, robust.b),
         "model": "exact event simulation"
@@ -128,13 +134,13 @@ def as_json(advice: Advice) -> Mapping[str, object]:
     return found
 
 
-def _side(side: Side) -> dict[str, float | None]:
-    return {
-        "clear": side.clear,
-        "jump": side.jump,
-        "before_mm": _mm(side.before),
-        "amplitude_mm": _mm(side.amplitude),
-    }
+def _fields(thing: object, keys: Iterable[str]) -> dict[str, object]:
+    """Fields of a thing by their keys; one whose key ends in ``_mm`` is a length or None."""
+    found = {}
+    for key in keys:
+        value = getattr(thing, key.removesuffix("_mm"))
+        found[key] = _mm(value) if key.endswith("_mm") else value
+    return found
 
 
 def _mm(value: float | None) -> float | None:
@@ -142,26 +148,11 @@ def _mm(value: float | None) -> float | None:
 
 
 def _judged(one: Judged, advice: Advice) -> dict[str, object]:
-    lengths = (
-        "b", "rest_mean", "rest_max", "random_mean", "random_p90", "random_error", "random_max",
-        "random_tail", "random_bare", "centre_mean",
-    )  # fmt: skip
-    others = ("captured", "captured_rest", "centre_touched")
-    found: dict[str, object] = {f"{n}_mm": _mm(getattr(one, n)) for n in lengths}
-    found |= {n: getattr(one, n) for n in others}
-    found["reduction"] = 1.0 - one.rest_mean / advice.bare_mean
-    found["over_b_c_published"] = one.b / advice.published
-    found["over_b_c_exact"] = None if advice.exact is None else one.b / advice.exact
-    return found
-
-
-def _changed(one: Changed) -> dict[str, object]:
     return {
-        "change": one.change,
-        "rest_mean_mm": _mm(one.rest_mean),
-        "random_p90_mm": _mm(one.random_p90),
-        "captured": one.captured,
-        "bare_mm": _mm(one.bare),
+        **_fields(one, _JUDGED),
+        "reduction": 1.0 - one.rest_mean / advice.bare_mean,
+        "over_b_c_published": one.b / advice.published,
+        "over_b_c_exact": None if advice.exact is None else one.b / advice.exact,
     }
 
 
@@ -173,15 +164,6 @@ def _swept(one: Swept) -> dict[str, object]:
         "largest_mm": _mm(one.largest),
         "largest_at_hz": one.at,
         "largest_running_mean_mm": _mm(one.running),
-    }
-
-
-def _absorber(one: Absorber) -> dict[str, float]:
-    return {
-        "tuning": one.tuning,
-        "zeta": one.zeta,
-        "amplitude_mm": 1e3 * one.amplitude,
-        "detuned_mm": 1e3 * one.detuned,
     }
 
 
