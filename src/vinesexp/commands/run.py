@@ -62,26 +62,42 @@ def snakemake_command(campaign: Path, options: Sequence[str]) -> list[str]:
     >>> command[command.index("--config") + 1 : command.index("--snakefile")]
     ['campaign= "mytests" ', 'results=out']
     """
-    rest, config = _without_config(options)
-    for option in rest:
-        if option.partition("=")[0] in ("-s", "--snakefile"):
-            raise ParameterError("vinesexp brings its own Snakefile; leave this out", where=option)
+    own, rest = _own(options)
+    config = [entry for entry in own.config if "=" in entry]
+    asked = [word for word in own.config if "=" not in word]  # files, behind the entries
+    if own.snakefile is not None:
+        raise ParameterError("vinesexp brings its own Snakefile; leave out --snakefile")
     for entry in config:
         if entry.partition("=")[0] == "campaign":
             raise ParameterError(
                 "the campaign is given already, as the first word", where=f"--config {entry}"
             )
-    moved = any(o.partition("=")[0] in ("-d", "--directory") for o in rest)
-    if not moved and not is_writable(Path.cwd()):
-        config, rest, moved = *_elsewhere(config, rest), True
-    folder = campaign.resolve() if moved else campaign
+    place = own.directory
+    if place is None and not is_writable(Path.cwd()):
+        config, place = _elsewhere(config)
+    folder = campaign if place is None else campaign.resolve()
     home = workflow_home()
     # Entries of --config end with the next option: a file that is asked for must not follow them.
     command = [sys.executable, "-m", "snakemake", "--config", _entry("campaign", folder), *config]
     command += ["--snakefile", str(home / "workflow/Snakefile")]
-    if not any(o.partition("=")[0] == "--workflow-profile" for o in rest):
-        command += ["--workflow-profile", str(home / "profiles/default")]
-    return [*command, *_own_profile(rest, home)]
+    profile = home / "profiles" / own.workflow_profile  # one of ours by its name, as in a clone
+    command += ["--workflow-profile", str(profile) if profile.is_dir() else own.workflow_profile]
+    if place is not None:
+        command += ["--directory", place]
+    return [*command, *asked, *rest]
+
+
+def _own(options: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Options of Snakemake that have a meaning here too, and all the others as they are.
+
+    Entries of every --config are taken together: Snakemake heeds only the last one.
+    """
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--config", "-C", nargs="*", action="extend", default=[])
+    parser.add_argument("--snakefile", "-s")
+    parser.add_argument("--directory", "-d")
+    parser.add_argument("--workflow-profile", default="default")
+    return parser.parse_known_args(options)
 
 
 def _entry(key: str, folder: Path) -> str:
@@ -93,8 +109,8 @@ def _entry(key: str, folder: Path) -> str:
     return f"{key}= {json.dumps(str(folder))} "
 
 
-def _elsewhere(config: Sequence[str], rest: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Config and options of a run from a folder that cannot be written.
+def _elsewhere(config: Sequence[str]) -> tuple[list[str], str]:
+    """Config and directory of a run from a folder that cannot be written.
 
     What Snakemake notes of a run goes to a folder of its own, one for each results folder.
     """
@@ -108,7 +124,7 @@ def _elsewhere(config: Sequence[str], rest: Sequence[str]) -> tuple[list[str], l
     place = own_folder() / f"run-{sha256(str(results).encode()).hexdigest()[:16]}"
     place.mkdir(exist_ok=True)
     others = [entry for entry in config if entry not in given]
-    return [*others, _entry("results", results)], [*rest, "--directory", str(place)]
+    return [*others, _entry("results", results)], str(place)
 
 
 def workflow_home() -> Path:
@@ -117,36 +133,3 @@ def workflow_home() -> Path:
         if (home / "workflow/Snakefile").is_file():
             return home
     raise VinesexpError("the workflow is missing from this installation; install vinesexp again")
-
-
-def _without_config(options: Sequence[str]) -> tuple[list[str], list[str]]:
-    """The options without --config, and its entries: Snakemake heeds only the last --config."""
-    rest: list[str] = []
-    config: list[str] = []
-    inside = False
-    for word in options:
-        if word in ("--config", "-C"):
-            inside = True
-        elif word.startswith("--config="):
-            config.append(word.partition("=")[2])
-        elif inside and not word.startswith("-") and "=" in word:
-            config.append(word)
-        else:
-            inside = False
-            rest.append(word)
-    return rest, config
-
-
-def _own_profile(options: Sequence[str], home: Path) -> list[str]:
-    """A profile of ours by its name alone, as in a clone: ``--workflow-profile slurm``."""
-    found = []
-    follows = False
-    for word in options:
-        key, equals, name = word.partition("=")
-        if follows and (home / "profiles" / word / "profile.yaml").is_file():
-            word = str(home / "profiles" / word)
-        elif key == "--workflow-profile" and equals and (home / "profiles" / name).is_dir():
-            word = f"{key}={home / 'profiles' / name}"
-        follows = word == "--workflow-profile"
-        found.append(word)
-    return found
