@@ -29,7 +29,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import stated_unit, unit_in_name, unit_of_label
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
+from vinesexp.records.readers.source import Column, TableSource
 from vinesexp.records.readers.unread import unreadable
 from vinesexp.units import UNITS
 
@@ -57,8 +57,9 @@ def open_file(path: Path) -> Hdf5Source:
 
 @dataclass(frozen=True)
 class _Series:
-    """Where one column stands: dataset, index across, whether time runs along axis 0."""
+    """Where one column stands: file, dataset, index across, whether time runs along axis 0."""
 
+    path: Path
     dataset: str
     across: int | None
     along_first: bool
@@ -66,8 +67,32 @@ class _Series:
     offset: float
     length: int
 
+    def __len__(self) -> int:
+        return self.length
 
-class Hdf5Source(Source):
+    def __getitem__(self, rows: slice) -> FloatArray:
+        import h5py
+
+        try:
+            with h5py.File(self.path, "r") as file:
+                data = file[self.dataset]
+                if self.across is None:
+                    raw = data[rows]
+                elif self.along_first:
+                    raw = data[rows, self.across]
+                else:
+                    raw = data[self.across, rows]
+        except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
+            raise unreadable("HDF5", error, f"sample {rows.start}") from None
+        values: FloatArray = raw.astype(np.float64)
+        if self.scale != 1.0:
+            values *= self.scale
+        if self.offset != 0.0:
+            values += self.offset
+        return values
+
+
+class Hdf5Source(TableSource):
     """An HDF5 file.
 
     Parameters
@@ -77,14 +102,11 @@ class Hdf5Source(Source):
         matrix of one column as that column.
     """
 
-    format = "HDF5"
-
     def __init__(self, path: Path, *, scalars: bool = False) -> None:
         import h5py
 
-        self.path = path
-        self._size = path.stat().st_size
-        self._series: list[_Series] = []
+        self._file, self._size = path, path.stat().st_size
+        self._places: list[_Series] = []
         self._units: dict[str, str] = {}  # words that stand beside the samples
         self._contradictions: list[RecordError] = []
         self._scalars = scalars
@@ -108,29 +130,11 @@ class Hdf5Source(Source):
             losses += _links_elsewhere(file)
             columns = [c for name, item in self._found for c in self._columns_of(name, item)]
         self._found = []  # of a file that is closed
-        if not columns:
-            raise RecordError("holds no columns of numbers")
+        super().__init__(path, "HDF5", columns, self._places)
         if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
             raise self._contradictions[0]
-        self.columns = tuple(columns)
         self.sample_interval = interval_from(self._stated[""])
         self.losses = tuple(losses)
-
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
-        """Blocks of the given columns; see `Source.blocks`."""
-        import h5py
-
-        series = [self._series[column] for column in columns]
-        lengths = {self.columns[c].name: s.length for c, s in zip(columns, series, strict=True)}
-        require_equal_lengths(lengths)
-        with h5py.File(self.path, "r") as file:
-            for begin in range(0, series[0].length, rows):
-                end = min(begin + rows, series[0].length)
-                try:
-                    block = np.stack([_read(file, one, begin, end) for one in series], axis=1)
-                except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-                    raise unreadable("HDF5", error, self.locate(begin)) from None
-                yield block
 
     def _visit(self, name: str, item: Any) -> None:
         own: dict[str, list[float]] = {}
@@ -178,7 +182,9 @@ class Hdf5Source(Source):
                 (name if flat else f"{name}/{names[k] if len(names) == across else k}").split()
             )
             inner = None if len(shape) == 1 else k
-            self._series.append(_Series(item.name, inner, along_first, scale, offset, max(shape)))
+            self._places.append(
+                _Series(self._file, item.name, inner, along_first, scale, offset, max(shape))
+            )
             yield Column(own, stated_unit(label) or unit_in_name(own), interval)
 
 
@@ -253,22 +259,6 @@ def _links_elsewhere(file: Any) -> Iterator[str]:
     if found:
         more = f" and {len(found) - 3} more" if len(found) > 3 else ""
         yield f"links to other files are not followed: {', '.join(found[:3])}{more}"
-
-
-def _read(file: Any, series: _Series, begin: int, end: int) -> FloatArray:
-    data = file[series.dataset]
-    if series.across is None:
-        raw = data[begin:end]
-    elif series.along_first:
-        raw = data[begin:end, series.across]
-    else:
-        raw = data[series.across, begin:end]
-    values: FloatArray = raw.astype(np.float64)
-    if series.scale != 1.0:
-        values *= series.scale
-    if series.offset != 0.0:
-        values += series.offset
-    return values
 
 
 def _gather(attributes: Any, stated: dict[str, list[float]]) -> None:

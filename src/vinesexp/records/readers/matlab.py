@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 import struct
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.labels import stated_unit, unit_in_name
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
+from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "MATLAB .mat"
 LIBRARIES = ("scipy.io", "h5py")
@@ -69,22 +69,30 @@ def open_file(path: Path) -> MatlabSource | hdf5.Hdf5Source:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a column stands: variable (or path inside one), index across, samples."""
+    """Where a column stands: variable (or path inside one) of a file, index across, samples."""
 
+    source: MatlabSource
     variable: str
     across: int
     length: int
 
+    def __len__(self) -> int:
+        return self.length
 
-class MatlabSource(Source):
+    def __getitem__(self, rows: slice) -> FloatArray:
+        file = self.source.laid_aside(self.variable, self.length)
+        file.seek(8 * (self.across * self.length + rows.start))
+        return np.frombuffer(file.read(8 * (rows.stop - rows.start)))
+
+
+class MatlabSource(TableSource):
     """A .mat file up to version 7."""
-
-    format = "MATLAB"
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._places: list[_Place] = []
         self._nested: dict[str, Any] = {}  # arrays inside structures, by their path
+        self._aside: dict[str, IO[bytes]] = {}
+        places: list[_Place] = []
         names: list[tuple[str, str | None]] = []
         stated: dict[str, dict[str, list[float]]] = {"": {}}
         skipped: list[str] = []
@@ -110,64 +118,40 @@ class MatlabSource(Source):
                 across = min(shape)
                 for k in range(across if across <= _WIDEST else 0):
                     names.append((place if across == 1 else f"{place}/{k}", unit))
-                    self._places.append(_Place(place, k, max(shape)))
+                    places.append(_Place(self, place, k, max(shape)))
         if not names:
             raise RecordError(
                 f"holds no vectors of numbers (found {', '.join(skipped) or 'nothing'})"
             )
-        self.columns = tuple(
+        columns = [
             Column(
                 name,
                 unit or unit_in_name(name),
                 hdf5.interval_at(name, stated) if "/" in name else None,
             )
             for name, unit in names
-        )
-        self.sample_interval = hdf5.interval_from(stated[""])
+        ]
+        interval = hdf5.interval_from(stated[""])
+        super().__init__(path, "MATLAB", columns, places, sample_interval=interval, first=1)
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
-        """Blocks of the given columns; see `Source.blocks`.
+    def laid_aside(self, variable: str, length: int) -> IO[bytes]:
+        """The columns of so many samples of a variable, one behind the other in an unnamed file.
 
-        A compressed variable can only be read whole. So one at a time is, and laid aside in an
-        unnamed file: the memory is that of one variable, however many there are.
+        A compressed variable can only be read whole. So one at a time is, and laid aside: the
+        memory is that of one variable, however many there are.
         """
-        places = [self._places[column] for column in columns]
-        lengths = {self.columns[c].name: p.length for c, p in zip(columns, places, strict=True)}
-        require_equal_lengths(lengths)
-        length = places[0].length
-        with tempfile.TemporaryFile() as aside:
-            for variable in sorted({place.variable for place in places}):
-                values = self._nested.get(variable)
-                if values is None:
-                    values = self._call("loadmat", variable_names=[variable])[variable]
-                for k, place in enumerate(places):
-                    if place.variable != variable:
-                        continue
-                    along = values.shape[0] == length
-                    series = values[:, place.across] if along else values[place.across]
-                    aside.seek(8 * length * k)
-                    for begin in range(0, length, rows):
-                        aside.write(self._real(series[begin : begin + rows], variable).tobytes())
-                del values
-            for begin in range(0, length, rows):
-                n = min(rows, length - begin)
-                block = np.empty((n, len(places)))
-                for k in range(len(places)):
-                    aside.seek(8 * (length * k + begin))
-                    block[:, k] = np.frombuffer(aside.read(8 * n))
-                yield block
-
-    def locate(self, row: int) -> str:
-        """``"sample 12"``, counted from 1 as MATLAB does."""
-        return f"sample {row + 1}"
-
-    def _real(self, series: Any, variable: str) -> FloatArray:
-        if np.iscomplexobj(series):
-            raise RecordError(
-                "holds complex numbers, expected real ones", where=f"variable {variable}"
-            )
-        values: FloatArray = series.astype(np.float64)
-        return values
+        if variable not in self._aside:
+            values = self._nested.get(variable)
+            if values is None:
+                values = self._call("loadmat", variable_names=[variable])[variable]
+            if np.iscomplexobj(values):
+                raise RecordError(
+                    "holds complex numbers, expected real ones", where=f"variable {variable}"
+                )
+            self._aside[variable] = tempfile.TemporaryFile()  # noqa: SIM115
+            for column in values.T if values.shape[0] == length else values:
+                self._aside[variable].write(np.ascontiguousarray(column, np.float64).data)
+        return self._aside[variable]
 
     def _refuse_impossible(self, variables: Any) -> None:
         """Sizes that the file cannot hold, before anything makes room for them."""

@@ -179,8 +179,16 @@ class Source(Protocol):
         return f"sample {row}"
 
 
+class Series(Protocol):
+    """Samples of one column: an array, or what reads and converts them as they are asked for."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, rows: slice, /) -> NDArray[np.generic]: ...
+
+
 class TableSource(Source):
-    """Columns that a library has read whole: the `Source` of formats that come that way.
+    """Columns that can be sliced, which a library has read whole or reads as they are asked for.
 
     Parameters
     ----------
@@ -188,7 +196,7 @@ class TableSource(Source):
         As in `Source`.
     columns : sequence of Column
         In the order of `series`.
-    series : sequence of array
+    series : sequence of Series
         One a column, of any real type.
     sample_interval, start, time_column
         As in `Source`.
@@ -203,7 +211,7 @@ class TableSource(Source):
         path: Path,
         format: str,
         columns: Sequence[Column],
-        series: Sequence[NDArray[np.generic]],
+        series: Sequence[Series],
         *,
         sample_interval: float | None = None,
         start: float = 0.0,
@@ -228,9 +236,10 @@ class TableSource(Source):
         series = [self._series[column] for column in columns]
         lengths = {self.columns[c].name: len(s) for c, s in zip(columns, series, strict=True)}
         require_equal_lengths(lengths)
-        for begin in range(0, len(series[0]), rows):
-            block = [one[begin : begin + rows].astype(np.float64) for one in series]
-            yield np.stack(block, axis=1)
+        length = len(series[0])
+        for begin in range(0, length, rows):
+            part = slice(begin, min(begin + rows, length))
+            yield np.stack([one[part].astype(np.float64) for one in series], axis=1)
 
     def locate(self, row: int) -> str:
         """``"sample 12"`` or ``"row 12"``."""

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import struct
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
-from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import only_time, stated_unit, unit_in_name
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
+from vinesexp.records.readers.source import Column, TableSource
 from vinesexp.records.readers.unread import need
 
 NAME = "LabVIEW TDMS"
@@ -34,38 +34,39 @@ def recognises(head: bytes, suffix: str) -> bool:
     return head.startswith(b"TDSm")
 
 
-def open_file(path: Path) -> TdmsSource:
+def open_file(path: Path) -> TableSource:
     """Open a TDMS file; RecordError where it holds no channels of numbers."""
-    return TdmsSource(path)
+    nptdms = need("nptdms", extra="tdms", what="a LabVIEW TDMS file")
+    # By the file itself: by its name, the index beside it would be believed.
+    file = nptdms.TdmsFile.open(path.open("rb"))
+    channels = [
+        channel
+        for group in file.groups()
+        for channel in group.channels()
+        if channel.dtype.kind in "iufM" and len(channel) > 1
+    ]
+    counted = Counter(channel.name for channel in channels)
+    columns = [_column(channel, counted[channel.name] > 1) for channel in channels]
+    series = [_Samples(channel) for channel in channels]
+    source = TableSource(path, "TDMS", columns, series, time_column=only_time(columns))
+    source.losses = tuple(_cut_short(path))
+    return source
 
 
-class TdmsSource(Source):
-    """A TDMS file."""
+@dataclass(frozen=True)
+class _Samples:
+    """Samples of a channel; times in s after the first of them."""
 
-    format = "TDMS"
+    channel: Any
 
-    def __init__(self, path: Path) -> None:
-        nptdms = need("nptdms", extra="tdms", what="a LabVIEW TDMS file")
-        self.path = path
-        self.losses = tuple(_cut_short(path))
-        # By the file itself: by its name, the index beside it would be believed.
-        self._file = nptdms.TdmsFile.open(path.open("rb"))
-        channels = [c for group in self._file.groups() for c in group.channels()]
-        self._channels = [c for c in channels if c.dtype.kind in "iufM" and len(c) > 1]
-        counted = Counter(c.name for c in self._channels)
-        self.columns = tuple(_column(c, counted[c.name] > 1) for c in self._channels)
-        if not self.columns:
-            raise RecordError("holds no channels of numbers")
-        self.time_column = only_time(self.columns)
+    def __len__(self) -> int:
+        return len(self.channel)
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
-        """Blocks of the given columns; see `Source.blocks`."""
-        channels = [self._channels[column] for column in columns]
-        lengths = {self.columns[j].name: len(c) for j, c in zip(columns, channels, strict=True)}
-        require_equal_lengths(lengths)
-        for begin in range(0, len(channels[0]), rows):
-            parts = [_numbers(c, begin, min(rows, len(c) - begin)) for c in channels]
-            yield np.stack(parts, axis=1)
+    def __getitem__(self, rows: slice) -> NDArray[np.generic]:
+        values = self.channel.read_data(offset=rows.start, length=rows.stop - rows.start)
+        if values.dtype.kind == "M":
+            values = (values - self.channel.read_data(length=1)[0]) / np.timedelta64(1, "s")
+        return np.asarray(values)
 
 
 def _cut_short(path: Path) -> Iterator[str]:
@@ -100,12 +101,3 @@ def _column(channel: Any, ambiguous: bool) -> Column:
     if increment <= 0.0 or increment == 1.0:
         return Column(name, unit)
     return Column(name, unit, increment, float(properties.get("wf_start_offset") or 0.0))
-
-
-def _numbers(channel: Any, begin: int, count: int) -> FloatArray:
-    values = channel.read_data(offset=begin, length=count)
-    if values.dtype.kind == "M":
-        first = channel.read_data(offset=0, length=1)[0]
-        seconds: FloatArray = (values - first) / np.timedelta64(1, "s")
-        return seconds
-    return np.asarray(values, dtype=np.float64)

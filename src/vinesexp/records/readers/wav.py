@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source
+from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "WAV"
 
@@ -28,40 +29,24 @@ def recognises(head: bytes, suffix: str) -> bool:
     return head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE"
 
 
-def open_file(path: Path) -> WavSource:
+def open_file(path: Path) -> TableSource:
     """Open a WAV file; RecordError where it is broken or holds no samples."""
-    return WavSource(path)
-
-
-class WavSource(Source):
-    """A WAV file."""
-
-    format = "WAV"
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._layout = _layout(path)
-        self._frames = self._layout.found // self._layout.frame
-        if not self._frames:
-            raise RecordError("holds no samples; export the record again")
-        self.stated_rows = self._layout.stated_frames
-        self.losses = tuple(self._layout.losses())
-        self.sample_interval = 1.0 / self._layout.rate
-        names = {} if self._layout.tracks is None else track_names(self._layout.tracks)
-        columns = range(self._layout.channels)
-        self.columns = tuple(Column(names.get(k + 1, str(k))) for k in columns)
-
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
-        """Blocks of the given columns; see `Source.blocks`."""
-        layout = self._layout
-        with self.path.open("rb") as stream:
-            for begin in range(0, self._frames, rows):
-                count = min(rows, self._frames - begin)
-                stream.seek(layout.begin + begin * layout.frame)
-                raw = stream.read(count * layout.frame)
-                if len(raw) < count * layout.frame:
-                    raise RecordError("became shorter while it was read")
-                yield layout.numbers(raw)[:, list(columns)]
+    layout = _layout(path)
+    frames = layout.found // layout.frame
+    if not frames:
+        raise RecordError("holds no samples; export the record again")
+    raw = np.memmap(path, layout.coding, "r", layout.begin, (frames, layout.channels))
+    names = {} if layout.tracks is None else track_names(layout.tracks)
+    source = TableSource(
+        path,
+        "WAV",
+        [Column(names.get(k + 1, str(k))) for k in range(layout.channels)],
+        [_Track(raw[:, k]) for k in range(layout.channels)],
+        sample_interval=1.0 / layout.rate,
+    )
+    source.stated_rows = layout.stated_frames
+    source.losses = tuple(layout.losses())
+    return source
 
 
 _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
@@ -89,6 +74,16 @@ class _Layout:
     tracks: bytes | None
 
     @property
+    def coding(self) -> np.dtype[Any]:
+        """How a sample is coded."""
+        width = self.frame // self.channels
+        if width == 3:
+            upper, lower = ("upper", f"{self.order}i2"), ("lower", "u1")
+            return np.dtype([lower, upper] if self.order == "<" else [upper, lower])
+        kind = "f" if self.code == _FLOAT else "i" if width > 1 else "u"
+        return np.dtype(f"{self.order}{kind}{width}")
+
+    @property
     def stated_frames(self) -> int | None:
         return None if self.stated is None else self.stated // self.frame
 
@@ -103,28 +98,26 @@ class _Layout:
                 "states; they are not read"
             )
 
-    def numbers(self, raw: bytes) -> FloatArray:
-        """Frames as rows of -1 to 1."""
-        width = self.frame // self.channels
-        if self.code == _FLOAT:
-            values = np.frombuffer(raw, f"{self.order}f{width}").astype(np.float64)
-        elif width == 1:  # unsigned, with the zero at 128; the rest of WAV is signed
-            values = (np.frombuffer(raw, "u1").astype(np.float64) - 128.0) / 128.0
-        elif width == 3:
-            values = _of_three_bytes(raw, self.order) / 2.0**31
-        else:
-            codes = np.frombuffer(raw, f"{self.order}i{width}")
-            values = codes.astype(np.float64) / 2.0 ** (8 * width - 1)
-        return values.reshape(-1, self.channels)
 
+@dataclass(frozen=True)
+class _Track:
+    """Samples of one channel, -1 to 1, from their codes."""
 
-def _of_three_bytes(raw: bytes, order: str) -> FloatArray:
-    """24-bit codes as the upper three bytes of 32-bit ones."""
-    wide = np.zeros((len(raw) // 3, 4), np.uint8)
-    low = slice(1, 4) if order == "<" else slice(0, 3)
-    wide[:, low] = np.frombuffer(raw, np.uint8).reshape(-1, 3)
-    codes: NDArray[np.int32] = wide.view(f"{order}i4")[:, 0]
-    return codes.astype(np.float64)
+    codes: NDArray[Any]
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+    def __getitem__(self, rows: slice) -> FloatArray:
+        codes = self.codes[rows]
+        if codes.dtype.names:  # of three bytes
+            return np.asarray((256.0 * codes["upper"] + codes["lower"]) / 2.0**23)
+        values: FloatArray = codes.astype(np.float64)
+        if codes.dtype.kind == "u":  # one byte, with the zero at 128; the rest of WAV is signed
+            values -= 128.0
+        if codes.dtype.kind != "f":
+            values /= 2.0 ** (8 * codes.itemsize - 1)
+        return values
 
 
 def _layout(path: Path) -> _Layout:
