@@ -47,6 +47,10 @@ _FITS = 10.0  # mean square misfit of a corner, over that of a phase at the osci
 _ACROSS = 0.01  # of the ratio at the oscillation
 _MOST_TURNED = 1.5  # rad
 _QUARTER = 0.2  # relative: of a quarter of a period, and of the size of a velocity
+_STEP, _NO_STEP = (
+    0.1,
+    0.5,
+)  # rad between channels of one motion; what no sensor's lag or corner makes
 
 #: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
 _LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
@@ -197,7 +201,11 @@ def _refuse_base(record: RecordView, found: Agreement | None, k: int, frequency:
         return
     means = _means(record, k, beside="base")
     base = compare_channels(*means, k / record.sample_rate, frequency=frequency)
-    if _agree(base, _QUARTER) and not _agree(found, math.log(2.0)):
+    if base is None or not _in_step(base, _STEP, frequency):
+        return
+    alike = abs(math.log(abs(base.gain))) < _QUARTER
+    own = found is not None and _in_step(found, _NO_STEP, frequency)
+    if found is None or not own or (alike and abs(math.log(abs(found.gain))) > math.log(2.0)):
         raise RecordError(
             "the acceleration is the second derivative of the base channel, not of the "
             "displacement: base and displacement are exchanged in this record, or the "
@@ -205,11 +213,10 @@ def _refuse_base(record: RecordView, found: Agreement | None, k: int, frequency:
         )
 
 
-def _agree(found: Agreement | None, within: float) -> bool:
-    """Whether two channels show one motion, their gains apart by a factor of e^within at most."""
-    if found is None or found.gain_error > _QUARTER * abs(found.gain):
-        return False
-    return abs(math.log(abs(found.gain))) < within
+def _in_step(found: Agreement, most: float, frequency: float) -> bool:
+    """Whether two channels show one motion, by any gain and at most so late, rad."""
+    sure = found.gain_error < _QUARTER * abs(found.gain)
+    return sure and 2.0 * math.pi * frequency * abs(found.lag) < most
 
 
 def law_in(record: RecordView, *, frequency: float) -> PhaseLaw | None:
