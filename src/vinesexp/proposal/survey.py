@@ -464,7 +464,7 @@ def _kind(values: FloatArray, unit: str | None) -> str:
 
 def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float, list[str], bool]:
     """Rate of a column of times, Hz, what a check says of them, and whether they are even."""
-    clock = Clock(source.locate, UNITS["time"][unit])
+    clock = Clock(source.locate, UNITS["time"][unit], source.sample_interval)
     try:
         clock.add(times, row=0)
         return clock.finish()[0], clock.remarks(), True

@@ -9,8 +9,8 @@ from vinesexp.errors import RecordError
 from vinesexp.records.instrument.timebase import Clock, UnevenClockError
 
 
-def run(times, block=None, size=1.0):
-    clock = Clock(lambda row: f"row {row}", size)
+def run(times, block=None, size=1.0, stated=None):
+    clock = Clock(lambda row: f"row {row}", size, stated)
     step = block or len(times)
     for begin in range(0, len(times), step):
         clock.add(np.asarray(times[begin : begin + step], dtype=float), row=begin)
@@ -196,3 +196,21 @@ def test_times_that_begin_anew_are_a_second_record(block):
         RecordError, match=r"row 500.*start again, from 0.499 to 0: a second record"
     ):
         run(np.concatenate((times, times)), block)
+
+
+@pytest.mark.parametrize("written", ["{:.3f}", "{:.2e}"])
+@pytest.mark.parametrize("block", [1000, 40_000])
+def test_times_printed_too_coarsely_leave_the_rate_to_the_header(written, block):
+    """So are they where a spreadsheet has written an oscilloscope's file anew."""
+    exact = np.arange(40_000) * 5e-5
+    times = np.array([float(written.format(t)) for t in exact])
+    assert run(times, block, stated=5e-5) == (20_000.0, 0.0)
+    kept = np.abs(np.arange(40_000) - 20_000) > 3000  # a gap is none of the printing
+    with pytest.raises(RecordError):
+        run(times[kept], block, stated=5e-5)
+    for stated in (None, 2.5e-5, 1e-4):  # not stated, or contradicted
+        if written == "{:.2e}":
+            with pytest.raises(RecordError):
+                run(times, block, stated=stated)
+        else:
+            assert run(times, block, stated=stated)[0] == pytest.approx(20_000.0, rel=1e-5)

@@ -210,7 +210,8 @@ class Samples:
         self._resampler: Resampler | None = None
         self._uneven: UnevenClockError | None = None
         self._twice = 0  # rows
-        self._clock = Clock(source.locate, size) if self._time is not None else None
+        timed = self._time is not None
+        self._clock = Clock(source.locate, size, self._interval) if timed else None
         indexes = [conversion.index for conversion in self._conversions]
         self._rows = Rows(
             source,

@@ -96,6 +96,8 @@ class Clock:
         Row number to its place in words.
     size : float
         Size of the file's time unit, s.
+    stated : float, optional
+        Interval that the file states, s: it counts where times are printed more coarsely than it.
 
     Attributes
     ----------
@@ -109,15 +111,19 @@ class Clock:
         Samples to one printed step, where times stand still in between; else 0.
     """
 
-    def __init__(self, locate: Callable[[int], str], size: float = 1.0) -> None:
+    def __init__(
+        self, locate: Callable[[int], str], size: float = 1.0, stated: float | None = None
+    ) -> None:
         self._locate = locate
         self.size = size
+        self._stated = math.nan if stated is None else stated / size
         self.n = 0
         self.first = self.last = self.stray = math.nan
         self.stairs = 0.0
         self.pauses: list[Pause] = []
         self._refusal: RecordError | None = None  # of the first of them, where they are no pauses
         self._interval = self._coarsest = self._finest = math.nan
+        self._longest = np.zeros(3)  # steps
         self._still = 0
         self._stood: RecordError | None = None
         self._uneven = False
@@ -141,6 +147,7 @@ class Clock:
         if not len(steps):
             self.n += len(times)
             return
+        self._longest = np.partition(np.append(self._longest, steps), -3)[-3:]
         # Numbers of so many digits are printed the more coarsely the larger they are: at the ends.
         ends = [_resolution(times[:_ENDS]), _resolution(times[-_ENDS:])]
         self._coarsest = np.fmax(self._coarsest, max(ends))
@@ -186,6 +193,9 @@ class Clock:
         """
         if self.n < 2:
             raise RecordError("holds fewer than two samples; export the record again")
+        if self._coarser_than_stated():
+            self.stairs = min(self._coarsest, float(self._longest.min())) / self._stated
+            return self._rate(self._stated), self.first * self.size
         if self._stood is not None and self._still > _STILL * self.n:
             if abs(2 * self._still - self.n) > 2:
                 raise self._stood
@@ -213,6 +223,12 @@ class Clock:
             interval = self._interval_of_line()
         return self._rate(interval), self.first * self.size
 
+    def _coarser_than_stated(self) -> bool:
+        """Whether times that are printed too coarsely to show their interval go with the stated."""
+        off = abs(self.last - self.first - (self.n - 1) * self._stated)
+        printed = min(self._coarsest, float(self._longest.min()))  # longer ones are gaps
+        return printed > _STAIRS[0] * self._stated and off < 2.0 * printed
+
     def remarks(self) -> list[str]:
         """What is odd about times that are used as a uniform clock; after `finish`."""
         said = []
@@ -222,9 +238,11 @@ class Clock:
                 "ignored"
             )
         if self.stairs:
+            known = f"known to {100.0 * self.stairs / self.n:.1g} %"
+            known = "that of the header" if self._coarser_than_stated() else known
             said.append(
-                f"times are printed to steps of {self.stairs:.2g} samples: the rate is known to "
-                f"{100.0 * self.stairs / self.n:.1g} %, and a lost sample would not show"
+                f"times are printed to steps of {self.stairs:.2g} samples: the rate is {known}, "
+                "and a lost sample would not show"
             )
         return said
 
