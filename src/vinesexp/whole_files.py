@@ -52,7 +52,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
         growing.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
-def digest_of_file(path: Path) -> str:
+def digest_of_file(path: str | Path) -> str:
     """SHA-256 of a file, in hex.
 
     Examples
@@ -63,5 +63,5 @@ def digest_of_file(path: Path) -> str:
     >>> digest_of_file(path)[:16]
     'e3b0c44298fc1c14'
     """
-    with path.open("rb") as stream:
+    with open(path, "rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -10,7 +10,6 @@ results itself.
 from __future__ import annotations
 
 import hashlib
-import json
 import multiprocessing
 import os
 import signal
@@ -23,7 +22,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-import vinesexp
+from vinesexp.codedigest import code_behind
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.live.views import (
@@ -47,7 +46,7 @@ from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, read_campaign
 from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of_record
 from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
-from vinesexp.records.stored.freshness import campaign_text, row_text, rows_text
+from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.results import Results
@@ -325,7 +324,7 @@ class Session:
         self._new_values: Values | None = None  # found, and not written yet
         self._found = self._looked = ""  # what of the campaign was last used for either
         self._stop = threading.Event()
-        self._code = _digest_of_code()
+        self._code = code_behind("vinesexp.pipeline:analyse_record")
 
     # -- the loop -------------------------------------------------------------------------------
 
@@ -536,9 +535,10 @@ class Session:
         assert campaign is not None
         key, seen.state = seen.key, "analysing"
         self._say(f"analysing {record.id}")
-        if not self._is_finished(record, key):
+        note = Notes(self.results / "finished" / f"{record.id}.json", {"results": self.results})
+        if note.why_outdated("analyse", {"key": key}):  # by an earlier session, too
             analyse_record(campaign, record, paths=self.paths)
-            write_whole(self._note(record), json.dumps({"key": key}))
+            note.finish("analyse", {"key": key}, writes=[])
         seen.view = look_at_record(record, paths=self.paths)
         seen.state = "done"
         self._say("")
@@ -562,16 +562,6 @@ class Session:
                 ]
                 self._drawn = {id: (key, figures)}  # of one record: the newest
             return self._drawn[id][1]
-
-    def _note(self, record: Record) -> Path:
-        return self.results / "finished" / f"{record.id}.json"
-
-    def _is_finished(self, record: Record, key: str) -> bool:
-        """Whether the results of an earlier session hold."""
-        try:
-            return bool(json.loads(self._note(record).read_text())["key"] == key)
-        except (OSError, ValueError, KeyError):
-            return False
 
     def _key(self, record: Record) -> str:
         """All that the results of a record depend on."""
@@ -752,11 +742,3 @@ class Session:
 def _is_none(name: str) -> bool:
     """Whether a file of this name is no instrument's."""
     return os.path.splitext(name)[1].lower() in SKIPPED or name in _NO_FILE
-
-
-def _digest_of_code() -> str:
-    """Of every module of the package: results do not outlive the code that made them."""
-    found = hashlib.sha256()
-    for path in sorted(Path(vinesexp.__file__).parent.rglob("*.py")):
-        found.update(path.read_bytes())
-    return found.hexdigest()

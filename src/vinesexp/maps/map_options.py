@@ -57,9 +57,13 @@ def gather_values(
         if text is not None:
             values.pop(option.symbol, None)
             try:
-                _read(text, option, values, ranges)
+                found = _read(text, option)
             except ParameterError as error:
                 raise ParameterError(error.problem, where=option.flag) from None
+            if len(found) == 1:
+                values[option.symbol] = found[0]
+            else:
+                ranges[option.symbol] = found[0], found[1]
     missing = [
         f"{option.flag} '{option.example}'"
         for option in OPTIONS
@@ -72,29 +76,24 @@ def gather_values(
     return values, ranges
 
 
-def _read(text: str, option: Option, values: dict[str, float], ranges: dict[str, Ends]) -> None:
-    """One text, as a value or as the two ends of a range."""
+def _read(text: str, option: Option) -> list[float]:
+    """One value, or the two ends of a range."""
     if ";" in text:
         raise ParameterError(
             f"found a list, '{text}': maps and basins are of one ball. `vinesexp design` takes "
             "several, with --clearance for clearances that are given"
         )
-    if ":" not in text:
-        value = parse_quantity(text, option.quantity).value
-        refuse_impossible(text, value, option.quantity)
-        _refuse_outside(text, value, option)
-        values[option.symbol] = value
-        return
-    if option.symbol not in _MAY_VARY:
+    if ":" in text and option.symbol not in _MAY_VARY:
         raise ParameterError(f"found the range '{text}', expected one value")
-    first, last = ends_of(text)
-    low, high = (parse_quantity(one, option.quantity).value for one in (first, last))
-    for one, value in ((first, low), (last, high)):
+    found = []
+    for one in ends_of(text) if ":" in text else (text,):
+        value = parse_quantity(one, option.quantity).value
         refuse_impossible(one.strip(), value, option.quantity)
         _refuse_outside(one.strip(), value, option)
-    if not low < high:
+        found.append(value)
+    if not found[0] < found[-1] and ":" in text:
         raise ParameterError(f"found the range '{text}', expected from a smaller to a larger value")
-    ranges[option.symbol] = (low, high)
+    return found
 
 
 def _refuse_outside(text: str, value: float, option: Option) -> None:

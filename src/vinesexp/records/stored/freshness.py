@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.records.campaign.schema import Campaign, Record
-from vinesexp.whole_files import write_whole
+from vinesexp.whole_files import digest_of_file, write_whole
 
 #: Names of folders, so that notes on results hold when both are moved.
 Roots = Mapping[str, Path]
@@ -125,7 +125,7 @@ class Notes:
             return "" if gone or now == state else "is missing" if now is None else "is new"
         if now == state[:-1]:
             return ""
-        if now[0] != state[0] or _digest(file) != state[-1]:
+        if now[0] != state[0] or digest_of_file(file) != state[-1]:
             return "differs"
         states[name] = [*now, state[-1]]
         self.new_times = True
@@ -196,7 +196,7 @@ class Notes:
         states: States = {}
         for file in files:
             now = _stat(file)
-            states[self._name(file)] = None if now is None else [*now, _digest(file)]
+            states[self._name(file)] = None if now is None else [*now, digest_of_file(file)]
         return states
 
     def _name(self, file: Path) -> str:
@@ -232,11 +232,6 @@ def _stat(file: str | Path) -> list[int] | None:
     if not stat.S_ISREG(status.st_mode):
         return None
     return [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
-
-
-def _digest(file: str | Path) -> str:
-    with open(file, "rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 _ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
