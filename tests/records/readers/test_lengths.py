@@ -1,6 +1,7 @@
 """Files shorter or longer than they say: never a record that is called whole."""
 
 import math
+import os
 import struct
 
 import numpy as np
@@ -34,6 +35,16 @@ def test_a_wav_file_cut_in_half_is_reported(tmp_path):
     assert warnings["rows"] == "the header states 16000 rows, 8000 are there and were read"
     assert "look" not in warnings
     assert any("16000" in remark for remark in view_file(path).remarks)
+
+
+def test_a_wav_file_that_is_cut_while_it_is_read_is_refused(tmp_path):
+    path = tmp_path / "a.wav"
+    wavfile.write(path, 8000, SHAPE.astype("f4"))
+    blocks = open_source(path).blocks([0], rows=4000)
+    np.testing.assert_array_equal(next(blocks)[:, 0], SHAPE[:4000].astype("f4"))
+    os.truncate(path, 20000)
+    with pytest.raises(RecordError, match="became shorter"):
+        next(blocks)
 
 
 @pytest.mark.parametrize("stated", [0, 0xFFFFFFFF])

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
@@ -32,16 +31,14 @@ def recognises(head: bytes, suffix: str) -> bool:
 def open_file(path: Path) -> TableSource:
     """Open a WAV file; RecordError where it is broken or holds no samples."""
     layout = _layout(path)
-    frames = layout.found // layout.frame
-    if not frames:
+    if layout.found < layout.frame:
         raise RecordError("holds no samples; export the record again")
-    raw = np.memmap(path, layout.coding, "r", layout.begin, (frames, layout.channels))
     names = {} if layout.tracks is None else track_names(layout.tracks)
     source = TableSource(
         path,
         "WAV",
         [Column(names.get(k + 1, str(k))) for k in range(layout.channels)],
-        [_Track(raw[:, k]) for k in range(layout.channels)],
+        [_Track(path, layout, k) for k in range(layout.channels)],
         sample_interval=1.0 / layout.rate,
     )
     source.stated_rows = layout.stated_frames
@@ -101,15 +98,22 @@ class _Layout:
 
 @dataclass(frozen=True)
 class _Track:
-    """Samples of one channel, -1 to 1, from their codes."""
+    """Samples of one channel, -1 to 1: read, not mapped, since a file may be cut meanwhile."""
 
-    codes: NDArray[Any]
+    path: Path
+    layout: _Layout
+    channel: int
 
     def __len__(self) -> int:
-        return len(self.codes)
+        return self.layout.found // self.layout.frame
 
     def __getitem__(self, rows: slice) -> FloatArray:
-        codes = self.codes[rows]
+        layout, frames = self.layout, rows.stop - rows.start
+        at, count = layout.begin + rows.start * layout.frame, frames * layout.channels
+        codes = np.fromfile(self.path, layout.coding, count, offset=at)
+        if len(codes) < count:
+            raise RecordError("became shorter while it was read")
+        codes = codes.reshape(frames, layout.channels)[:, self.channel]
         if codes.dtype.names:  # of three bytes
             return np.asarray((256.0 * codes["upper"] + codes["lower"]) / 2.0**23)
         values: FloatArray = codes.astype(np.float64)
