@@ -23,7 +23,7 @@ from vinesexp.solver.contact import (
     settle,
 )
 from vinesexp.solver.flight import expect
-from vinesexp.solver.search import EPS, first_root
+from vinesexp.solver.search import EPS, clear_between, first_root, most_of_fourth
 from vinesexp.solver.series import (
     ORDER,
     P_C,
@@ -41,6 +41,7 @@ from vinesexp.solver.state import (
     FREE,
     HIT,
     IMPACT,
+    LEFT,
     MASS,
     RELEASED,
     REST_END,
@@ -49,13 +50,19 @@ from vinesexp.solver.state import (
     RESTITUTION,
     RHO,
     ROOT,
+    RUB,
     SIDE,
     STATE,
+    STUCK,
     T_HIGH,
     T_LOW,
+    TOUCHED,
+    TURN,
     V_NOW,
     WALL,
+    WAY,
     X_NOW,
+    A,
     D,
     IntArray,
     U,
@@ -66,43 +73,63 @@ from vinesexp.solver.state import (
 
 
 @compiled
-def next_contact(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
-    """First contact of any ball in (0, limit]; ROOT and WALL of each ball that has one."""
-    first = math.inf
+def is_held(balls: FloatArray, i: int) -> bool:
+    """Whether the ball moves with the oscillator."""
+    held: bool = balls[i, STATE] == RESTING or balls[i, STATE] == STUCK
+    return held
+
+
+@compiled
+def next_hit(
+    balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, h: float, bend: float,
+    gain: float,
+) -> float:  # fmt: skip
+    """First contact of any ball in (0, limit], or stage of one that lasts; ROOT and WALL of each.
+
+    `bend` and `gain` are x - x0 - v0 h and v - v0 after h seconds, h >= `limit`.
+    """
+    first, S = math.inf, most_of_fourth(X, 0, h)
     for i in range(balls.shape[0]):
-        balls[i, ROOT] = math.inf
-        if balls[i, STATE] == RESTING:
+        if is_held(balls, i):
             continue
-        expand_gap(balls, i, X, P)
-        lead = 0
-        if balls[i, STATE] == RELEASED:  # gap, its rate and x'' are zero by definition
-            P[0] = P[1] = P[2] = 0.0
-            lead = 3
-        first = min(first, next_wall(balls, i, P, lead, limit))
+        balls[i, ROOT] = math.inf
+        if balls[i, STATE] >= TOUCHED:
+            balls[i, ROOT] = balls[i, LEFT]
+        else:
+            search_walls(balls, i, X, P, limit, h, bend, gain, S)
+        first = min(first, balls[i, ROOT])
     return first
 
 
 @compiled
-def expand_gap(balls: FloatArray, i: int, X: FloatArray, P: FloatArray) -> None:
-    """Fill P with the series of the gap of ball i to the wall `SIDE`."""
-    side = balls[i, SIDE]
-    for n in range(2, X.shape[0]):
-        P[n] = -side * X[n]
-    P[0], P[1] = balls[i, D], -side * balls[i, RHO]
+def search_walls(
+    balls: FloatArray, i: int, X: FloatArray, P: FloatArray, limit: float, h: float, bend: float,
+    gain: float, S: float,
+) -> None:  # fmt: skip
+    """First contact of ball i in (0, limit] with either wall, into ROOT and WALL.
 
-
-@compiled
-def next_wall(balls: FloatArray, i: int, P: FloatArray, lead: int, limit: float) -> float:
-    """First contact of ball i in (0, limit] with either wall, into ROOT and WALL; P is turned."""
-    root, wall = first_root(P, lead, limit), balls[i, SIDE]
-    for n in range(P.shape[0]):
-        P[n] = -P[n]
-    P[0] += 2.0 * balls[i, CLEARANCE]
-    other = first_root(P, 0, min(root, limit))
-    if other < root:
-        root, wall = other, -balls[i, SIDE]
-    balls[i, ROOT], balls[i, WALL] = root, wall
-    return float(root)
+    From both ends of the h seconds alone it mostly shows that a wall is out of reach.
+    """
+    side, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
+    drift = balls[i, A] * h
+    g, rate = d - side * (r * h + (bend - 0.5 * drift * h)), side * (r + (gain - drift))
+    for wall in (side, -side):
+        z = wall * side
+        if wall != side:
+            d, g = full - d, full - g
+        free = balls[i, STATE] == FREE and g > 0.0
+        if free and clear_between(d, -wall * r, g, -z * rate, h, S):
+            continue
+        for n in range(2, X.shape[0]):
+            P[n] = -wall * X[n]
+        P[0], P[1], lead = d, -wall * r, 0
+        P[2] += 0.5 * wall * balls[i, A]
+        if balls[i, STATE] == RELEASED:  # x' - y' and x'' - y'' are zero by definition
+            P[1] = P[2] = 0.0
+            lead = 3 if d <= 0.0 else 0
+        root = first_root(P, lead, min(limit, balls[i, ROOT]))
+        if root < balls[i, ROOT]:
+            balls[i, ROOT], balls[i, WALL] = root, wall
 
 
 @compiled
@@ -129,26 +156,36 @@ def next_release(
 
 
 @compiled
-def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
-    """Carry clock, oscillator and balls s seconds on; impacts within rounding of s are at a
-    wall."""
+def move(
+    balls: FloatArray, X: FloatArray, state: FloatArray, s: float, bend: float, gain: float
+) -> float:
+    """Carry clock, oscillator and balls s seconds on; until when what happens is one event."""
     advance_clock(state, s)
-    bend, gain = from_power(X, s, 2)  # x - x0 - v0 s and v - v0, without subtraction
     state[X_NOW], state[V_NOW] = X[0] + fused(X[1], s, bend), X[1] + gain
-    tie = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
+    tie: float = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
     for i in range(balls.shape[0]):
-        if balls[i, STATE] == RESTING:
+        if is_held(balls, i):
+            continue
+        if balls[i, STATE] >= TOUCHED:
+            balls[i, D] = carry(balls, i, state[V_NOW], s, bend, gain)
+            balls[i, LEFT] = balls[i, LEFT] - s if balls[i, ROOT] > tie else 0.0
             continue
         if balls[i, STATE] == RELEASED:
-            bend_i, balls[i, RHO] = from_power(X, s, 3)
-            gap = balls[i, D] - balls[i, SIDE] * bend_i
+            balls[i, U] += balls[i, A] * s
+            way, balls[i, RHO] = from_power(X, s, 3)
+            gap = balls[i, D] - balls[i, SIDE] * way
         else:
             gap = carry(balls, i, state[V_NOW], s, bend, gain)
         if s > 0.0:
             balls[i, STATE] = FREE
+            # A ball that slides changes its direction through rest only.
+            turned = balls[i, TURN] <= tie or balls[i, WAY] * balls[i, RHO] <= 0.0
+            if balls[i, RUB] > 0.0 and turned:
+                balls[i, RHO] = 0.0
         if balls[i, ROOT] <= tie:
             balls[i, SIDE], gap = balls[i, WALL], 0.0
         balls[i, D] = max(gap, 0.0)
+    return tie
 
 
 @compiled
@@ -236,11 +273,14 @@ def turn(
         state[V_NOW] += dv
         return log_marked(balls, numbers, labels, row, REST_START, state)
     step, goal = end_of_step(table, piece, duration, state, reach)
-    contact = next_contact(balls, X, P, step)
+    bend, gain = from_power(X, step, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    contact = next_hit(balls, X, P, step, step, bend, gain)
     noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
     let_go = next_release(balls, X, P, min(step, contact), noise / mass)
     first = min(contact, let_go)
-    move(balls, X, state, min(first, step))
+    if first < step:
+        bend, gain = from_power(X, first, 2)
+    move(balls, X, state, min(first, step), bend, gain)
     if first >= step and goal < math.inf:
         state[T_HIGH], state[T_LOW] = goal, 0.0
     if let_go < contact and let_go <= step:

@@ -14,8 +14,11 @@ the error here. It also ends where z' changes its sign, which is a root found li
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from numba import types
+from numba.extending import intrinsic
 
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, entry, fused
@@ -36,9 +39,16 @@ from vinesexp.solver.series import (
 )
 from vinesexp.solver.state import ALLOWANCE
 
+HIGH = 30  # order of a series with products
 CUT_OFF = 3e-17  # of the motion, the last term: the terms fall by a factor of 7 or more there
 AT_REST = 1e-13  # z' over the speeds it is the difference of: no more than their rounding
 ENDING = 1e-10  # rad: a slip that friction ends within this time has ended
+
+
+@compiled
+def length_of(par: FloatArray) -> int:
+    """Number of coefficients of the series of an oscillator."""
+    return HIGH + 1 if par[P_QUADRATIC] != 0.0 or par[P_CUBIC] != 0.0 else ORDER + 1
 
 
 @compiled
@@ -76,50 +86,100 @@ def moving_way(
 
 
 @compiled
-def fill_nonlinear(
-    par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray,
-    square: FloatArray, Z: FloatArray,
+def fill_linear(
+    par: FloatArray, mass: float, force: float, E: FloatArray, X: FloatArray
 ) -> None:  # fmt: skip
-    """Coefficients X_2... from X_0, X_1; `direction` is the sign of z'.
-
-    `square` and `Z` are scratch space: z^2 and z.
-    """
-    damping, stiffness = par[P_C] / mass, par[P_K] / mass
-    quadratic, cubic = direction * par[P_QUADRATIC] / mass, par[P_CUBIC] / mass
-    more = (force - direction * par[P_COULOMB]) / mass
-    Z[0] = X[0] - E[0]
+    """Coefficients X_2... from X_0, X_1 of a linear oscillator under a constant force."""
+    damping, stiffness, more = par[P_C] / mass, par[P_K] / mass, force / mass
+    last, z = X[0] - E[0], X[1] - E[1]
     for n in range(X.shape[0] - 2):
-        Z[n + 1] = X[n + 1] - E[n + 1]
-        if quadratic != 0.0:
-            more -= quadratic * slope_squared(Z, n)
-        if cubic != 0.0:
-            square[n], cube = squared(Z, n), 0.0
-            for j in range(n + 1):
-                cube = fused(square[j], Z[n - j], cube)
-            more -= cubic * cube
-        pull = fused(-stiffness, Z[n], more) * (PER[n] * PER[n + 1])
-        X[n + 2] = fused(-damping * PER[n + 1], Z[n + 1], pull)
-        more = 0.0
+        pull = fused(-stiffness, last, more) * (PER[n] * PER[n + 1])
+        here = fused(-damping * PER[n + 1], z, pull)
+        X[n + 2], last, z, more = here, z, here - E[n + 2], 0.0
+
+
+def _recursion(quadratic: bool, cubic: bool) -> Any:
+    """Fill X_2... to order HIGH from X_0, X_1 with products of series, written out term by term.
+
+    Loops over products as short as these would take several times as long.
+    """
+
+    @intrinsic
+    def fill(typing: Any, X: Any, E: Any, damping: Any, stiffness: Any, q: Any, k: Any, more: Any
+             ) -> Any:  # fmt: skip
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> None:
+            number = context.get_value_type(types.float64)
+            X, E = (
+                context.make_array(kind)(context, builder, value).data
+                for kind, value in zip(signature.args[:2], arguments[:2], strict=True)
+            )
+            damping, stiffness, q, k, more = (builder.fneg(value) for value in arguments[2:])
+            place, fma = context.get_constant, builder.fma
+
+            def at(array: Any, n: int) -> Any:
+                return builder.gep(array, [place(types.intp, n)])
+
+            def dot(left: list[Any], right: list[Any]) -> Any:
+                """Sum of left_j right_j, those known last at the end."""
+                total = number(0.0)
+                for a, b in zip(left, right, strict=True):
+                    total = fma(a, b, total)
+                return total
+
+            def square(series: list[Any]) -> Any:
+                """The last coefficient of the square of what is known of a series."""
+                n, half = len(series), len(series) // 2
+                total = dot(series[:half][::-1], series[n - half :])
+                total = builder.fadd(total, total)
+                return fma(series[half], series[half], total) if n % 2 else total
+
+            Z = [builder.fsub(builder.load(at(X, n)), builder.load(at(E, n))) for n in (0, 1)]
+            S: list[Any] = []
+            W: list[Any] = []
+            more = builder.fneg(more)
+            for n in range(HIGH - 1):
+                if quadratic:
+                    W.append(builder.fmul(number(n + 1.0), Z[n + 1]))
+                    more = fma(q, square(W[1:-1] if n > 0 else W), more)
+                    if n == 1:  # 2 W_0 W_n, known last, acts like a damper
+                        damping = fma(builder.fadd(W[0], W[0]), q, damping)
+                if cubic:
+                    S.append(square(Z[: n + 1]))
+                    half = n // 2
+                    early = dot(S[:half][::-1], Z[n + 1 - half : n + 1])
+                    late = dot(S[half:], Z[: n + 1 - half][::-1])
+                    more = fma(k, builder.fadd(early, late), more)
+                pull = builder.fmul(fma(stiffness, Z[n], more), number(PER[n] * PER[n + 1]))
+                here = fma(builder.fmul(damping, number(PER[n + 1])), Z[n + 1], pull)
+                builder.store(here, at(X, n + 2))
+                Z.append(builder.fsub(here, builder.load(at(E, n + 2))))
+                more = number(0.0)
+
+        return types.void(X, E, *[types.float64] * 5), generate
+
+    return fill
+
+
+fill_quadratic, fill_cubic = _recursion(True, False), _recursion(False, True)
+fill_both = _recursion(True, True)
 
 
 @compiled
-def squared(Z: FloatArray, n: int) -> float:
-    """Coefficient n of the square of a series: half of the products are those of the others."""
-    total, half = 0.0, (n + 1) // 2
-    for j in range(half):
-        total = fused(Z[j], Z[n - j], total)
-    middle = Z[half] * Z[half] if n % 2 == 0 else 0.0
-    return fused(2.0, total, middle)
-
-
-@compiled
-def slope_squared(Z: FloatArray, n: int) -> float:
-    """Coefficient n of the square of a series' derivative."""
-    total, half = 0.0, (n + 1) // 2
-    for j in range(half):
-        total = fused((j + 1) * Z[j + 1], (n - j + 1) * Z[n - j + 1], total)
-    middle = (half + 1) * Z[half + 1] if n % 2 == 0 else 0.0
-    return fused(2.0, total, middle * middle)
+def fill_nonlinear(
+    par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray
+) -> None:
+    """Coefficients X_2... from X_0, X_1; `direction` is the sign of z'."""
+    quadratic, cubic = direction * par[P_QUADRATIC] / mass, par[P_CUBIC] / mass
+    more = force - direction * par[P_COULOMB]
+    damping, stiffness = par[P_C] / mass, par[P_K] / mass
+    if cubic == 0.0 and quadratic == 0.0:
+        fill_linear(par, mass, more, E, X)
+    elif cubic == 0.0:
+        fill_quadratic(X, E, damping, stiffness, quadratic, cubic, more / mass)
+    elif quadratic == 0.0:
+        fill_cubic(X, E, damping, stiffness, quadratic, cubic, more / mass)
+    else:
+        fill_both(X, E, damping, stiffness, quadratic, cubic, more / mass)
 
 
 @compiled
@@ -165,11 +225,11 @@ def stiffest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> floa
 @apart
 def expand_loaded(
     par: FloatArray, mass: float, force: float, rate: float, x: float, v: float, E: FloatArray,
-    X: FloatArray, P: FloatArray, Z: FloatArray,
+    X: FloatArray, P: FloatArray,
 ) -> float:  # fmt: skip
     """Fill the series of x at (x, v) under a constant force; how far it holds, s.
 
-    `E` is that of x_e, of a motion as fast as `rate`; `P` and `Z` are scratch space, as long.
+    `E` is that of x_e, of a motion as fast as `rate`; `P` is scratch space, as long.
     """
     X[0], X[1] = x, v
     limit: float = THETA / max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
@@ -181,12 +241,12 @@ def expand_loaded(
         return follow_base(par, mass, force + spring_force(par, E, X), E, X, P, limit)
     if not damped:
         direction = 0.0
-    fill_nonlinear(par, mass, force, direction, E, X, P, Z)
+    fill_nonlinear(par, mass, force, direction, E, X)
     reach, top = limit, X.shape[0] - 1
     if damped or par[P_CUBIC] != 0.0:
-        scale, power = 0.0, 1.0
-        for n in range(top + 1):
-            scale, power = max(scale, abs(X[n]) * power), power * limit
+        scale = 0.0
+        for n in range(6, -1, -1):
+            scale = fused(scale, limit, abs(X[n]))
         last = max(abs(X[top]), abs(X[top - 1]) * limit)
         if last > 0.0:
             reach = min(reach, (CUT_OFF * scale / last) ** (1.0 / top))
@@ -205,8 +265,8 @@ def sample_loaded(
     pace: float, x: FloatArray, v: FloatArray, a: FloatArray,
 ) -> float:  # fmt: skip
     """`events.sample` for these: rows (time, x, v, mass, force) in `nodes`, times sorted."""
-    work = np.empty((4, ORDER + 1))
-    E, X, P, Z = work[0], work[1], work[2], work[3]
+    work = np.empty((3, length_of(par)))
+    E, X, P = work[0], work[1], work[2]
     node, last, spent, mark = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
     t, t_end, reach, piece = nodes[0, 0], nodes[0, 0], 0.0, 0
     here, speed = nodes[0, 1], nodes[0, 2]
@@ -221,7 +281,7 @@ def sample_loaded(
             piece = piece_at(table, t)
             mass, force, since = nodes[node, 3], nodes[node, 4], t - table[piece, 0]
             rate = expand_base(kind, table[piece], since, E)
-            reach = expand_loaded(par, mass, force, rate, here, speed, E, X, P, Z)
+            reach = expand_loaded(par, mass, force, rate, here, speed, E, X, P)
             t_end = max(t + reach, np.nextafter(t, math.inf))
             if node < last:
                 t_end = min(t_end, nodes[node + 1, 0])

@@ -44,9 +44,9 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import apart, compiled, entry, fused
+from vinesexp.solver.compiled import apart, compiled, entry
 from vinesexp.solver.contact import UNSEEN, closing_now
-from vinesexp.solver.events import collide, end_of_step, expand_gap, next_wall
+from vinesexp.solver.events import collide, end_of_step, is_held, move, next_hit
 from vinesexp.solver.flight import cross, first_expected, second
 from vinesexp.solver.lasting import go_through, lasts
 from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, moving_way, spring_force
@@ -113,13 +113,6 @@ from vinesexp.solver.state import (
 )
 
 REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
-
-
-@compiled
-def is_held(balls: FloatArray, i: int) -> bool:
-    """Whether the ball moves with the oscillator."""
-    held: bool = balls[i, STATE] == RESTING or balls[i, STATE] == STUCK
-    return held
 
 
 @compiled
@@ -480,59 +473,6 @@ def collide_rubbing(
 
 
 @compiled
-def next_hit(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
-    """First contact of any ball in (0, limit]; ROOT and WALL of each ball that has one."""
-    first = math.inf
-    for i in range(balls.shape[0]):
-        if is_held(balls, i):
-            continue
-        if balls[i, STATE] >= TOUCHED:
-            balls[i, ROOT] = balls[i, LEFT]
-            first = min(first, balls[i, LEFT])
-            continue
-        expand_gap(balls, i, X, P)
-        P[2] += 0.5 * balls[i, SIDE] * balls[i, A]
-        lead = 0
-        if balls[i, STATE] == RELEASED:  # x' - y' and x'' - y'' are zero by definition
-            P[1] = P[2] = 0.0
-            lead = 3 if balls[i, D] <= 0.0 else 0
-        first = min(first, next_wall(balls, i, P, lead, limit))
-    return first
-
-
-@compiled
-def move_rubbing(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> float:
-    """Carry clock, oscillator and balls s seconds on; until when what happens is one event."""
-    advance_clock(state, s)
-    bend, gain = from_power(X, s, 2)  # x - x0 - v0 s and v - v0, without subtraction
-    state[X_NOW], state[V_NOW] = X[0] + fused(X[1], s, bend), X[1] + gain
-    tie: float = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
-    for i in range(balls.shape[0]):
-        if is_held(balls, i):
-            continue
-        if balls[i, STATE] >= TOUCHED:
-            balls[i, D] = carry(balls, i, state[V_NOW], s, bend, gain)
-            balls[i, LEFT] = balls[i, LEFT] - s if balls[i, ROOT] > tie else 0.0
-            continue
-        if balls[i, STATE] == RELEASED:
-            balls[i, U] += balls[i, A] * s
-            way, balls[i, RHO] = from_power(X, s, 3)
-            gap = balls[i, D] - balls[i, SIDE] * way
-        else:
-            gap = carry(balls, i, state[V_NOW], s, bend, gain)
-        if s > 0.0:
-            balls[i, STATE] = FREE
-            # A ball that slides changes its direction through rest only.
-            turned = balls[i, TURN] <= tie or balls[i, WAY] * balls[i, RHO] <= 0.0
-            if balls[i, RUB] > 0.0 and turned:
-                balls[i, RHO] = 0.0
-        if balls[i, ROOT] <= tie:
-            balls[i, SIDE], gap = balls[i, WALL], 0.0
-        balls[i, D] = max(gap, 0.0)
-    return tie
-
-
-@compiled
 def slip(
     balls: FloatArray, state: FloatArray, tie: float, numbers: FloatArray, labels: IntArray,
     row: int,
@@ -546,6 +486,15 @@ def slip(
     return row
 
 
+@compiled
+def any_lasts(balls: FloatArray) -> bool:
+    """Whether contacts of any ball last."""
+    lasts = False
+    for i in range(balls.shape[0]):
+        lasts = lasts or balls[i, TAU] > 0.0
+    return lasts
+
+
 @apart
 def rub(
     par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
@@ -557,15 +506,16 @@ def rub(
     since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
     base_rate = expand_base(kind, table[piece], since, E)
     if closing_now(balls, state[V_NOW]) > 0:
-        x2 = free_acceleration(par, balls, state[X_NOW], state[V_NOW], E, X)
+        x2 = 0.0
+        if any_lasts(balls):
+            x2 = free_acceleration(par, balls, state[X_NOW], state[V_NOW], E, X)
         row = collide_rubbing(balls, par[P_M], x2, state, numbers, labels, row, before)
     row = decide(par, state, balls, E, X, numbers, labels, row)
-    if row > first:
-        complete(balls, par[P_M], numbers, labels, first, row)
-        return row
+    complete(balls, par[P_M], numbers, labels, first, row)
+    first = row
     force, held = loads(balls)
     mass, x, v = par[P_M] + held, state[X_NOW], state[V_NOW]
-    reach = expand_loaded(par, mass, force, base_rate, x, v, E, X, P, work[3])
+    reach = expand_loaded(par, mass, force, base_rate, x, v, E, X, P)
     state[V_NOW] = X[1]
     rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
     T, dx, dv = close_rubbing_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], X[1], remainder)
@@ -583,8 +533,11 @@ def rub(
     noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
     soon = next_stop(balls, X, P, step)
     soon = min(soon, next_slip(balls, X, P, min(step, soon), noise / mass))
-    soon = min(soon, next_hit(balls, X, P, min(step, soon)))
-    tie = move_rubbing(balls, X, state, min(soon, step))
+    bend, gain = from_power(X, step, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    soon = min(soon, next_hit(balls, X, P, min(step, soon), step, bend, gain))
+    if soon < step:
+        bend, gain = from_power(X, soon, 2)
+    tie = move(balls, X, state, min(soon, step), bend, gain)
     if soon >= step and goal < math.inf:
         state[T_HIGH], state[T_LOW] = goal, 0.0
     row = slip(balls, state, tie, numbers, labels, row)
@@ -700,7 +653,7 @@ def rub_on(
 ) -> tuple[int, int]:  # fmt: skip
     """`run_rubbing`, with its scratch space."""
     row, turns, piece = 0, 0, piece_at(table, state[T_HIGH])
-    room, span = numbers.shape[0] - 4 * balls.shape[0] - 4, (ENTRIES - 2) * response[H_SPACING]
+    room, span = numbers.shape[0] - 6 * balls.shape[0] - 4, (ENTRIES - 2) * response[H_SPACING]
     for i in range(balls.shape[0]):
         balls[i, PERIOD] = 1.0 / response[H_FREQUENCY] if closed else 0.0
     while row < room and state[T_HIGH] < duration and turns < ALLOWANCE:

@@ -53,6 +53,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, fused
 
@@ -149,6 +151,7 @@ def certain_step(g: float, g1: float, g2: float, g3: float, S: float, reach: flo
 
 
 EPS = 2.220446049250313e-16
+FOURTH = np.array([float(n * (n - 1) * (n - 2) * (n - 3)) for n in range(41)])
 #: Steps to a root, which take about ten: no polynomial of a motion needs as many.
 MOST = 100_000
 TRIES = 30  # of Newton's rule, which takes about five
@@ -183,6 +186,15 @@ def first_root(p: FloatArray, lead: int, limit: float) -> float:
 
 
 @compiled
+def most_of_fourth(p: FloatArray, lead: int, limit: float) -> float:
+    """A bound on the fourth derivative of p/s^lead in (0, limit]."""
+    most = 0.0
+    for n in range(p.shape[0] - 1, lead + 3, -1):
+        most = fused(most, limit, FOURTH[n - lead] * abs(p[n]))
+    return most
+
+
+@compiled
 def at(p: FloatArray, lead: int, s: float) -> tuple[float, float, float]:
     """p/s^lead at s, its slope, and the sum of its terms without their signs."""
     top = p.shape[0] - 1
@@ -200,23 +212,19 @@ def guessed_root(p: FloatArray, lead: int, limit: float) -> float:
     0: nothing is proved.
     """
     top = p.shape[0] - 1
-    fourth, power = 0.0, 1.0
-    for n in range(lead + 4, top + 1):
-        k = n - lead
-        fourth = fused(k * (k - 1) * (k - 2) * (k - 3) * power, abs(p[n]), fourth)
-        power *= limit
+    fourth = most_of_fourth(p, lead, limit)
     rate = p[lead + 1] if lead < top else 0.0
     value, slope, noise = at(p, lead, limit)
     if value > 0.0:
         if clear_between(p[lead], rate, value, slope, limit, fourth):
             return math.inf
         return 0.0
-    # From the parabola at the start, which is all of a short flight, else from the chord.
+    # From the parabola at the start, which is all of a short flight, else from the cubic between.
     bend = p[lead + 2] if lead + 1 < top else 0.0
     square = rate * rate - 4.0 * p[lead] * bend
     low, high, s = 0.0, limit, 2.0 * p[lead] / (math.sqrt(max(square, 0.0)) - rate)
     if square < 0.0 or not low < s < high:
-        s = limit * p[lead] / (p[lead] - value)
+        s = root_of_cubic(p[lead], rate, value, slope, limit)
     for _ in range(TRIES):
         value, slope, noise = at(p, lead, s)
         low, high = (s, high) if value > 0.0 else (low, s)
@@ -225,6 +233,21 @@ def guessed_root(p: FloatArray, lead: int, limit: float) -> float:
             return s if clear_between(p[lead], rate, 0.0, slope, s, fourth) else 0.0
         s = step if low < step < high else 0.5 * (low + high)
     return 0.0
+
+
+@compiled
+def root_of_cubic(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
+    """About where a gap that is open at one end and not at the other is closed."""
+    fall = (g1 - g0) / h
+    c2, c3 = (3.0 * fall - 2.0 * r0 - r1) / h, (r0 + r1 - 2.0 * fall) / (h * h)
+    low, high, s = 0.0, h, g0 / (g0 - g1) * h
+    for _ in range(6):
+        value = fused(s, fused(s, fused(s, c3, c2), r0), g0)
+        low, high = (s, high) if value > 0.0 else (low, s)
+        s -= value / fused(s, fused(s, 3.0 * c3, 2.0 * c2), r0)
+        if not low < s < high:
+            s = 0.5 * (low + high)
+    return s
 
 
 @compiled

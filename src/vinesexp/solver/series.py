@@ -23,7 +23,7 @@ from vinesexp.solver.compiled import compiled, fused
 
 ORDER = 20
 THETA = 1.25
-PER = 1.0 / np.arange(1.0, ORDER + 2.0)  # 1/(n + 1): a division would be most of a recursion
+PER = 1.0 / np.arange(1.0, 42.0)  # 1/(n + 1): a division would be most of a recursion
 
 # Oscillator parameters in one array: mass, viscous, stiffness, quadratic, Coulomb, cubic stiffness.
 P_M, P_C, P_K, P_QUADRATIC, P_COULOMB, P_CUBIC = 0, 1, 2, 3, 4, 5

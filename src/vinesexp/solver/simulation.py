@@ -183,6 +183,7 @@ def _loop_of(
     """The loop of `kernel.py` or `rubbing.py`: fills a log from a state; rows and evaluations."""
     from vinesexp.solver.contact import REMAINDER
     from vinesexp.solver.kernel import run
+    from vinesexp.solver.nonlinear import HIGH
     from vinesexp.solver.response import HEADER
     from vinesexp.solver.rubbing import run_rubbing
     from vinesexp.solver.series import ORDER
@@ -191,7 +192,8 @@ def _loop_of(
     kind, table = drive_table(base)
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
     response = None if general else closed_form(rig, base, damping)
-    closed, work = response is not None, np.zeros((4, ORDER + 1))
+    order = HIGH if damping.quadratic or rig.oscillator.k3 else ORDER
+    closed, work = response is not None, np.zeros((4, order + 1))
     if response is None:
         response = np.ones(HEADER)
 
