@@ -160,6 +160,30 @@ def test_a_ball_that_was_weighed_wrong_is_no_clearance_and_no_rubbing(ball):
     assert says(whole, "Each of these", "known.nes_mass", "added_mass_g")
 
 
+@pytest.mark.parametrize("loads", [True, False])
+def test_a_ball_that_was_not_weighed_has_the_mass_that_its_impacts_show(loads):
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.clearance.predicted import identified_rig
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    found, campaign, tables = tables_of(departure(), loads=loads)
+    known = replace(campaign.known, nes_mass=())
+    whole = identify_campaign(found, replace(campaign, known=known), tables)
+    ball = next((e for e in whole.rows if e.parameter == "m"), None)
+    if not loads:  # nothing weighs anything
+        assert ball is None
+        return
+    assert ball is not None
+    assert holds(ball, 0.032)
+    assert ball.std_error < 0.01 * ball.value
+    rows = [
+        {"parameter": e.parameter, "method": e.method, "value": e.value, "std_error": e.std_error}
+        for e in whole.rows
+    ]
+    assert identified_rig(rows, known, whole.rig).missing == ()
+
+
 def test_added_masses_off_the_sheet_are_within_the_error_of_M():
     from benchmarks.robustness.impact_tables import tables_of
 

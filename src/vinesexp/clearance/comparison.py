@@ -67,7 +67,7 @@ _HOW_TO_KNOW = {
     "c1": "M and a ring-down",
     "k1": "M and a ring-down",
     "r": "a drop test, or impacts with a known clearance",
-    "m": "`known: nes_mass` in campaign.yaml",
+    "m": "`known: nes_mass` in campaign.yaml, or impacts and a known M",
 }
 
 

@@ -139,8 +139,8 @@ def identified_rig(
     values: dict[str, Quantity] = {
         name: found[name] for name in ("M", "c1", "k1", "r") if name in found
     }
-    if known.nes_mass:
-        values["m"] = found.get("m", known.nes_mass[0])
+    if weighed := found.get("m") or next(iter(known.nes_mass), None):
+        values["m"] = weighed
     effects = ball_effects(identified)
     balls: tuple[NES, ...] = ()
     if effects and {"r", "m"} <= set(values):

@@ -565,13 +565,15 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
 
 
 def _ball(answer: Answer, campaign: Campaign) -> list[Estimate]:
-    """Mass of the first ball as all records show it: predictions take it with M."""
+    """Mass of the first ball as all records show it, weighed or not: predictions take it with M."""
     masses, posterior = campaign.known.nes_mass, answer.posterior
     name = answer.observed.balls.get(1)
-    if not masses or name is None:
+    if name is None:
         return []
     value, error = posterior.of({name: 1.0})
-    size = masses[0].value * math.exp(value)
+    if not error < _UNKNOWN:
+        return []
+    size = (masses[0].value if masses else 1.0) * math.exp(value)
     return [Estimate("m", size, size * error, "kg", COMBINED, answer.records_of({name: 1.0}))]
 
 

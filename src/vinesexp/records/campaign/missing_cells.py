@@ -100,8 +100,8 @@ def missing_cells(campaign: Campaign, evidence: Mapping[str, Evidence]) -> list[
             found.append(Check(only, MISSING, "warning", detail))
     with_ball = [r for r in records if r.clearance or evidence[r.id].impacts >= _IMPACTS]
     if with_ball and not campaign.known.nes_mass:
-        detail = "known.nes_mass is not in campaign.yaml; weigh the ball: without it b_c cannot"
-        detail += " be predicted"
+        detail = "known.nes_mass is not in campaign.yaml; weigh the ball: without it, only added"
+        detail += " masses or the weighed mass, and impacts, give b_c"
         found.append(Check("", MISSING, "warning", detail))
     return found
 
