@@ -74,38 +74,23 @@ def write_uff(view: RecordView, impacts: Path, folder: Path, name: str) -> list[
     path.unlink(missing_ok=True)
     file = pyuff.UFF(str(path))
     for k, role in enumerate(view.roles, start=1):
-        quantity = view.quantity(role)
-        kind, *exponents = _UFF[quantity]
-        file.write_sets(_dataset_58(view, role, k, kind, exponents, name), "add")
+        file.write_sets(_dataset_58(view, role, k, name), "add")
     return [path, _impacts_file(impacts, folder, name)]
 
 
-def _dataset_58(
-    view: RecordView, role: str, node: int, kind: int, exponents: list[int], name: str
-) -> dict[str, object]:
-    times = view.time()
-    # Fields that a time history leaves open: denominator, z axis, units of the time axis.
-    empty = {
-        f"{axis}_{field}": 0
-        for axis in ("abscissa", "orddenom", "z_axis")
-        for field in ("spec_data_type", "len_unit_exp", "force_unit_exp", "temp_unit_exp")
-    }
-    labels = [f"{axis}_axis_lab" for axis in ("abscissa", "orddenom", "z_axis")]
-    labels += ["orddenom_axis_units_lab", "z_axis_axis_units_lab"]
+def _dataset_58(view: RecordView, role: str, node: int, name: str) -> dict[str, object]:
+    """Fields of a time history; pyuff fills in what it leaves open."""
+    quantity = view.quantity(role)
+    kind, length, force, temperature = _UFF[quantity]
     return {
-        **empty,
-        **dict.fromkeys(labels, "NONE"),
-        **{"type": 58, "func_type": 1, "binary": 1, "byte_ordering": 1, "fp_format": 2},
-        **{"id1": role, "id2": name, "id3": "vinesexp", "id4": "NONE", "id5": "NONE"},
-        **{"rsp_node": node, "rsp_dir": 1, "ref_node": 0, "ref_dir": 0, "ver_num": 0},
-        **{"load_case_id": 0, "rsp_ent_name": "NONE", "ref_ent_name": "NONE"},
-        **{"data": view.read(role), "x": times, "num_pts": view.n},
-        **{"abscissa_spacing": 1, "abscissa_min": float(times[0]) if view.n else 0.0},
-        **{"abscissa_inc": 1.0 / view.sample_rate, "ord_data_type": 4, "z_axis_value": 0.0},
+        **{"type": 58, "func_type": 1, "binary": 1, "orddenom_spec_data_type": 0},
+        **{"id1": role, "id2": name, "id3": "vinesexp"},
+        **{"rsp_node": node, "rsp_dir": 1, "ref_node": 0, "ref_dir": 0},
+        **{"data": view.read(role), "x": view.time(), "abscissa_spacing": 1},
         **{"abscissa_spec_data_type": 17, "abscissa_axis_units_lab": "s"},
-        **{"ordinate_spec_data_type": kind, "ordinate_len_unit_exp": exponents[0]},
-        **{"ordinate_force_unit_exp": exponents[1], "ordinate_temp_unit_exp": exponents[2]},
-        **{"ordinate_axis_units_lab": SI_UNITS[view.quantity(role)], "ordinate_axis_lab": role},
+        **{"ordinate_spec_data_type": kind, "ordinate_len_unit_exp": length},
+        **{"ordinate_force_unit_exp": force, "ordinate_temp_unit_exp": temperature},
+        **{"ordinate_axis_units_lab": SI_UNITS[quantity], "ordinate_axis_lab": role},
     }
 
 
