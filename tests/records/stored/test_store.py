@@ -62,22 +62,24 @@ def test_other_readers_see_dimensions_units_and_times(tmp_path):
         np.testing.assert_array_equal(record.time(1, 3), [0.5001, 0.5002])
 
 
-def test_an_interrupted_write_leaves_nothing(tmp_path):
-    def interrupted():
-        with RecordWriter(tmp_path / "a.nc", sample_rate=1.0, quantities=QUANTITIES) as writer:
-            writer.append({"base": np.ones(3), "acceleration": np.ones(3)})
-            raise RuntimeError("killed")
+def interrupted(path):
+    with RecordWriter(path, sample_rate=1.0, quantities=QUANTITIES) as writer:
+        writer.append({"base": np.ones(3), "acceleration": np.ones(3)})
+        raise RuntimeError("killed")
 
+
+def test_an_interrupted_write_leaves_nothing(tmp_path):
     with pytest.raises(RuntimeError, match="killed"):
-        interrupted()
+        interrupted(tmp_path / "a.nc")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_interrupted_write_leaves_the_old_record(tmp_path):
     path = tmp_path / "a.nc"
     write(path, [np.arange(5.0)])
-    writer = RecordWriter(path, sample_rate=1.0, quantities=QUANTITIES)
-    writer.discard()
+    with pytest.raises(RuntimeError, match="killed"):
+        interrupted(path)
+    assert list(tmp_path.iterdir()) == [path]
     with open_record(path) as record:
         assert record.n == 5
 
@@ -124,10 +126,9 @@ def test_sampling_may_be_known_at_the_end_only(tmp_path):
     ],
 )
 def test_blocks_that_do_not_fit_are_a_programmers_error(block, tmp_path):
-    writer = RecordWriter(tmp_path / "a.nc", sample_rate=1.0, quantities=QUANTITIES)
-    with pytest.raises(ValueError, match="equal length"):
+    writing = RecordWriter(tmp_path / "a.nc", sample_rate=1.0, quantities=QUANTITIES)
+    with pytest.raises(ValueError, match="equal length"), writing as writer:
         writer.append(block)
-    writer.discard()
 
 
 def test_times_do_not_drift_over_an_hour():

@@ -8,7 +8,6 @@ its place, so that the other records go on.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -38,7 +37,7 @@ from vinesexp.records.stored.store import (
     write_refused,
 )
 from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, plain_unit, unit_size
-from vinesexp.whole_files import partial_path
+from vinesexp.whole_files import whole_file
 
 _INTEGRATED = (
     "displacement is the integral of the measured velocity, whose mean is left out; slow drift and "
@@ -103,9 +102,8 @@ def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         )
     if not samples.quantities:
         raise RecordError("none of the campaign's channels is in it")
-    unseen = partial_path(out)
     attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
-    try:
+    with whole_file(out) as unseen:
         try:
             _write(unseen, samples, attributes)
         except UnevenClockError as uneven:
@@ -119,9 +117,6 @@ def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         if samples.quantities.get("displacement") == "velocity":
             integrate(unseen, "displacement")
             found.append(Check(record.id, "velocity", "ok", _INTEGRATED))
-        os.replace(unseen, out)
-    finally:
-        unseen.unlink(missing_ok=True)
     return found
 
 

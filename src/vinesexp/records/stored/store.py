@@ -18,11 +18,10 @@ day and any machine.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Record
 from vinesexp.records.readers.source import file_of
-from vinesexp.whole_files import digest_of_file, partial_path, whole_file
+from vinesexp.whole_files import digest_of_file, whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -225,20 +224,16 @@ class RecordWriter:
         attributes: Mapping[str, Any] | None = None,
         state: str = "",
     ) -> None:
-        import h5py
-
         self.path = Path(path)
         self.sample_rate = sample_rate
         self.start = start
         self.n = 0
         self._quantities = dict(quantities)
+        self._attributes = {"Conventions": CONVENTIONS, **(attributes or {})}
         self._state = state
         self._data: dict[str, Any] = {}
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._partial = partial_path(self.path)
-        # netCDF readers want the order in which things were made.
-        self._file: Any = h5py.File(self._partial, "w", track_order=True)
-        write_attributes(self._file, {"Conventions": CONVENTIONS, **(attributes or {})})
+        self._open = ExitStack()
+        self._file: Any = None
 
     def append(self, block: Mapping[str, FloatArray]) -> None:
         """Add one block: for every role, the same number of further samples (SI)."""
@@ -267,32 +262,22 @@ class RecordWriter:
             data.resize((len(data) + len(values),))
             data[len(data) - len(values) :] = values
 
-    def close(self) -> None:
-        """Write the time axis and put the file in its place."""
-        self._write_time()
-        self._file.attrs["sample_rate_hz"] = float(self.sample_rate)
-        self._file.attrs["start_s"] = float(self.start)
-        self._file.close()
-        os.replace(self._partial, self.path)
-
-    def discard(self) -> None:
-        """Leave nothing behind."""
-        self._file.close()
-        self._partial.unlink(missing_ok=True)
-
     def __enter__(self) -> RecordWriter:
+        import h5py
+
+        growing = self._open.enter_context(whole_file(self.path))
+        # netCDF readers want the order in which things were made.
+        self._file = self._open.enter_context(h5py.File(growing, "w", track_order=True))
+        write_attributes(self._file, self._attributes)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         if error is None:
-            self.close()
-        else:
-            self.discard()
+            with self._open:
+                self._write_time()
+                self._file.attrs["sample_rate_hz"] = float(self.sample_rate)
+                self._file.attrs["start_s"] = float(self.start)
+        self._open.__exit__(kind, error, trace)
 
     def _signal(self, role: str, *, first: int) -> Any:
         data = self._file.create_dataset(
