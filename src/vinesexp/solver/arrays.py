@@ -131,6 +131,16 @@ def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray
     return table
 
 
+def scratch(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray:
+    """Scratch space of the loops: series as long as the segments of this motion need them."""
+    from vinesexp.solver.series import HIGH, LOW, ORDER, THETA
+
+    order = HIGH if damping.quadratic or rig.oscillator.k3 else ORDER
+    if isinstance(base, Measured) and rig.oscillator.w0 < THETA[LOW + 1] * base.sample_rate:
+        order = LOW  # no segment is longer than a sample
+    return np.zeros((4, order + 1))
+
+
 CHIRP, POLYNOMIAL = 0, 1
 
 #: Splines of the measured records in use: every evaluation needs them.

@@ -25,7 +25,6 @@ from vinesexp.solver.contact import (
 from vinesexp.solver.flight import expect
 from vinesexp.solver.search import EPS, clear_between, first_root, most_of_fourth
 from vinesexp.solver.series import (
-    ORDER,
     P_C,
     P_K,
     P_M,
@@ -308,13 +307,13 @@ def end_of_step(
 @entry
 def sample(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
-    pace: float, x: FloatArray, v: FloatArray, a: FloatArray,
+    pace: float, work: FloatArray, x: FloatArray, v: FloatArray, a: FloatArray,
 ) -> float:  # fmt: skip
     """x, x', x'' at sorted times. `nodes`: rows (time, x, v, mass) after each event.
 
     Returns inf, or the time at which ALLOWANCE segments lay within `pace` seconds.
     """
-    E, X = np.empty(ORDER + 1), np.empty(ORDER + 1)
+    E, X = work[0], work[1]
     node, last, spent, since = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
     t, mass, reach = nodes[0, 0], nodes[0, 3], 0.0
     piece = piece_at(table, t)

@@ -13,7 +13,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.rig import Rig
-from vinesexp.solver.arrays import base_motion, drive_table, parameters
+from vinesexp.solver.arrays import base_motion, drive_table, parameters, scratch
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.state import (
     IMPACT,
@@ -126,7 +126,8 @@ class Motion:
         evaluate = sample_loaded if self._rubs else sample
         par = parameters(self.rig, self.damping)
         effort = Effort(self.rig, self.base_drive, self.damping, self.duration)
-        reached = evaluate(par, kind, table, self._nodes, flat, effort.pace, *out)
+        work = scratch(self.rig, self.base_drive, self.damping)
+        reached = evaluate(par, kind, table, self._nodes, flat, effort.pace, work, *out)
         if reached < math.inf:
             raise effort.stalled(reached)
         if order is not None:

@@ -24,7 +24,8 @@ from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.search import first_root
 from vinesexp.solver.series import (
-    ORDER,
+    HIGH,
+    LOW,
     P_C,
     P_COULOMB,
     P_CUBIC,
@@ -39,16 +40,9 @@ from vinesexp.solver.series import (
 )
 from vinesexp.solver.state import ALLOWANCE
 
-HIGH = 30  # order of a series with products
 CUT_OFF = 3e-17  # of the motion, the last term: the terms fall by a factor of 7 or more there
 AT_REST = 1e-13  # z' over the speeds it is the difference of: no more than their rounding
 ENDING = 1e-10  # rad: a slip that friction ends within this time has ended
-
-
-@compiled
-def length_of(par: FloatArray) -> int:
-    """Number of coefficients of the series of an oscillator."""
-    return HIGH + 1 if par[P_QUADRATIC] != 0.0 or par[P_CUBIC] != 0.0 else ORDER + 1
 
 
 @compiled
@@ -98,8 +92,8 @@ def fill_linear(
         X[n + 2], last, z, more = here, z, here - E[n + 2], 0.0
 
 
-def _recursion(quadratic: bool, cubic: bool) -> Any:
-    """Fill X_2... to order HIGH from X_0, X_1 with products of series, written out term by term.
+def _recursion(top: int, quadratic: bool, cubic: bool) -> Any:
+    """Fill X_2... to order `top` from X_0, X_1 with products of series, written out term by term.
 
     Loops over products as short as these would take several times as long.
     """
@@ -137,7 +131,7 @@ def _recursion(quadratic: bool, cubic: bool) -> Any:
             S: list[Any] = []
             W: list[Any] = []
             more = builder.fneg(more)
-            for n in range(HIGH - 1):
+            for n in range(top - 1):
                 if quadratic:
                     W.append(builder.fmul(number(n + 1.0), Z[n + 1]))
                     more = fma(q, square(W[1:-1] if n > 0 else W), more)
@@ -160,8 +154,8 @@ def _recursion(quadratic: bool, cubic: bool) -> Any:
     return fill
 
 
-fill_quadratic, fill_cubic = _recursion(True, False), _recursion(False, True)
-fill_both = _recursion(True, True)
+fill_quadratic, fill_cubic = _recursion(HIGH, True, False), _recursion(HIGH, False, True)
+fill_both, fill_low = _recursion(HIGH, True, True), _recursion(LOW, True, True)
 
 
 @compiled
@@ -174,6 +168,8 @@ def fill_nonlinear(
     damping, stiffness = par[P_C] / mass, par[P_K] / mass
     if cubic == 0.0 and quadratic == 0.0:
         fill_linear(par, mass, more, E, X)
+    elif X.shape[0] == LOW + 1:
+        fill_low(X, E, damping, stiffness, quadratic, cubic, more / mass)
     elif cubic == 0.0:
         fill_quadratic(X, E, damping, stiffness, quadratic, cubic, more / mass)
     elif quadratic == 0.0:
@@ -232,7 +228,8 @@ def expand_loaded(
     `E` is that of x_e, of a motion as fast as `rate`; `P` is scratch space, as long.
     """
     X[0], X[1] = x, v
-    limit: float = THETA / max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
+    fastest = max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
+    limit = float(THETA[X.shape[0]] / fastest)
     direction, rests = moving_way(par, mass, force, E, X)
     damped = par[P_QUADRATIC] != 0.0 or par[P_COULOMB] != 0.0
     if rests:
@@ -262,10 +259,9 @@ def expand_loaded(
 @entry
 def sample_loaded(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
-    pace: float, x: FloatArray, v: FloatArray, a: FloatArray,
+    pace: float, work: FloatArray, x: FloatArray, v: FloatArray, a: FloatArray,
 ) -> float:  # fmt: skip
     """`events.sample` for these: rows (time, x, v, mass, force) in `nodes`, times sorted."""
-    work = np.empty((3, length_of(par)))
     E, X, P = work[0], work[1], work[2]
     node, last, spent, mark = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
     t, t_end, reach, piece = nodes[0, 0], nodes[0, 0], 0.0, 0

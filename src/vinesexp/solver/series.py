@@ -6,8 +6,8 @@ one from the other,
     M (n+1)(n+2) X_(n+2) = k E_n + c (n+1) E_(n+1) - k X_n - c (n+1) X_(n+1),
 
 from those of x_e, E_n, which are known in closed form (chirp, polynomial). A segment of length
-h = THETA/rate, with `rate` the larger of the system's own rate and that of the base, is cut at
-order N: the remainder is below THETA^(N+1)/(N+1)! = 2e-18 of the amplitude, less than rounding. So
+h = theta/rate, with `rate` the larger of the system's own rate and that of the base, is cut at
+order N: the remainder is below theta^(N+1)/(N+1)! = 2e-18 of the amplitude, less than rounding. So
 the motion is exact in double precision and there is no step to choose; `kernel.py` does the same in
 closed form where there is one, and each is the test of the other.
 """
@@ -21,8 +21,12 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, fused
 
-ORDER = 20
-THETA = 1.25
+# Order of a series; of one that no segment needs to hold for long; of one with products.
+ORDER, LOW, HIGH = 20, 12, 30
+#: Of a series by its number of coefficients. What is longer than 1.25 rad costs digits.
+THETA = np.array(
+    [0.0] + [min(1.25, (2e-18 * math.factorial(n)) ** (1.0 / n)) for n in range(1, HIGH + 2)]
+)
 PER = 1.0 / np.arange(1.0, 42.0)  # 1/(n + 1): a division would be most of a recursion
 
 # Oscillator parameters in one array: mass, viscous, stiffness, quadratic, Coulomb, cubic stiffness.
@@ -101,7 +105,7 @@ def expand(
     for n in range(X.shape[0] - 2):
         pull = stiffness * (PER[n] * PER[n + 1]) * (E[n] - X[n])
         X[n + 2] = fused(damping * PER[n + 1], E[n + 1] - X[n + 1], pull)
-    return THETA / max(rate, own_rate(mass, c, k))
+    return float(THETA[X.shape[0]] / max(rate, own_rate(mass, c, k)))
 
 
 @compiled

@@ -15,7 +15,14 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
-from vinesexp.solver.arrays import ball_table, closed_form, drive_table, is_plain, parameters
+from vinesexp.solver.arrays import (
+    ball_table,
+    closed_form,
+    drive_table,
+    is_plain,
+    parameters,
+    scratch,
+)
 from vinesexp.solver.effort import Effort, Progress, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.state import L_MASS, LOG_COLUMNS, RUBBING_LOG_COLUMNS, IntArray, U
@@ -183,17 +190,14 @@ def _loop_of(
     """The loop of `kernel.py` or `rubbing.py`: fills a log from a state; rows and evaluations."""
     from vinesexp.solver.contact import REMAINDER
     from vinesexp.solver.kernel import run
-    from vinesexp.solver.nonlinear import HIGH
     from vinesexp.solver.response import HEADER
     from vinesexp.solver.rubbing import run_rubbing
-    from vinesexp.solver.series import ORDER
 
     loop = run if is_plain(rig, damping) else run_rubbing
     kind, table = drive_table(base)
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
     response = None if general else closed_form(rig, base, damping)
-    order = HIGH if damping.quadratic or rig.oscillator.k3 else ORDER
-    closed, work = response is not None, np.zeros((4, order + 1))
+    closed, work = response is not None, scratch(rig, base, damping)
     if response is None:
         response = np.ones(HEADER)
 
