@@ -13,12 +13,12 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import TARGET, bracket_of, follow_plan, next_clearance
+from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import read_rows
 from vinesexp.results import CampaignResults, Results
 from vinesexp.theory.regime_definitions import PERMANENT
-from vinesexp.units import Quantity
 
 #: Scatter of mean amplitudes where no two records or replays show one.
 SCATTER = 0.002
@@ -211,12 +211,7 @@ def needs_of(results: CampaignResults, plans: Sequence[LevelPlan]) -> Needs:
     inputs = campaign.known.uncertainties
     ring_downs = None
     if M is not None and added:
-        ring_downs = ring_downs_for(
-            0.005,
-            M=M.value,
-            added=Quantity(added, inputs.added_mass.of(added)),
-            remounting=inputs.remounting.relative,
-        )
+        ring_downs = ring_downs_for(0.005, M=M.value, added=added, inputs=inputs)
     return Needs(
         *(settle, record, max(swings, default=0.0), max(peaks, default=None)),
         clipped=sum(row["clipped"] == 1 for row in rows),
@@ -227,7 +222,7 @@ def needs_of(results: CampaignResults, plans: Sequence[LevelPlan]) -> Needs:
     )
 
 
-def ring_downs_for(error: float, *, M: float, added: Quantity, remounting: float) -> int | None:
+def ring_downs_for(error: float, *, M: float, added: float, inputs: Uncertainties) -> int | None:
     """Ring-downs, each mounted anew, without and with an added mass for M to a relative error.
 
     With n on either side M = P0 added/(P1 - P0), P = 1/f^2, so its relative error is the added
@@ -237,12 +232,10 @@ def ring_downs_for(error: float, *, M: float, added: Quantity, remounting: float
     ----------
     error : float
         Relative standard error wanted.
-    M : float
+    M, added : float
         kg.
-    added : Quantity
-        kg.
-    remounting : float
-        Relative standard uncertainty of f0 from one mounting to the next.
+    inputs : Uncertainties
+        Of the weighing of the added mass, and of f0 from one mounting to the next.
 
     Returns
     -------
@@ -251,13 +244,13 @@ def ring_downs_for(error: float, *, M: float, added: Quantity, remounting: float
 
     Examples
     --------
-    >>> ring_downs_for(0.005, M=4.7, added=Quantity(0.2, 3e-4), remounting=1e-4)
+    >>> ring_downs_for(0.005, M=4.7, added=0.2, inputs=Uncertainties())
     3
-    >>> ring_downs_for(0.005, M=4.7, added=Quantity(0.02, 3e-4), remounting=1e-4) is None
+    >>> ring_downs_for(0.005, M=4.7, added=0.02, inputs=Uncertainties()) is None
     True
     """
-    left = error**2 - (added.std_error / added.value) ** 2
+    left = error**2 - (inputs.added_mass.of(added) / added) ** 2
     if left <= 0.0:
         return None
-    by_one = (1.0 + M / added.value) * 2.0 * math.sqrt(2.0) * remounting
+    by_one = (1.0 + M / added) * 2.0 * math.sqrt(2.0) * inputs.remounting.relative
     return max(1, math.ceil(by_one**2 / left))

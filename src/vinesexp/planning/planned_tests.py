@@ -66,14 +66,8 @@ def first_tests(
         Where the lowest amplitude is expected; None where theory has no such clearance.
     """
     M = rig.values["M"].value
-    inputs = Uncertainties()
     added = _round(_ADDED * M)
-    n = ring_downs_for(
-        0.005,
-        M=M,
-        added=Quantity(added, inputs.added_mass.of(added)),
-        remounting=inputs.remounting.relative,
-    )
+    n = ring_downs_for(0.005, M=M, added=added, inputs=Uncertainties())
     tests = []
     start = release or 50.0 * G.value
     for load in (0.0, added):
