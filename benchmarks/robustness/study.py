@@ -105,11 +105,10 @@ class Outcome:
     def false_headline(self) -> str:
         """What the headline says that is not so; empty where nothing is found false."""
         found = []
-        if "wo impacts per cycle end" in self.headline:
-            if self.stays[0] is False:
-                found.append("two impacts per cycle end earlier")
-            if self.stays[1]:
-                found.append("two impacts per cycle end later")
+        if self.stays[0] is False:
+            found.append("two impacts per cycle end earlier")
+        if self.stays[1]:
+            found.append("two impacts per cycle end later")
         if "disagree" in self.headline and self.b_c_holds:
             found.append("a disagreement that is none")
         if self.end is None or not self.departure.plan.periodic:
