@@ -239,6 +239,31 @@ def test_a_wrong_accelerometer_gain_is_found_by_the_added_masses():
     assert abs(row["found"] - 1.03) < 4.0 * row["found_error"]
 
 
+def test_a_record_in_another_range_of_the_amplifier_moves_no_other():
+    """Its gain of 10 made the clearance of a release 5.6 mm, 800 errors from 12.1."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    estimates, campaign, tables = tables_of(departure(), gain=1.0)
+    odd, *_ = name = next(
+        e.records for e in estimates if e.parameter == "accelerometer_gain" and e.records
+    )
+    louder = [
+        replace(e, value=10.0 * e.value)
+        if (e.parameter, e.records) == ("accelerometer_gain", name)
+        else e
+        for e in estimates
+    ]
+    table = tables[odd]
+    tables[odd] = replace(table, jump_acceleration_m_s=10.0 * table.jump_acceleration_m_s)
+    found = identify_campaign(louder, campaign, tables)
+    assert says(found, "10 times as large beside the displacement", "setup of its own")
+    assert holds(r_of(found), R)
+    assert {row["verdict"] for row in found.inputs} <= {"ok", "not tested"}
+    assert odd not in {row["record"] for row in found.inputs}
+
+
 @pytest.mark.parametrize(
     ("body", "end"),
     [

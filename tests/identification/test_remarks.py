@@ -44,3 +44,11 @@ def test_a_corner_that_few_records_show_is_none(with_corner, said):
     found = [estimate("accelerometer_corner", 0.5, 1e-3, f"r{i}") for i in range(with_corner)]
     found += [estimate("accelerometer_corner", 0.0, 1e-3, f"r{i}") for i in range(with_corner, 6)]
     assert any(check.check == "corner" for check in remarks(found)) == said
+
+
+def test_one_wrong_sensitivity_is_said_once():
+    found = [estimate("accelerometer_gain", 9.80 + 0.01 * i, 1e-3, f"r{i}") for i in range(5)]
+    found += [estimate("accelerometer_gain", 1.02, 1e-3, "good")]
+    (check,) = remarks(found)
+    assert "9.8 times" in check.detail
+    assert "and in 4 more records" in check.detail

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from vinesexp.identification.average import DISAGREES, mean_of, weighted_mean
 from vinesexp.identification.budget import Source
@@ -60,6 +62,8 @@ _NO_BOUNCE = 0.1
 # What single records say besides the parameters: channels at odds, misfits, beats.
 #: Gain of one channel beside the other from which on it is none; smaller ones are in inputs.csv.
 _OTHER_CHANNEL = 0.5
+_SWITCHED = math.log(1.5)  # of one channel beside the other in one record and in the others
+_SURE_GAIN = 0.2  # of the gain: its standard error
 _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
 _SURE = 5.0  # standard errors from which on a corner is there
@@ -107,14 +111,21 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
                 "is used. Change the sign of one sensitivity"
             )
             checks.append(Check(e.records[0], "sign", "warning", detail))
-        off = abs(abs(e.value) - 1.0)
-        if e.parameter == "accelerometer_gain" and off > max(5.0 * e.std_error, _OTHER_CHANNEL):
-            detail = (
-                f"the acceleration is {abs(e.value):.4g} times the second derivative of the "
-                "displacement: campaign.yaml names the wrong channels, or a "
-                "sensitivity is far off"
-            )
-            checks.append(Check(e.records[0], "gain", "warning", detail))
+    far = [
+        e
+        for e in found
+        if e.parameter == "accelerometer_gain"
+        and abs(abs(e.value) - 1.0) > max(5.0 * e.std_error, _OTHER_CHANNEL)
+    ]
+    checks += [
+        Check(
+            records[0], "gain", "warning",
+            f"the acceleration is {said} times the second derivative of the displacement"
+            + (f", and in {len(records) - 1} more records" if len(records) > 1 else "")
+            + ": campaign.yaml names the wrong channels, or a sensitivity is far off",
+        )
+        for said, records in _alike(far).items()
+    ]  # fmt: skip
     corners = [e for e in found if e.parameter == "accelerometer_corner"]
     corner, error = _mean(corners)
     lags = [e for e in found if e.parameter == "channel_lag"]
@@ -128,6 +139,14 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
         lags = [e for e in lags if e.records[0] in shown]
     ac = [_corner(corner, len(corners))] if coupled else []
     return [*checks, *ac, *_across(across), *_lags(lags)]
+
+
+def _alike(far: Sequence[Estimate]) -> dict[str, list[str]]:
+    """Records by the gain that they show, to two digits: one mistake is said once."""
+    found: dict[str, list[str]] = {}
+    for e in far:
+        found.setdefault(f"{abs(e.value):.2g}", []).append(e.records[0])
+    return found
 
 
 def _mean(found: Sequence[Estimate]) -> tuple[float, float]:
@@ -351,11 +370,15 @@ def identify_campaign(
     used = [e for e in found if not excluded & set(e.records)]
     used, checks = without_copies(used, campaign)
     checks += [*_silent(used, campaign), *_begun_later(used, campaign)]
-    copies = {check.record for check in checks if check.check == "copy"}
+    switched = list(_switched(used, campaign))
+    left = {check.record for check in checks if check.check == "copy"}
+    left |= {check.record for check in switched}
+    checks += switched
+    used = [e for e in used if not left & set(e.records)]
     used, impossible = possible([e for e in used if e.parameter != NOTHING])
     checks += impossible
     driven = {e.records[0]: driven_from(e.data) for e in used if e.parameter == DRIVEN and e.data}
-    own = {name: table for name, table in impacts.items() if name not in copies | excluded}
+    own = {name: table for name, table in impacts.items() if name not in left | excluded}
     answer = answer_of(used, campaign, own, driven)
     rows = _by_method(used, answer.observed.law if answer else NO_LAW)
     if answer is None:
@@ -386,6 +409,30 @@ def identify_campaign(
         inputs,
         rig_posterior(answer, campaign),
     )
+
+
+def _switched(found: Sequence[Estimate], campaign: Campaign) -> Iterator[Check]:
+    """Records whose two channels of the mass are another factor apart than in the others.
+
+    Which of the two was switched no one knows: taken for either, the values of others followed.
+    """
+    gains: dict[str, dict[str, float]] = {}
+    for e in found:
+        if e.parameter == "accelerometer_gain" and e.std_error < _SURE_GAIN * abs(e.value):
+            setup = campaign.record(e.records[0]).setup
+            gains.setdefault(setup, {})[e.records[0]] = math.log(abs(e.value))
+    for of_setup in gains.values():
+        usual = float(np.median(list(of_setup.values())))
+        odd = {name: g - usual for name, g in of_setup.items() if abs(g - usual) > _SWITCHED}
+        for name, off in odd.items() if 3 * len(odd) < len(of_setup) else ():
+            yield Check(
+                name,
+                "gain",
+                "warning",
+                f"the acceleration is {math.exp(off):.4g} times as large beside the displacement "
+                "as in the other records: one of the two was recorded in another range. The "
+                "record is left out; give it a setup of its own with its sensitivities",
+            )
 
 
 def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
