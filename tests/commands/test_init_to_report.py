@@ -125,8 +125,7 @@ def compare(named: Path, folder: Path, out: Path, capsys, *, seed: int) -> None:
     outcomes = [sorted((c.check, c.outcome) for c in one.checks) for one in results]
     assert outcomes[0] == outcomes[1]
     tables = [
-        [{k: v for k, v in vars(c).items() if k != "records"} for c in one.clearances]
-        for one in results
+        [{k: v for k, v in c.items() if k != "records"} for c in one.clearances] for one in results
     ]
     assert len(tables[0]) == len(tables[1])
     for one, other in zip(*tables, strict=True):
