@@ -8,6 +8,7 @@ import pytest
 from vinesexp import Harmonic, Release
 from vinesexp.errors import ParameterError
 from vinesexp.records.stored.store import open_record, write_refused
+from vinesexp.signals.channel_agreement import agreement_in
 from vinesexp.signals.condition import condition
 from vinesexp.signals.filters import default_bands
 from vinesexp.signals.means import cycle_amplitudes, fill_gaps
@@ -120,3 +121,17 @@ def test_an_accelerometer_alone_shows_the_displacement_in_its_band(measure, stor
     mean = amplitudes["with"].mean()
     assert np.abs(amplitudes["without"] / amplitudes["with"] - 1.0)[2:-2].max() < 0.02
     assert amplitudes["without"].mean() == pytest.approx(mean, rel=3e-3)
+
+
+@pytest.mark.parametrize(("limit", "agrees"), [(60.0, True), (8.0, False)])
+def test_a_swing_that_is_clipped_says_nothing_of_gains(measure, store, tmp_path, limit, agrees):
+    """Its gain was 0.82 beside the displacement, and a sensitivity was called wrong."""
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=10.0)
+    a = np.clip(record.channels["acceleration"], -limit, limit)
+    path = tmp_path / "clipped.nc"
+    store(path, {**record.channels, "acceleration": a}, 1e4)
+    condition(path, tmp_path / "c.nc", f0_hint=7.862)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert (found is not None) == agrees
+    assert found is None or found.gain == pytest.approx(1.0, abs=0.01)

@@ -57,6 +57,7 @@ _SWINGS = 4.0  # periods after a hold whose mean is the middle
 #: Periods at the edge that the sine is fitted to.
 _PERIODS = 3.0
 
+_CLIPPED = 0.01  # share of samples from which on two channels do not show one motion
 #: Points a period that the fit is made on: enough for a sine, few enough to cost nothing.
 _POINTS = 24
 
@@ -157,11 +158,25 @@ def _attributes(
     found["filter"] = f"Butterworth of {order} order, forward and backward"
     found |= limits.as_attributes("acceleration")
     agreement: Agreement | None = None
-    if bands.frequency is not None:
+    if bands.frequency is not None and not _swing_is_clipped(record, limits, settings):
         agreement = agreement_of(record, frequency=bands.frequency)
     if agreement is not None:
         found |= agreement.as_attributes()
     return found
+
+
+def _swing_is_clipped(record: RecordView, limits: Range, settings: Settings) -> bool:
+    """Whether the acceleration is at the end of its range for longer than impacts are, again."""
+    if not limits.clips:
+        return False
+    stuck = settings.channels.stuck
+    lost = sum(
+        int(
+            np.isnan(read_unstuck(record, "acceleration", limits, i, i + _BLOCK, stuck=stuck)).sum()
+        )
+        for i in range(0, record.n, _BLOCK)
+    )
+    return lost > _CLIPPED * record.n
 
 
 def _swings(record: RecordView, bands: Bands) -> bool:
