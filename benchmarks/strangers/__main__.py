@@ -18,10 +18,10 @@ from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, label_of
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
 from vinesexp.records.campaign.schema import Channel, TimeColumn
-from vinesexp.records.instrument.ingest import read_as_measured
 from vinesexp.units import UNITS
 
 from .independent import fit
+from .true_times import read_at_true_times
 
 _SIGMA = 4.0  # standard errors of the package that a value may be off by
 _SAME_F, _SAME_ZETA = 0.005, 0.10  # relative, besides what the halves of the decay differ by
@@ -97,7 +97,7 @@ def _compared(view: FileView, column: ColumnView, shown: str) -> Line:
         x = column.finite
         t = np.arange(x.size) / float(column.rate or 1.0)
     else:
-        t, values = read_as_measured(
+        t, values = read_at_true_times(
             view.path, {role: channel}, time=time, sample_rate=None if time else view.rate
         )
         x = values[role]

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from benchmarks.strangers.true_times import read_at_true_times
 from scipy.optimize import least_squares
 
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Channel, TimeColumn
-from vinesexp.records.instrument.ingest import ingest, read_as_measured
+from vinesexp.records.instrument.ingest import ingest
 from vinesexp.records.stored.store import open_record
 
 F, ZETA = 1.37, 0.0042
@@ -71,7 +72,7 @@ def test_values_are_those_of_a_fit_at_the_true_times(kind, rate, tmp_path):
     for seed, digits in ((0, 9), (1, 9), (2, 5)):
         t, x = written(tmp_path / "a.csv", kind, rate, digits, seed)
         channel = Channel("displacement", 1, "displacement", 1.0, unit="m")
-        true, values = read_as_measured(
+        true, values = read_at_true_times(
             tmp_path / "a.csv", {"displacement": channel}, time=TimeColumn(0, "s", 1.0)
         )
         found = fit_ringdown(values["displacement"], times=true, frequency=F)

@@ -9,7 +9,7 @@ from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.schema import Channel, TimeColumn
-from vinesexp.records.instrument.ingest import read_as_measured
+from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers.unread import known_by_sight
 
 RNG = np.random.default_rng(5)
@@ -149,7 +149,7 @@ def test_names_that_differ_in_case_are_one_channel(tmp_path):
     assert "optional" not in text
     channels = {"displacement": Channel("displacement", "Laser", "displacement", 1.0)}
     time = TimeColumn("T", "s", 1.0)
-    _, values = read_as_measured(tmp_path / "b.csv", channels, time=time, sample_rate=None)
+    *_, values = read_channels(tmp_path / "b.csv", channels, time=time)
     np.testing.assert_allclose(values["displacement"], x, atol=1e-6)
 
 

@@ -33,7 +33,6 @@ from vinesexp.records.stored.store import (
     open_record,
     record_attributes,
     source_digest,
-    uniform_times,
     write_refused,
 )
 from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, plain_unit, unit_size
@@ -169,31 +168,6 @@ def read_channels(
         samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
         values = _values(samples)
     return samples.sample_rate, samples.start, values
-
-
-def read_as_measured(
-    path: Path, channels: Mapping[str, Channel], *, time: TimeColumn | None = None,
-    sample_rate: float | None = None,
-) -> tuple[FloatArray, dict[str, FloatArray]]:  # fmt: skip
-    """Channels of one file at their true times, even or not; otherwise as `read_channels`.
-
-    Returns
-    -------
-    times : array (n,)
-        s.
-    values : dict
-        Role to samples, SI. A displacement that is the integral of a velocity is on even times.
-    """
-    with naming(path):
-        samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
-        values = _values(samples)
-    if samples.uneven and "velocity" not in samples.quantities.values():
-        blocks = list(samples.as_measured())
-        return np.concatenate([times for times, _ in blocks]), {
-            role: np.concatenate([block[role] for _, block in blocks]) for role in values
-        }
-    n = min(one.size for one in values.values())
-    return uniform_times(samples.sample_rate, samples.start, 0, n), values
 
 
 def _values(samples: Samples) -> dict[str, FloatArray]:
