@@ -15,7 +15,7 @@ from vinesexp.design import around, best_clearance
 from vinesexp.design.answer_json import answer_of
 from vinesexp.design.ask import answered as design
 from vinesexp.design.headline import Answer
-from vinesexp.design.inputs import OPTIONS, Given, gather
+from vinesexp.design.inputs import OPTIONS, gather
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, tables_of, text_of
 from vinesexp.report.command_pages import write_sheet
 from vinesexp.report.rendering import symbols
@@ -46,7 +46,7 @@ def words(options: dict[str, str], *more: str) -> list[str]:
     return [*(word for pair in options.items() for word in pair), *more]
 
 
-def found_for(options: dict[str, str]) -> tuple[Given, Answer]:
+def found_for(options: dict[str, str]) -> Answer:
     """What the command finds for these options."""
     symbols = {option.flag: option.symbol for option in OPTIONS}
     folder = options.get("--identified")
@@ -54,20 +54,20 @@ def found_for(options: dict[str, str]) -> tuple[Given, Answer]:
         {symbols[flag]: [text] for flag, text in options.items() if flag in symbols},
         None if folder is None else Path(folder),
     )
-    return given, design(given)
+    return design(given)
 
 
 def answered(options: dict[str, str]) -> tuple[dict[str, object], str]:
     """The answer as JSON, checked against its schema, and as text: of one run."""
-    return shown(*found_for(options))
+    return shown(found_for(options))
 
 
-def shown(given: Given, found: Answer) -> tuple[dict[str, object], str]:
-    answer = json.loads(json.dumps(answer_of(given, found)))
+def shown(found: Answer) -> tuple[dict[str, object], str]:
+    answer = json.loads(json.dumps(answer_of(found)))
     jsonschema = pytest.importorskip("jsonschema")
     schema = json.loads((Path(__file__).parents[2] / "docs" / "design.schema.json").read_text())
     assert [e.message for e in jsonschema.Draft7Validator(schema).iter_errors(answer)] == []
-    text = text_of(given, found)
+    text = text_of(found)
     assert not re.search(r"\bnan\b|\binf\b|-0 %", text)
     return answer, text
 
@@ -112,8 +112,8 @@ def test_a_pair_given_by_hand_is_judged_beside_what_is_found(
     monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 4000.0)
     sheet = tmp_path / "sheet.html"
     options = {**PAIR, **LEVEL, "--frequency": "7.2:8.4 Hz", "--clearance": "23 mm; 34 mm"}
-    given, found = found_for(options)
-    answer, text = shown(given, found)
+    found = found_for(options)
+    answer, text = shown(found)
     assert answer["clearance_ratios"] == pytest.approx([23 / 34, 1.0])
     assert answer["asked"]["b_mm"] == pytest.approx(34.0)
     assert answer["bands_given_mm"][0] == pytest.approx([3.615, 16.839], abs=1e-3)
@@ -121,11 +121,11 @@ def test_a_pair_given_by_hand_is_judged_beside_what_is_found(
     assert all(6.9 < value < 11.0 for value in largest)
     assert re.search(r"as given +23\.00; 34\.00 ", text)
     assert "Ball 1, b = 23.00 mm as given" in text
-    write_sheet(sheet, given, found, curve_of(found.advice))
+    write_sheet(sheet, found, curve_of(found.advice))
     page = sheet.read_text(encoding="utf-8")
     assert '<div class="big">23.00; 34.00<small>' in page
     assert "clearance b</b> 23 mm; 34 mm" in page
-    _, _, _, *tables = tables_of(given, found)
+    _, _, _, *tables = tables_of(found)
     for table in tables:
         for cell in (cell for row in table.rows for cell in row):
             assert cell in text

@@ -82,16 +82,16 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         from vinesexp.design.answer_json import answer_of
 
-        print(json.dumps(answer_of(given, answer), indent=2))
+        print(json.dumps(answer_of(answer), indent=2))
     else:
         from vinesexp.design.shown import text_of
 
-        print(text_of(given, answer))
+        print(text_of(answer))
     # last: a place that cannot be written to does not cost the answer
     for path, write in ((picture, _plot), (sheet, _sheet)):
         if path is not None:
             with writing(path, "be drawn"):
-                write(path, given, answer)
+                write(path, answer)
     return 130 if answer.stopped else 0
 
 
@@ -125,17 +125,17 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     return Measured(found.channels["base"], found.sample_rate)
 
 
-def _sheet(path: Path, given: Given, answer: Answer) -> None:
+def _sheet(path: Path, answer: Answer) -> None:
     from vinesexp.report.command_pages import write_sheet
 
     curve = None if answer.advice is None else curve_of(answer.advice)
-    write_sheet(path, given, answer, curve)
+    write_sheet(path, answer, curve)
 
 
-def _plot(path: Path, given: Given, answer: Answer) -> None:
+def _plot(path: Path, answer: Answer) -> None:
     from vinesexp.figures.style import write_figure
 
-    theory, advice = answer.theory, answer.advice
+    given, theory, advice = answer.given, answer.theory, answer.advice
     if advice is not None:
         from vinesexp.figures.design_curve import design_curve
 

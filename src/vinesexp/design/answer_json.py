@@ -9,7 +9,7 @@ import numpy as np
 
 from vinesexp.design.advice import Advice, Judged, Swept
 from vinesexp.design.headline import Answer, gaps_of, headline_of, remarks_of, warnings_of
-from vinesexp.design.inputs import OPTIONS, Given
+from vinesexp.design.inputs import OPTIONS
 from vinesexp.design.predictions import bands_given
 from vinesexp.design.recorded import Driven, UnderRecord
 from vinesexp.design.released import Falls
@@ -37,9 +37,9 @@ _JUDGED = (
 )  # fmt: skip
 
 
-def answer_of(given: Given, answer: Answer) -> dict[str, object]:
+def answer_of(answer: Answer) -> dict[str, object]:
     """One object for programs: the contract's keys first, then everything else."""
-    theory, advice = answer.theory, answer.advice
+    given, theory, advice = answer.given, answer.theory, answer.advice
     found = theory.as_json() | dict.fromkeys(SIMULATED)
     if advice is not None:
         found |= as_json(advice)
@@ -77,7 +77,7 @@ def answer_of(given: Given, answer: Answer) -> dict[str, object]:
     if answer.driven is not None:
         found["recorded"] = driven_as_json(answer.driven)
     found["headline"] = headline_of(answer)
-    found["notes"] = found["warnings"] = remarks_of(given, answer)
+    found["notes"] = found["warnings"] = remarks_of(answer)
     return found
 
 

@@ -140,15 +140,15 @@ class Design(Answer):
     @property
     def notes(self) -> list[str]:
         """What a reader would otherwise be misled by."""
-        return remarks_of(self.given, self)
+        return remarks_of(self)
 
     def text(self) -> str:
         """The answer as the command shows it."""
-        return text_of(self.given, self)
+        return text_of(self)
 
     def as_dict(self) -> dict[str, object]:
         """The answer as ``--json`` gives it."""
-        return answer_of(self.given, self)
+        return answer_of(self)
 
 
 def answered(

@@ -377,8 +377,9 @@ def apart(published: float, exact: float) -> list[str]:
     ]
 
 
-def remarks_of(given: Given, answer: Answer) -> list[str]:
+def remarks_of(answer: Answer) -> list[str]:
     """All that a reader of the answer should know, whatever was asked."""
+    given = answer.given
     if answer.advice is not None:
         said = warnings_of(answer.advice)
     elif answer.theory.b_c is not None:

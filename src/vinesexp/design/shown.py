@@ -56,12 +56,12 @@ class Table:
     below: str = ""
 
 
-def text_of(given: Given, answer: Answer) -> str:
+def text_of(answer: Answer) -> str:
     """The answer as a person reads it in a terminal."""
     lines = wrap(headline_of(answer), 96)
-    for table in tables_of(given, answer):
+    for table in tables_of(answer):
         lines += ["", table.title, *table_lines(table)]
-    notes = notes_of(given, answer)
+    notes = notes_of(answer)
     return "\n".join([*lines, *(["", "Note"] if notes else []), *(f"  ! {one}" for one in notes)])
 
 
@@ -91,15 +91,15 @@ def table_lines(table: Table) -> list[str]:
     return [*(line.rstrip() for line in lines), *below]
 
 
-def notes_of(given: Given, answer: Answer) -> list[str]:
+def notes_of(answer: Answer) -> list[str]:
     """What a reader would otherwise be misled by, first of all why there is no exact b_c."""
     no_orbit = [answer.theory.no_orbit] if answer.theory.no_orbit else []
-    return [*no_orbit, *remarks_of(given, answer)]
+    return [*no_orbit, *remarks_of(answer)]
 
 
-def tables_of(given: Given, answer: Answer) -> list[Table]:
+def tables_of(answer: Answer) -> list[Table]:
     """All that is shown, in order: the rig, what to build, what lies beside it, theory."""
-    theory, advice = answer.theory, answer.advice
+    given, theory, advice = answer.given, answer.theory, answer.advice
     tables = [Table("Rig", (), rig_rows(given, theory))]
     if advice is not None:
         tables += [from_rest(advice), from_random(advice), one_value_off(advice)]

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.design.headline import Answer, headline_of
-from vinesexp.design.inputs import Given
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
 from vinesexp.figures.design_curve import DesignCurve, design_curve
 from vinesexp.figures.identified_values import value_over_folders
@@ -38,30 +37,29 @@ CARDS = {
 }
 
 
-def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | None) -> None:
+def write_sheet(path: Path, answer: Answer, curve: DesignCurve | None) -> None:
     """Write the page, which needs nothing beside it and prints on A4: one side, with a release two.
 
     Parameters
     ----------
     path : Path
         It appears only when complete.
-    given : Given
     answer : Answer
     curve : DesignCurve, optional
         Of the simulation, where there is one.
     """
     content = {
-        **sheet_content(given, answer),
+        **sheet_content(answer),
         "svg": "" if curve is None else figure_markup(design_curve(curve, height=2.85), "design"),
     }
     write_whole(path, rendered("vinesexp.report", "design_sheet.html.j2", content))
 
 
-def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
+def sheet_content(answer: Answer) -> dict[str, Any]:
     """Everything the page shows: the cells of `vinesexp.design.shown`, laid out."""
     from vinesexp import __version__
 
-    rig, *tables = tables_of(given, answer)
+    rig, *tables = tables_of(answer)
     cards = []
     if answer.advice is not None:
         rest, anywhere, *tables = tables
@@ -74,7 +72,7 @@ def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
         "inputs": rig.rows,
         "cards": cards,
         "tables": tables,
-        "remarks": notes_of(given, answer),
+        "remarks": notes_of(answer),
     }
 
 
