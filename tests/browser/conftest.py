@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from tests.browser.chromium import Browser
 from tests.report.made_up import Made, full_report
 
 from vinesexp.design.shown import Table
-from vinesexp.figures.design_curve import DesignCurve, design_curve
+from vinesexp.figures.design_curve import design_curve
 from vinesexp.record_pages.build import build_pages
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.report.command_pages import differences_page
@@ -48,11 +49,14 @@ def _site(full: Made, results: Path) -> Path:
 
 def _design_sheet(page: Path) -> None:
     """Every part of the sheet, with made-up numbers."""
-    b, ones = np.linspace(10.0, 60.0, 30), np.ones(30)
-    curve = DesignCurve(
-        b=b, rest=5.0 * ones, low=4.0 * ones, middle=5.0 * ones, high=7.0 * ones,
-        captured=0.5 * ones, bare=19.0, absorber=12.0, build={"robust": 30.0, "least mean": 33.0},
-        published=34.0, exact=33.9,
+    some = np.linspace(0.004, 0.007, 9) * np.ones((30, 1))
+    tried = SimpleNamespace(mean=some, captured=0.5 * np.ones((30, 9)))
+    one = SimpleNamespace(b=0.03)
+    advice = SimpleNamespace(
+        found=SimpleNamespace(grid=np.linspace(0.01, 0.06, 30), rest=tried, random=tried),
+        task=SimpleNamespace(average=lambda values: values.mean(axis=1)),
+        least_mean=SimpleNamespace(b=0.033), least_max=one, robust=one, asked=None,
+        bare=0.019, den_hartog=SimpleNamespace(amplitude=0.012), published=0.034, exact=0.0339,
     )  # fmt: skip
     names = ("name", "meaning", "b", "mean", "largest", "less", "captured", "over")
     card = dict.fromkeys(names, "30")
@@ -64,7 +68,7 @@ def _design_sheet(page: Path) -> None:
             Table("One value off", ("-5 %", "+5 %"), [("b", "5; 7", "5; 7")], "Mean; 90 % below."),
             Table("Release", ("b\n(mm)",) * 9, [("to 3 mm", *["27"] * 9)]),
         ],
-        "remarks": ["A remark."], "svg": figure_markup(design_curve(curve), "design"),
+        "remarks": ["A remark."], "svg": figure_markup(design_curve(advice), "design"),
     }  # fmt: skip
     page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.commands.design import curve_of
 from vinesexp.design import around, best_clearance
 from vinesexp.design.answer_json import answer_of
 from vinesexp.design.ask import answered as design
@@ -121,7 +120,7 @@ def test_a_pair_given_by_hand_is_judged_beside_what_is_found(
     assert all(6.9 < value < 11.0 for value in largest)
     assert re.search(r"as given +23\.00; 34\.00 ", text)
     assert "Ball 1, b = 23.00 mm as given" in text
-    write_sheet(sheet, found, curve_of(found.advice))
+    write_sheet(sheet, found)
     page = sheet.read_text(encoding="utf-8")
     assert '<div class="big">23.00; 34.00<small>' in page
     assert "clearance b</b> 23 mm; 34 mm" in page

@@ -25,10 +25,8 @@ from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.errors import ParameterError, VinesexpError
 
 if TYPE_CHECKING:
-    from vinesexp.design.advice import Advice
     from vinesexp.design.headline import Answer
     from vinesexp.excitation import Measured
-    from vinesexp.figures.design_curve import DesignCurve
 
 
 #: s of work from which on it is said beforehand.
@@ -88,10 +86,14 @@ def run(args: argparse.Namespace) -> int:
 
         print(text_of(answer))
     # last: a place that cannot be written to does not cost the answer
-    for path, write in ((picture, _plot), (sheet, _sheet)):
-        if path is not None:
-            with writing(path, "be drawn"):
-                write(path, answer)
+    if picture is not None:
+        with writing(picture, "be drawn"):
+            _plot(picture, answer)
+    if sheet is not None:
+        from vinesexp.report.command_pages import write_sheet
+
+        with writing(sheet, "be drawn"):
+            write_sheet(sheet, answer)
     return 130 if answer.stopped else 0
 
 
@@ -125,13 +127,6 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     return Measured(found.channels["base"], found.sample_rate)
 
 
-def _sheet(path: Path, answer: Answer) -> None:
-    from vinesexp.report.command_pages import write_sheet
-
-    curve = None if answer.advice is None else curve_of(answer.advice)
-    write_sheet(path, answer, curve)
-
-
 def _plot(path: Path, answer: Answer) -> None:
     from vinesexp.figures.style import write_figure
 
@@ -139,7 +134,7 @@ def _plot(path: Path, answer: Answer) -> None:
     if advice is not None:
         from vinesexp.figures.design_curve import design_curve
 
-        write_figure(design_curve(curve_of(advice)), path)
+        write_figure(design_curve(advice), path)
         return
     from vinesexp.design.predictions import start_amplitude
     from vinesexp.figures.invariant_manifold import sim_with_working_points
@@ -150,35 +145,6 @@ def _plot(path: Path, answer: Answer) -> None:
     if theory.b_t is not None:
         points["b_t"] = (theory.b_t.exact, start_amplitude(given))
     write_figure(sim_with_working_points(r=given.one("r").value, points=points), path)
-
-
-def curve_of(advice: Advice) -> DesignCurve:
-    """What the scan saw, for the picture; mm."""
-    import numpy as np
-
-    from vinesexp.figures.design_curve import DesignCurve
-
-    found = advice.found
-    low, middle, high = 1e3 * np.percentile(found.random.mean, [10, 50, 90], axis=1)
-    build = (
-        ("least mean", advice.least_mean),
-        ("least largest", advice.least_max),
-        ("robust", advice.robust),
-        ("given", advice.asked),
-    )
-    return DesignCurve(
-        b=1e3 * found.grid,
-        rest=1e3 * advice.task.average(found.rest.mean),
-        low=low,
-        middle=middle,
-        high=high,
-        captured=found.random.captured.mean(axis=1),
-        bare=1e3 * advice.bare,
-        absorber=1e3 * advice.den_hartog.amplitude,
-        build={name: 1e3 * one.b for name, one in build if one is not None},
-        published=1e3 * advice.published,
-        exact=None if advice.exact is None else 1e3 * advice.exact,
-    )
 
 
 def _amplitude_at_b_c(given: Given, b: float) -> float:

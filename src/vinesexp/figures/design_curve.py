@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,85 +18,69 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
-@dataclass(frozen=True)
-class DesignCurve:
-    """What a design tried; lengths in mm.
-
-    Attributes
-    ----------
-    b : clearances.
-    rest : mean amplitude from rest, averaged over the shaker's phase.
-    low, middle, high : 10th, 50th and 90th percentile over random starts of the mean amplitude.
-    captured : share of the random starts that are captured.
-    bare, absorber : amplitude of the bare oscillator and with Den Hartog's damper.
-    build : clearances to build, by name.
-    published, exact : b_c.
-    """
-
-    b: FloatArray
-    rest: FloatArray
-    low: FloatArray
-    middle: FloatArray
-    high: FloatArray
-    captured: FloatArray
-    bare: float
-    absorber: float
-    build: Mapping[str, float]
-    published: float
-    exact: float | None
+    from vinesexp.design.advice import Advice
 
 
-def design_curve(curve: DesignCurve, *, height: float = 5.2) -> Figure:
+def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
     """Amplitude above, captured share below, over the clearance on a logarithmic axis.
 
     Parameters
     ----------
-    curve : DesignCurve
+    advice : Advice
+        What its search tried.
     height : float
         Inches; the names of the clearances stay apart.
     """
+    found = advice.found
+    b, from_rest = 1e3 * found.grid, 1e3 * advice.task.average(found.rest.mean)
+    low, middle, high = 1e3 * np.percentile(found.random.mean, [10, 50, 90], axis=1)
+    bare, absorber = 1e3 * advice.bare, 1e3 * advice.den_hartog.amplitude
     figure, (axis, share) = new_figure(2, 1, height=height, sharex=True, height_ratios=[3, 1])
     apart = 0.055 * 5.2 / height
     random, rest = SEQUENCE[1], SEQUENCE[0]
-    axis.fill_between(curve.b, curve.low, curve.high, color=random, alpha=0.2, linewidth=0)
-    axis.plot(curve.b, curve.middle, color=random)
-    axis.plot(curve.b, curve.rest, color=rest)
-    top = 1.25 * max(float(curve.high.max()), float(curve.rest.max()), curve.bare)
+    axis.fill_between(b, low, high, color=random, alpha=0.2, linewidth=0)
+    axis.plot(b, middle, color=random)
+    axis.plot(b, from_rest, color=rest)
+    top = 1.25 * max(float(high.max()), float(from_rest.max()), bare)
     axis.set_ylim(0.0, top)
     axis.set_xscale("log")
     for value, name, colour in (
-        (curve.bare, "bare oscillator", COLOURS["bare"]),
-        (curve.absorber, "tuned mass damper", SEQUENCE[3]),
+        (bare, "bare oscillator", COLOURS["bare"]),
+        (absorber, "tuned mass damper", SEQUENCE[3]),
     ):
         axis.axhline(value, color=colour, linestyle=":", linewidth=1.0)
-        label(axis, name, (curve.b[0], value), colour=colour, shift=(3, 5))
-    _marks(axis, share, curve, top, apart)
+        label(axis, name, (b[0], value), colour=colour, shift=(3, 5))
+    _marks(axis, share, advice, top, apart)
     axis.set_ylabel("amplitude (mm)")
     axis.plot([], [], color=rest, label="from rest, ball at a wall: mean over the shaker's phase")
     axis.fill_between(
         [], [], [], color=random, alpha=0.3, label="random starts: 10 to 90 %, median"
     )
     axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
-    share.plot(curve.b, 100.0 * curve.captured, color=random)
+    share.plot(b, 100.0 * found.random.captured.mean(axis=1), color=random)
     share.set_ylim(0.0, 105.0)
     share.set_ylabel("captured (%)")
     share.set_xlabel("clearance b (mm)")
-    _plain_ticks(share, curve.b)
+    _plain_ticks(share, b)
     return figure
 
 
-def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float, apart: float) -> None:
-    b_c = {_PUBLISHED: curve.published}
-    if curve.exact is not None:
-        b_c["$b_c$ exact"] = curve.exact
+def _marks(axis: Axes, share: Axes, advice: Advice, top: float, apart: float) -> None:
+    first, last = 1e3 * advice.found.grid[0], 1e3 * advice.found.grid[-1]
+    build = {
+        "least mean": advice.least_mean.b,
+        "least largest": advice.least_max.b,
+        "robust": advice.robust.b,
+        "given": None if advice.asked is None else advice.asked.b,
+    }
+    b_c = {_PUBLISHED: advice.published, "$b_c$ exact": advice.exact}
     lines = [
-        *((group, SEQUENCE[6], "-") for group in _close(curve.build)),
+        *((group, SEQUENCE[6], "-") for group in _close(build)),
         *((group, COLOURS["exact"], "--") for group in _close(b_c)),
     ]
     level = 0.99
     for group, colour, style in sorted(lines):
-        shown = [(b, name) for b, name in group if curve.b[0] <= b <= curve.b[-1]]
+        shown = [(b, name) for b, name in group if first <= b <= last]
         if not shown:
             continue
         for one in (axis, share):
@@ -105,7 +88,7 @@ def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float, apart: float
                 own = COLOURS["published"] if name == _PUBLISHED else colour
                 one.axvline(b, color=own, linestyle=style, linewidth=0.9, zorder=0)
         b = shown[0][0]
-        near = b > np.sqrt(curve.b[0] * curve.b[-1])
+        near = b > np.sqrt(first * last)
         words = ", ".join(f"{name} {b:.4g}" for b, name in shown)
         paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
         side, shift = ("right", (-3, 0)) if near else ("left", (3, 0))
@@ -113,16 +96,16 @@ def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float, apart: float
         level -= apart
 
 
-def _close(values: Mapping[str, float]) -> list[list[tuple[float, str]]]:
-    """Clearances in groups whose names would stand in one another's way.
+def _close(values: Mapping[str, float | None]) -> list[list[tuple[float, str]]]:
+    """Clearances (m) in mm, in groups whose names would stand in one another's way.
 
     Examples
     --------
-    >>> _close({"robust": 20.0, "least mean": 33.0, "least largest": 32.8})
-    [[(20.0, 'robust')], [(32.8, 'least largest'), (33.0, 'least mean')]]
+    >>> _close({"robust": 0.02, "least mean": 0.033, "least largest": 0.032, "given": None})
+    [[(20.0, 'robust')], [(32.0, 'least largest'), (33.0, 'least mean')]]
     """
     groups: list[list[tuple[float, str]]] = []
-    for b, name in sorted((b, name) for name, b in values.items()):
+    for b, name in sorted((1e3 * b, name) for name, b in values.items() if b is not None):
         if groups and b < _BESIDE * groups[-1][0][0]:
             groups[-1].append((b, name))
         else:

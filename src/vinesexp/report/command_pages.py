@@ -11,7 +11,7 @@ from typing import Any
 
 from vinesexp.design.headline import Answer, headline_of
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
-from vinesexp.figures.design_curve import DesignCurve, design_curve
+from vinesexp.figures.design_curve import design_curve
 from vinesexp.figures.identified_values import value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
@@ -37,7 +37,7 @@ CARDS = {
 }
 
 
-def write_sheet(path: Path, answer: Answer, curve: DesignCurve | None) -> None:
+def write_sheet(path: Path, answer: Answer) -> None:
     """Write the page, which needs nothing beside it and prints on A4: one side, with a release two.
 
     Parameters
@@ -45,13 +45,11 @@ def write_sheet(path: Path, answer: Answer, curve: DesignCurve | None) -> None:
     path : Path
         It appears only when complete.
     answer : Answer
-    curve : DesignCurve, optional
-        Of the simulation, where there is one.
     """
-    content = {
-        **sheet_content(answer),
-        "svg": "" if curve is None else figure_markup(design_curve(curve, height=2.85), "design"),
-    }
+    svg = ""
+    if answer.advice is not None:
+        svg = figure_markup(design_curve(answer.advice, height=2.85), "design")
+    content = {**sheet_content(answer), "svg": svg}
     write_whole(path, rendered("vinesexp.report", "design_sheet.html.j2", content))
 
 
