@@ -375,3 +375,16 @@ def test_a_quantity_that_rises_evenly_is_no_time(tmp_path):
     for unit, time in (("N", None), ("ms", 0)):
         path.write_text(f"Axis ({unit}),x (mm)\n{rows}\n")
         assert view_file(path).time == time
+
+
+@pytest.mark.parametrize("name", ["Time", "Time (s)"])
+def test_row_numbers_called_times_leave_the_rate_to_the_header(name, tmp_path):
+    path = tmp_path / "a.csv"
+    x = np.exp(-0.01 * np.arange(400)) * np.cos(np.arange(400))
+    rows = "\n".join(f"{i},{v:.6f}" for i, v in enumerate(x))
+    path.write_text(f"Sampling rate: 2000 Hz\n{name},x (mm)\n{rows}\n")
+    seconds = TimeColumn(0, "s", 1.0)
+    channel = {"displacement": Channel("displacement", 1, "displacement", 1e-3, unit="mm")}
+    t, _ = read_as_measured(path, channel, time=seconds)
+    assert t[1] - t[0] == pytest.approx(1 / 2000.0)
+    assert view_file(path).rate == 2000.0

@@ -523,8 +523,11 @@ def _time_and_rate(
         unit = _unit_of_times(source.columns[j].unit, read[j])
         rate, remarks, even = _clock_of(source, finite, unit)
         scattered = not even and float(np.std(steps)) > _UNEVEN * float(steps.mean())
-        if not named and (scattered or steps.min() == steps.max() == 1.0):
+        stated, counts = source.sample_interval, steps.min() == steps.max() == 1.0
+        if not named and (scattered or counts):
             continue  # anything that grows; row numbers
+        if counts and stated and abs(UNITS["time"][unit] / stated - 1.0) > _APART:
+            continue  # row numbers, whatever they are called
         if not named and unit == "s" and steps.mean() > 1.0 / SLOWEST:
             continue  # nobody samples a vibration so slowly: frequencies, angles, positions
         if not named and _is_named(name := source.columns[j].name):
@@ -537,8 +540,8 @@ def _time_and_rate(
                 f"the times have no unit and steps of {float(np.median(steps)):.4g}: {unit} is "
                 f"assumed, since seconds would mean {rate * UNITS['time'][unit]:.3g} Hz"
             )
-        if (step := source.sample_interval) and abs(1.0 / step - rate) > _APART * rate:
-            remarks.append(f"the header states {1.0 / step:.6g} Hz, the times give {rate:.6g} Hz")
+        if stated and abs(1.0 / stated - rate) > _APART * rate:
+            remarks.append(f"the header states {1.0 / stated:.6g} Hz, the times give {rate:.6g} Hz")
         return j, float(f"{rate:.6g}"), remarks
     stated = _stated_rate(source)
     if stated is None:

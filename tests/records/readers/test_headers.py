@@ -216,3 +216,13 @@ def test_of_two_rows_of_words_the_one_that_tells_the_columns_apart_has_the_names
     source = open_source(path)
     assert [c.name for c in source.columns] == ["Time", "Low G", "Accel"]
     assert [c.unit for c in source.columns] == ["s", None, None]
+
+
+@pytest.mark.parametrize(
+    "header", ["Time;x;a\ns;mm;m/s²\nDouble;Double;Double", "s;mm;m/s²\nTime;x;a"]
+)
+def test_rows_of_units_may_stand_above_the_names_or_above_types(header, tmp_path):
+    path = tmp_path / "a.csv"
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, delimiter=";", comments="")
+    columns = open_source(path).columns
+    assert [(c.name, c.unit) for c in columns] == [("Time", "s"), ("x", "mm"), ("a", "m/s²")]

@@ -159,6 +159,7 @@ def _quantity_of(label: str) -> str:
 
 
 _TWICE = 0.15  # of the rows: times printed too coarsely repeat in a fifth of them at least
+_SAME_INTERVAL = 0.01  # relative
 _LARGEST = 1e9  # m, m/s or m/s^2: more is no measurement
 
 
@@ -352,14 +353,15 @@ class Samples:
         """Column of times, or None where the file states its interval instead."""
         source = self.source
         if time is None:
-            return source.time_column
+            own = source.time_column
+            return None if own is not None and self._counts(own, self._own_size()) else own
         if self._interval is not None and not has_column(source, time.column):
             return None
         index = find_column(source, time.column, where="time")
         label = source.columns[index].unit
         if label == SEQUENCE and self._interval is not None:
             return None  # counts rows; the header has the interval
-        if self._interval is not None and self._is_empty(index):
+        if self._interval is not None and (self._is_empty(index) or self._counts(index, time.size)):
             return None
         sizes = UNITS["time"]
         if label is not None and sizes.get(label) != time.size:
@@ -369,6 +371,13 @@ class Samples:
                 where=f"column '{source.columns[index].name}'",
             )
         return index
+
+    def _counts(self, index: int, size: float) -> bool:
+        """Whether a column numbers the rows: as times it would contradict the stated interval."""
+        if self._interval is None or abs(size / self._interval - 1.0) < _SAME_INTERVAL:
+            return False
+        steps = np.diff(next(self.source.blocks([index], rows=1000), np.empty((0, 1)))[:, 0])
+        return len(steps) > 2 and bool((steps == 1.0).all())
 
     def _is_empty(self, index: int) -> bool:
         return bool(np.isnan(next(self.source.blocks([index], rows=1000), np.empty(0))).all())

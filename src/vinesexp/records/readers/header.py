@@ -22,7 +22,7 @@ from pathlib import Path
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import only_time, stated_unit, unit_in_name, unit_of_label
-from vinesexp.records.readers.layout import Body, Layout, find_body
+from vinesexp.records.readers.layout import Body, Layout, find_body, is_stamp
 from vinesexp.records.readers.source import Column
 from vinesexp.units import UNITS
 
@@ -37,14 +37,14 @@ _STATEMENTS = {
     kind: re.compile(words)
     for kind, words in {
         "interval": r"(sampl\w+|x|horizontal|time) (interval|period|increment|time)|increment|tinc"
-        r"|dt|xincr\w*|delta (t|x|time)|resolution x",
+        r"|dt|xincr\w*|delta (t|x|time)|resolution x|h ?resolution",
         "rate": r"(sampl\w+|data) ?(rate|freq\w*)( hz)?|fs|abtast(rate|frequenz)"
         r"|frequence d'echantillonnage|samples(/s| per second)",
-        "start": r"start( time)?|t0|x ?origin|xzero|first x|time of first sample",
+        "start": r"start( time)?|t0|x ?origin|xzero|first x|time of first sample|h ?offset",
         "rows": r"record length|(number of )?(samples|points)|npoints",
-        "names": r"source|channels?|channel name|trace",
-        "units": r"(vertical |y )?units?|y unit label",
-        "time unit": r"(horizontal|x) units?",
+        "names": r"source|channels?|channel name|trace( ?name)?",
+        "units": r"((vertical|y|v) ?)?units?|y unit label",
+        "time unit": r"(horizontal|x|h) ?units?",
         "times": r"x columns",
     }.items()
 }
@@ -145,6 +145,8 @@ def _kind(layout: Layout, body: Body, i: int) -> str:
     inside = [cells[j] for j in sorted(body.numeric) if j < len(cells) and cells[j]]
     if 2 * len(inside) < len(body.numeric) or len(inside) < min(2, len(body.numeric)):
         return "other"
+    if all(map(is_stamp, inside)):  # when each channel began
+        return "other"
     return "mixed" if any(layout.is_number(cell) for cell in inside) else "words"
 
 
@@ -157,9 +159,13 @@ def _names_and_units(
     last = _over(layout, body, above[-1])
     upper = _over(layout, body, above[-2]) if len(above) > 1 else []
     words = [cell for cell in upper if cell]
-    if len(words) == len(upper) == len(set(upper)) == len(last) > len(set(last)):
-        # `Voltage,Voltage,Sec` under names that differ.
-        return upper, [cell if _are_units(layout, [cell]) else "" for cell in last], above[-2]
+    if len(words) == len(upper) == len(set(upper)) == len(last):
+        if len(set(last)) < len(last):  # `Double,Double` or `Voltage,Sec,Voltage` under others
+            if _are_units(layout, upper):
+                return _names_and_units(layout, body, above[:-1])
+            return upper, [cell if _are_units(layout, [cell]) else "" for cell in last], above[-2]
+        if _are_units(layout, upper) and not _are_units(layout, last):
+            return last, upper, above[-1]
     if _are_units(layout, last) and upper:
         # `x-axis,1,2,3`: names may be numbers, but for the first.
         numbered = len(words) == len([cell for cell in last if cell]) and not layout.is_number(
