@@ -204,10 +204,39 @@ def test_added_masses_off_the_sheet_are_within_the_error_of_M():
     assert holds(mass, M)
 
 
-def test_friction_and_walls_at_once():
-    found = consistent(body_friction=0.2, body_r=0.63, body_r_minus=0.57)
+@pytest.mark.parametrize(
+    ("friction", "plus", "minus"),
+    [
+        (0.2, 0.63, 0.57),
+        # Walls of which nothing but the friction is left: of 1e6 a hundred-thousandth
+        pytest.param(0.12, 0.7, 0.5, marks=pytest.mark.slow),
+        (0.2, 0.75, 0.45),
+    ],
+)
+def test_friction_and_walls_at_once(friction, plus, minus):
+    found = consistent(body_friction=friction, body_r=plus, body_r_minus=minus)
     assert {"r_wall_plus", "r_wall_minus"} <= set(effects(found))
+    assert holds(effects(found)["friction"], friction)
+    assert holds(effects(found)["r_wall_plus"], plus)
     assert holds(r_of(found), R)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "body", "row"),
+    [
+        ("friction", {"body_friction": 2.0}, 2.0),
+        ("tilt", {"body_tilt": 0.8}, 0.8),
+        ("r_speed_slope", {"body_r_slope": -0.3}, -0.3),
+        ("r_wall_plus", {"body_r": 0.9, "body_r_minus": 0.3}, 0.9),
+        ("hollow", {"body_pull": 60.0}, 60.0),
+    ],
+)
+def test_an_effect_far_beyond_that_of_most_labs_is_found_too(name, body, row):
+    found = consistent(**body)
+    assert holds(effects(found)[name], row)
+    if name != "r_speed_slope":  # there r is that at the usual speed of these tests
+        assert holds(r_of(found), R)
 
 
 def test_a_contact_that_rings_gives_way_to_the_displacement():
