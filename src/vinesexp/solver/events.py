@@ -181,7 +181,9 @@ def move(
             turned = balls[i, TURN] <= tie or balls[i, WAY] * balls[i, RHO] <= 0.0
             if balls[i, RUB] > 0.0 and turned:
                 balls[i, RHO] = 0.0
-        if balls[i, ROOT] <= tie:
+        left = gap if balls[i, WALL] == balls[i, SIDE] else 2.0 * balls[i, CLEARANCE] - gap
+        met = balls[i, ROOT] < math.inf and left <= 4.0 * EPS * balls[i, CLEARANCE]
+        if met or balls[i, ROOT] <= tie:
             balls[i, SIDE], gap = balls[i, WALL], 0.0
         balls[i, D] = max(gap, 0.0)
     return tie

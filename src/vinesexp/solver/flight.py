@@ -2,8 +2,9 @@
 
 In a regular response one flight lasts about as long as the last one, so its contact is found with
 one evaluation of the closed form, in a chaotic one with two. That would be a gamble on its own. The
-proof comes afterwards (`nothing_before`). If it fails, nothing has been done, and the caller
-takes the cautious way (`kernel.fly`); so it is where Newton's rule stops at no root.
+proof comes afterwards (`nothing_before`). If it fails, nothing has been done, and the motion is
+looked at a radian apart (`look_and_cross`); so it is where Newton's rule stops at no root. Where
+that leads to nothing either, the power series take over.
 
 The proof that nothing came before looks at both ends of a stretch of flight: with the gaps and
 their rates known there, and a bound on the fourth derivative in between, a cubic says whether a
@@ -54,16 +55,18 @@ from vinesexp.solver.response import (
     base_at,
     turned,
 )
-from vinesexp.solver.search import EPS, clear_between, open_until
+from vinesexp.solver.search import EPS, clear_between, open_until, root_of_cubic
 from vinesexp.solver.series import PER
 from vinesexp.solver.state import (
     CLEARANCE,
     EXPECTED,
     FREE,
+    GAP,
     HEADING,
     IMPACT,
     MASS,
     PERIOD,
+    RATE,
     REMEMBERED,
     RESTITUTION,
     RHO,
@@ -194,8 +197,8 @@ def parts_are_clear(
                     and slides
                     and clear_between(z * r0, z * (a0 - own), z * r1, z * (a - own), h, S1)
                 )
-            # Contacts within the resolution of time are one event, for the general rule.
-            tie = 4.0 * EPS * (state[T_HIGH] + T) * abs(r1)
+            # Contacts within the resolution of time and lengths may be one, for the general rule.
+            tie = 4.0 * EPS * ((state[T_HIGH] + T) * abs(r1) + full)
             if not proved or (last and i != k and (g1 <= tie or full - g1 <= tie)):
                 return 0
         s0, bend0, gain0, a0 = s, bend, gain, a
@@ -309,6 +312,94 @@ def cross(
     arrive(state, balls, x, v, T, k, to)
     c[0], c[1] = cr, ci
     return T, tries
+
+
+LOOK = 1.0  # rad: so far apart is looked at a motion that resembles no other
+
+
+@apart
+def look_and_cross(
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, longest: float
+) -> int:
+    """Carry everything to the first contact, or `longest` seconds on; 0: nothing is changed.
+
+    The contact is looked for at points a radian apart; then it is found, and proved, as others.
+    """
+    w, w0sq, h = response[H_W], response[H_W0SQ], LOOK / response[H_RATE]
+    x0, v0, n = state[X_NOW], state[V_NOW], balls.shape[0]
+    xh0, vh0, s, count = x0 - c[0], v0 + w * c[1], 0.0, 0
+    free = math.sqrt(xh0 * xh0 + vh0 * vh0 / w0sq)
+    near = math.sqrt(x0 * x0 + v0 * v0 / (w * w)) + longest * free * response[H_MISFIT]
+    most = min(response[H_P] + free, near)
+    for i in range(n):
+        balls[i, GAP], balls[i, RATE] = balls[i, D], -balls[i, SIDE] * balls[i, RHO]
+    while True:
+        skip = longest
+        for i in range(n):
+            skip = min(skip, out_of_reach(balls, i, x0, most, s))
+        last, s, k, soon = s, min(s + max(skip, h), longest), -1, math.inf
+        re, im, xh, vh = after(response, c[0], c[1], xh0, vh0, s)
+        x, v = re + xh, vh - w * im
+        count += 1
+        for i in range(n):
+            when, heading = seen(balls, i, last, s, (x - x0) - v0 * s, v - v0, skip <= h)
+            if when < soon:
+                k, soon, balls[i, HEADING] = i, when, heading
+        if k >= 0:
+            T, tries = cross(response, state, balls, c, k, soon, longest, 0.0, 0.0)
+            return count + tries if T > 0.0 else 0
+        if s >= longest:
+            break
+    S = bound(response, c[0], c[1], xh0, vh0, s)
+    if not nothing_before(response, state, balls, c, x, v, re, im, s, S, -1, 0.0, 0.0, 0.0):
+        return 0
+    arrive(state, balls, x, v, s, -1, 0.0)
+    c[0], c[1] = re, im
+    return count
+
+
+@compiled
+def seen(
+    balls: FloatArray, i: int, last: float, s: float, bend: float, gain: float, close: bool
+) -> tuple[float, float]:
+    """About when ball i meets a wall before s (inf: not), and which; fills in GAP and RATE.
+
+    `bend` is x - x0 - v0 s and `gain` v - v0; GAP and RATE are those at `last`. `close`: so near
+    that a gap that opens again is seen in the cubic between.
+    """
+    z, wide, g0, r0 = balls[i, SIDE], 2.0 * balls[i, CLEARANCE], balls[i, GAP], balls[i, RATE]
+    g, r = balls[i, D] - z * (balls[i, RHO] * s + bend), -z * (balls[i, RHO] + gain)
+    balls[i, GAP], balls[i, RATE], h = g, r, s - last
+    if g <= 0.0:
+        return last + closing(g0, r0, g, r, h), z
+    if g >= wide:
+        return last + closing(wide - g0, -r0, wide - g, -r, h), -z
+    middle = 0.5 * (g + g0) + 0.125 * h * (r0 - r)
+    if close and not 0.0 < middle < wide:
+        return last + 0.5 * h, z if middle <= 0.0 else -z
+    return math.inf, z
+
+
+@compiled
+def closing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
+    """About when a gap closes that is open, or opens, at first and not h seconds later."""
+    fall = (g1 - g0) / h
+    c2, c3 = (3.0 * fall - 2.0 * r0 - r1) / h, (r0 + r1 - 2.0 * fall) / (h * h)
+    if g0 > 0.0:
+        return root_of_cubic(g0, r0, c2, c3, h)
+    square = c2 * c2 - 4.0 * c3 * r0
+    return 2.0 * r0 / (math.sqrt(max(square, 0.0)) - c2)
+
+
+@compiled
+def out_of_reach(balls: FloatArray, i: int, x0: float, most: float, s: float) -> float:
+    """How long from s on no wall can reach ball i, with |x| <= `most`, s."""
+    ahead = balls[i, CLEARANCE] - most
+    place = x0 - balls[i, SIDE] * (balls[i, CLEARANCE] - balls[i, D]) + balls[i, U] * s
+    if abs(place) >= ahead:
+        return 0.0
+    left: float = (ahead - math.copysign(1.0, balls[i, U]) * place) / abs(balls[i, U])
+    return left
 
 
 @compiled

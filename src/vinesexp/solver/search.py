@@ -19,26 +19,13 @@ These steps are the last resort. Mostly p is clear of zero between its two ends,
 that Newton's rule finds, and that is proved from its values and slopes there
 (`clear_between`).
 
-In the closed form the bound is one on the fourth derivative: how far no wall is met for certain.
+In the closed form a bound S on the fourth derivative of x, which is that of every gap, does the
+same: `clear_between`, and from one point alone
 
-At any point of the flight x and its first four derivatives are known exactly, so the gap to a wall
-obeys
-
-    gap(s + d) >= Q(d) = g + g1 d + g2 d^2/2 + g3 d^3/6 - S d^4/24,   S >= |x''''| for d <= reach,
-
-because the ball moves uniformly and the gap's derivatives from the second on are those of x. A step
-that stays below the first root of Q cannot pass a contact. One step leaves S d^4/12 of gap, so
-distances go down like the fourth power.
+    gap(s + d) >= Q(d) = g + g1 d + g2 d^2/2 + g3 d^3/6 - S d^4/24,   S >= |x''''| for d <= reach.
 
 `open_until` proves that Q has no root on [0, d]: a polynomial lies in the convex hull of its
-Bernstein coefficients there, so it is positive if all five are. The steps themselves are guessed
-(Newton's rule on Q, drawn back a little) and then proved; a guess that cannot be proved is replaced
-by `certain_step`, which needs no guess: Q'' >= -K on the interval, with K the larger of -Q'' at its
-two ends (-Q'' is a convex parabola), so the parabola g + g1 d - K d^2/2 lies below Q, and its root
-is a step along Q that cannot pass Q's; a few such steps come close to it.
-
-`landing`: near the wall, once the gap is proved to fall all the way to its root and beyond, the
-root is the only one and any rule may find it.
+Bernstein coefficients there, so it is positive if all five are.
 
 S: x'''' = f = f_p + f_h with f_p'' = -w^2 f_p and f_h'' = -2 alpha f_h' - w0^2 f_h. The free part
 cannot grow: F = sqrt(f_h^2 + f_h'^2/w0^2) never rises. So |f| <= w^4 P + F; and since f'' + w^2 f
@@ -83,71 +70,6 @@ def open_until(g: float, g1: float, g2: float, g3: float, S: float, d: float) ->
     b3 = fused(3.0, a1, g) + fused(3.0, a2, a3)
     b4 = fused(4.0, a1, g) + fused(6.0, a2, 4.0 * a3) - S * (d * d) * (d * d) * (1.0 / 24.0)
     return b1 > 0.0 and b2 > 0.0 and b3 > 0.0 and b4 > 0.0
-
-
-@compiled
-def guess(g: float, g1: float, g2: float, g3: float, S: float, reach: float) -> float:
-    """Newton's rule for the root of Q, cut to `reach`; what it returns proves nothing."""
-    d = reach
-    if -g1 * reach > g:
-        d = -g / g1
-    for _ in range(3):
-        rate = fused(d, fused(d, fused(d, S * (-1.0 / 6.0), 0.5 * g3), g2), g1)
-        if rate >= 0.0:
-            return d
-        value = fused(d, fused(d, S * (-1.0 / 24.0), g3 * (1.0 / 6.0)), 0.5 * g2)
-        value = fused(d, fused(d, value, g1), g)
-        d -= value / rate
-        if d >= reach:
-            return reach
-        if d <= 0.0:
-            return 0.0
-    return d
-
-
-@compiled
-def landing(
-    g: float, g1: float, g2: float, g3: float, g4: float, S: float, d: float, reach: float
-) -> float:
-    """The root near d if the gap is proved to fall beyond it, else 0; good to the fifth order."""
-    far = 1.05 * d
-    if far > reach or g1 + far * (abs(g2) + far * (0.5 * abs(g3) + far * S / 6.0)) >= 0.0:
-        return 0.0
-    for _ in range(2):
-        rate = fused(d, fused(d, fused(d, g4 * (1.0 / 6.0), 0.5 * g3), g2), g1)
-        value = fused(d, fused(d, g4 * (1.0 / 24.0), g3 * (1.0 / 6.0)), 0.5 * g2)
-        value = fused(d, fused(d, value, g1), g)
-        d -= value / rate
-    return d if 0.0 < d < far else 0.0
-
-
-@compiled
-def certain_step(g: float, g1: float, g2: float, g3: float, S: float, reach: float) -> float:
-    """A lower bound on the first root of Q in (0, reach]; `reach` itself if there is none."""
-    done = 0.0
-    for _ in range(4):
-        left = reach - done
-        far = -g2 - g3 * left + 0.5 * S * left * left
-        K = max(-g2, far, 0.0)
-        if g + (g1 - 0.5 * K * left) * left > 0.0:
-            return reach
-        if g1 <= 0.0:
-            bottom = -g1 + math.sqrt(g1 * g1 + 2.0 * K * g)
-            if bottom == 0.0:
-                return done
-            d = 2.0 * g / bottom
-        else:
-            d = (g1 + math.sqrt(g1 * g1 + 2.0 * K * g)) / K
-        done += d
-        if d < 1e-3 * done or done >= reach:
-            break
-        g += d * (g1 + d * (0.5 * g2 + d * (g3 / 6.0 - d * S / 24.0)))
-        g1 += d * (g2 + d * (0.5 * g3 - d * S / 6.0))
-        g2 += d * (g3 - d * 0.5 * S)
-        g3 -= d * S
-        if g <= 0.0:
-            break
-    return min(done, reach)
 
 
 EPS = 2.220446049250313e-16
@@ -224,7 +146,10 @@ def guessed_root(p: FloatArray, lead: int, limit: float) -> float:
     square = rate * rate - 4.0 * p[lead] * bend
     low, high, s = 0.0, limit, 2.0 * p[lead] / (math.sqrt(max(square, 0.0)) - rate)
     if square < 0.0 or not low < s < high:
-        s = root_of_cubic(p[lead], rate, value, slope, limit)
+        fall = (value - p[lead]) / limit
+        c2 = (3.0 * fall - 2.0 * rate - slope) / limit
+        c3 = (rate + slope - 2.0 * fall) / (limit * limit)
+        s = root_of_cubic(p[lead], rate, c2, c3, limit)
     for _ in range(TRIES):
         value, slope, noise = at(p, lead, s)
         low, high = (s, high) if value > 0.0 else (low, s)
@@ -236,11 +161,9 @@ def guessed_root(p: FloatArray, lead: int, limit: float) -> float:
 
 
 @compiled
-def root_of_cubic(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
-    """About where a gap that is open at one end and not at the other is closed."""
-    fall = (g1 - g0) / h
-    c2, c3 = (3.0 * fall - 2.0 * r0 - r1) / h, (r0 + r1 - 2.0 * fall) / (h * h)
-    low, high, s = 0.0, h, g0 / (g0 - g1) * h
+def root_of_cubic(g0: float, r0: float, c2: float, c3: float, h: float) -> float:
+    """About where a gap g0 + r0 s + c2 s^2 + c3 s^3 closes that is open at 0 and not at h."""
+    low, high, s = 0.0, h, 0.5 * h
     for _ in range(6):
         value = fused(s, fused(s, fused(s, c3, c2), r0), g0)
         low, high = (s, high) if value > 0.0 else (low, s)
