@@ -403,7 +403,7 @@ def identify_campaign(
     said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)]
     return Identified(
         rows,
-        [*checks, *said, *_absent(rows), *remarks(used)],
+        [*checks, *said, *_absent(rows, answer.posterior), *remarks(used)],
         sources,
         levels,
         inputs,
@@ -675,7 +675,7 @@ def _released(stated: float, campaign: Campaign) -> tuple[str, ...]:
     )
 
 
-def _absent(rows: Sequence[Estimate]) -> list[Check]:
+def _absent(rows: Sequence[Estimate], found: Posterior | None = None) -> list[Check]:
     """What is not in the table, and what it would take."""
     reasons = {
         "f0": "no free decay and no sweep without NES that could be used",
@@ -686,6 +686,12 @@ def _absent(rows: Sequence[Estimate]) -> list[Check]:
         ),
         "r": "no drop test and no test with an NES that shows ten impacts or more",
     }
+    if found is not None and "r" in found:
+        value, error = found.of({"r": 1.0})
+        reasons["r"] = (
+            f"the tests together show {value:.3g} +- {COVERAGE_95 * error:.2g}; leave out those in "
+            "which it was another, or analyse them as a campaign of their own"
+        )
     present = {"r" if e.parameter.startswith("r_") else e.parameter for e in rows}
     checks = [
         Check("", "identification", "warning", f"{name} is not known: {reason}")

@@ -344,6 +344,17 @@ def test_what_changes_among_the_tests_with_a_ball_is_in_the_error():
     assert error == pytest.approx(1e-3, rel=0.01)
 
 
+def test_a_change_far_beyond_that_of_most_labs_is_said_by_its_size_and_not_its_logarithm():
+    """f0 of a rig that got another spring: 10 % is five times as far as most changes go."""
+    observed, data = steps([0.0] * 4 + [np.log(1.1)] * 4)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    (found,) = judged.found
+    assert found.cause.records == ("t4",)
+    assert found.sure
+    (check,) = cause_checks(judged)
+    assert "f0 changes by +10.0" in check.detail
+
+
 def test_tests_with_a_ball_that_scatter_leave_the_ring_downs_what_they_are():
     """Another mode disturbs the motion between impacts: four ring-downs agree to 1e-6."""
     observed, data = steps([0.0] * 4 + [3e-3, -2e-3, 1e-3, 4e-3])

@@ -58,7 +58,8 @@ _WIDTHS = {
     "even": 0.3,
     "odd": 30.0,
 }
-#: An effect is as small as in most labs or, more rarely, far larger: walls of steel and rubber.
+#: Effects and changes are as small as in most labs or, more rarely, far larger: walls of steel and
+#: rubber, an amplifier in another range.
 _AS_FAR, _NEAR = (("", 1.0, 1), (", strong", 6.0, 5)), ("contact", "even", "odd")
 _ANY = (
     2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
@@ -742,11 +743,12 @@ def _of_order(o: Observed) -> list[Cause]:
             share = share - share[tests].mean()
             terms = {name: one for (name, _), one in zip(own, share.tolist(), strict=True)}
             first = (key.rpartition(" ")[2],) if key.startswith("change") else ()
-            found.append(
-                Cause(key, "drift", about, Direction(terms, Prior(0.0, width)),
-                      members=len(own) if first else 1, records=first,
+            found += [
+                Cause(f"{key}{how}", "drift", about, Direction(terms, Prior(0.0, times * width)),
+                      members=members * (len(own) if first else 1), records=first,
                       spread=float(share[tests].std()))
-            )  # fmt: skip
+                for how, times, members in _AS_FAR
+            ]  # fmt: skip
     return found
 
 

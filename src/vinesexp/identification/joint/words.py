@@ -206,14 +206,17 @@ def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
     )
 
 
-#: Of what changes along a campaign: size and unit; of all others per cent.
-_UNITS = {"r": (1.0, ""), "friction": (1.0, " m/s^2"), "slope of the cavity": (1.0, " m/s^2")}
+#: Unit of what changes along a campaign; all others are logarithms, and said in per cent.
+_UNITS = {"r": "", "friction": " m/s^2", "slope of the cavity": " m/s^2"}
 
 
 def _drift(cause: Cause, value: float, error: float) -> str:
     name = cause.about
-    scale, unit = _UNITS.get(name, (100.0, " %"))
-    size = f"{_signed(scale * value, scale * error)}{unit}"
+    if name in _UNITS:
+        size = f"{_signed(value, error)}{_UNITS[name]}"
+    else:  # of a logarithm
+        share = 100.0 * math.exp(value)
+        size = f"{_signed(share - 100.0, share * error)} %"
     if cause.records:
         return (
             f"{name} changes by {size} with record {cause.records[0]} and stays there, in the "
