@@ -1,4 +1,4 @@
-"""The slow flow's own end of the permanent response and amplitude: what predictions compare."""
+"""The slow flow itself, its end of the permanent response and its amplitude: what is compared."""
 
 from __future__ import annotations
 
@@ -10,9 +10,30 @@ from numpy.typing import ArrayLike
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import Rig, checked
-from vinesexp.theory.manifold import A_1, C_1, C_2, loss_parameter
+from vinesexp.theory.manifold import A_1, C_1, C_2, amplitude, loss_parameter
 from vinesexp.theory.multiple import bands, base_amplitude_for
 from vinesexp.theory.slowflow import forcing, threshold
+
+
+def rates(
+    C: ArrayLike, rho: ArrayLike, *, F: ArrayLike, sigma: ArrayLike, lam: ArrayLike, r: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """dA/dtau1 and drho/dtau1 at a point of the SIM (docs/theory.md, 17, 18).
+
+    Parameters
+    ----------
+    C, rho : array_like
+        Ball amplitude (names the branch, where A would not) and phase sigma tau1 - theta.
+    F, sigma, lam, r : array_like
+        Forcing G/(eps b), detuning (w/w0 - 1)/eps, damping, restitution.
+    """
+    ball = np.asarray(C, dtype=np.float64)
+    A = amplitude(ball, r=r)
+    loss = 8.0 * loss_parameter(r) * ball**2 / (np.pi**3 * A)
+    dA = 0.5 * np.asarray(F) * np.sin(rho) - loss - 0.5 * np.asarray(lam) * A
+    turning = 4.0 * ball * (1.0 - ball) / (np.pi * A) ** 2
+    drho = np.asarray(sigma) + np.asarray(F) * np.cos(rho) / (2.0 * A) - turning
+    return dA, drho
 
 
 def fold_forcing(*, lam: ArrayLike, r: ArrayLike, sigma: ArrayLike = 0.0) -> FloatArray:

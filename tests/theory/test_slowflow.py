@@ -33,7 +33,7 @@ def test_parametric_form_is_at_rest_in_the_flow(
     A = float(manifold.amplitude(C, r=r))
     if A < 1e-3:
         return
-    dA, drho = slowflow.rates(C, rho, F=F, sigma=sigma, lam=lam, r=r)
+    dA, drho = slow_flow.rates(C, rho, F=F, sigma=sigma, lam=lam, r=r)
     size = float(F) + abs(sigma) + 1.0 / A**2
     assert abs(dA) < 1e-12 * size
     assert abs(drho) < 1e-12 * size / A
@@ -56,7 +56,7 @@ def test_flow_jacobian_is_the_derivative_of_the_flow() -> None:
     for j, (dA, drho) in enumerate([(h, 0.0), (0.0, h)]):
         ends = [
             np.array(
-                slowflow.rates(
+                slow_flow.rates(
                     manifold.upper_branch(point.A + s * dA, r=r),
                     point.rho + s * drho,
                     F=F,
@@ -79,7 +79,7 @@ def test_a_stable_fixed_point_attracts_the_integrated_flow() -> None:
 
     def slope(A: float, rho: float) -> np.ndarray:
         C = manifold.upper_branch(A, r=r)
-        return np.array(slowflow.rates(C, rho, F=F, sigma=0.0, lam=LAM, r=r))
+        return np.array(slow_flow.rates(C, rho, F=F, sigma=0.0, lam=LAM, r=r))
 
     state = np.array([A, rho])
     for _ in range(4000):
