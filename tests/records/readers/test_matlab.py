@@ -82,6 +82,15 @@ def test_complex_numbers_are_reported(tmp_path):
         values(open_source(path), [0])
 
 
+def test_the_code_of_a_function_handle_is_no_channel(tmp_path):
+    """MATLAB saves it as a vector of bytes without a name, which scipy calls by its own."""
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"x": np.arange(9.0), "A_function_workspace__": np.arange(200.0)})
+    path.write_bytes(path.read_bytes().replace(b"A_function", b"__function"))
+    assert [name for name, *_ in scipy.io.whosmat(path)][1] == "__function_workspace__"
+    assert [column.name for column in open_source(path).columns] == ["x"]
+
+
 def test_different_lengths_are_reported(tmp_path):
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"CH1": A, "CH2": B[:50]})

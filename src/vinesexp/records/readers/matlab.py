@@ -99,6 +99,8 @@ class MatlabSource(TableSource):
         variables = self._call("whosmat")
         self._refuse_impossible(variables)
         for name, shape, kind in variables:
+            if name.startswith("__"):  # MATLAB's own, such as the code of a function handle
+                continue
             nested = kind in ("struct", "cell")
             if not nested and (kind not in _NUMBERS or len(shape) != 2 or not min(shape)):
                 skipped.append(f"{name} ({kind})")
