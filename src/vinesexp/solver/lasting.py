@@ -24,7 +24,6 @@ import math
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled
 from vinesexp.solver.flight import expect
-from vinesexp.solver.search import EPS
 from vinesexp.solver.state import (
     AFTER,
     FREE,
@@ -53,7 +52,8 @@ from vinesexp.solver.state import (
 
 #: Least restitution: a contact without any rebound would last for ever.
 LEAST_R = 1e-3
-MOST = 60  # steps to the end of a contact, which take about four
+MOST = 60  # steps to the end of a contact, which take about three
+LAST = 1e-8  # of its duration, the last one: the error of Newton's rule is its square
 
 
 @compiled
@@ -81,14 +81,18 @@ def touch(rho: float, g: float, r: float, tau: float) -> tuple[float, float, flo
     wd, a = math.pi / tau, -math.log(max(r, LEAST_R)) / tau
     first = math.atan2(rho, -(g - a * rho) / wd) / wd  # largest overlap
     low, high = first, first + tau  # the smallest after it
-    if overlap(high, rho, g, a, wd)[0] >= 0.0:
+    if g > 0.0 and overlap(high, rho, g, a, wd)[0] >= 0.0:
         return math.inf, 0.0, rho
-    t, rate = max(tau, low), 0.0
+    # As it ends without g, and what g adds at the speed of that end.
+    t = tau + g * (1.0 + r) / ((wd * wd + a * a) * max(r, LEAST_R) * rho)
+    t, rate = min(max(t, 0.5 * (low + high)), high), 0.0
     for _ in range(MOST):
         z, rate = overlap(t, rho, g, a, wd)
         low, high = (t, high) if z > 0.0 else (low, t)
         step = t - z / rate
-        if abs(step - t) <= EPS * t:
+        if abs(step - t) <= LAST * t:
+            rate += (step - t) * (g - 2.0 * a * rate - (wd * wd + a * a) * z)
+            t = step
             break
         t = step if low < step < high else 0.5 * (low + high)
     jump = rho + g * t - rate
