@@ -27,6 +27,7 @@ CAUSES: Mapping[str, str] = {
     "drift of f0": r"\bf0 (drifts|changes) by|\bf0 that changes",
     "drift of gain": r"gain( of \S+)? (drifts|changes) by|gain( of \S+)? that changes",
     "change": r"(drifts|changes) by .{0,40}(with|from the first) record|that changes (from|along)",
+    "other record": r"differs by .{0,60}from that of all other",
     "second clock": r"clock",
     "lost samples": r"samples? (is|are|were) (lost|missing)|lost samples|samples lost",
     "magnet": r"magnet|pull(ed)? to the middle|hollow|concave",
@@ -78,7 +79,7 @@ SAME: Mapping[str, frozenset[str]] = {
 #: The others are words that honest texts use of many things, or gains that scatter anyway.
 TELLING = frozenset({
     "friction", "tilt", "walls", "speed", "contact", "rolling", "damping", "spring", "cross-axis",
-    "local mode", "wear", "drift of f0", "drift of gain", "change", "second clock", "lost samples",
+    "local mode", "wear", "drift of f0", "drift of gain", "change", "other record", "second clock", "lost samples",
     "magnet", "rows exchanged", "twice", "diameter", "stuck", "inverted", "clearance",
 })  # fmt: skip
 

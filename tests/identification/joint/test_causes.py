@@ -344,6 +344,16 @@ def test_what_changes_among_the_tests_with_a_ball_is_in_the_error():
     assert error == pytest.approx(1e-3, rel=0.01)
 
 
+def test_one_test_that_is_unlike_all_others_is_named_and_the_value_is_that_of_the_others():
+    observed, data = steps([0.0] * 5 + [2e-3] + [0.0] * 2)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    assert [w.cause.key for w in judged.found] == ["other f0 in t5"]
+    value, error = _only_so_true(data, observed, judged).of({"ln_f0": 1.0})
+    assert abs(value) < 4.0 * error < 1e-5
+    (check,) = cause_checks(judged)
+    assert "f0 of t5 differs by +0.2002 " in check.detail
+
+
 def test_a_change_far_beyond_that_of_most_labs_is_said_by_its_size_and_not_its_logarithm():
     """f0 of a rig that got another spring: 10 % is five times as far as most changes go."""
     observed, data = steps([0.0] * 4 + [np.log(1.1)] * 4)

@@ -722,7 +722,7 @@ _DRIFTS = {"own r": ("r", 0.05), "own f0": ("f0", 5e-3),
 
 
 def _of_order(o: Observed) -> list[Cause]:
-    """What drifts along the campaign, or changes after a record."""
+    """What drifts along the campaign, changes after a record, or is another in one record."""
     found = []
     place = {record: i for i, record in enumerate(o.order)}
     with_ball = {record for record, _ in o.collisions}
@@ -739,14 +739,16 @@ def _of_order(o: Observed) -> list[Cause]:
             f"change of {about} from {own[k][1]}": (at >= at[k]).astype(np.float64)
             for k in range(2, len(own) - 1)
         }
+        shares = {key: share - share[tests].mean() for key, share in shares.items()}
+        # one record that is unlike all others: what these share is theirs
+        shares |= {f"other {about} in {id}": (at == place[id]).astype(float) for _, id in own}
         for key, share in shares.items():
-            share = share - share[tests].mean()
             terms = {name: one for (name, _), one in zip(own, share.tolist(), strict=True)}
-            first = (key.rpartition(" ")[2],) if key.startswith("change") else ()
+            of = () if key.startswith("drift") else (key.rpartition(" ")[2],)
             found += [
                 Cause(f"{key}{how}", "drift", about, Direction(terms, Prior(0.0, times * width)),
-                      members=members * (len(own) if first else 1), records=first,
-                      spread=float(share[tests].std()))
+                      members=members * (len(own) if of else 1), records=of,
+                      spread=0.0 if key.startswith("other") else float(share[tests].std()))
                 for how, times, members in _AS_FAR
             ]  # fmt: skip
     return found

@@ -217,6 +217,12 @@ def _drift(cause: Cause, value: float, error: float) -> str:
     else:  # of a logarithm
         share = 100.0 * math.exp(value)
         size = f"{_signed(share - 100.0, share * error)} %"
+    if cause.key.startswith("other"):
+        return (
+            f"{name} of {cause.records[0]} differs by {size} from that of all other records: "
+            "something was otherwise in this test, or the record is damaged; the values hold for "
+            "the others"
+        )
     if cause.records:
         return (
             f"{name} changes by {size} with record {cause.records[0]} and stays there, in the "
