@@ -79,8 +79,9 @@ SAME: Mapping[str, frozenset[str]] = {
 #: The others are words that honest texts use of many things, or gains that scatter anyway.
 TELLING = frozenset({
     "friction", "tilt", "walls", "speed", "contact", "rolling", "damping", "spring", "cross-axis",
-    "local mode", "wear", "drift of f0", "drift of gain", "change", "other record", "second clock", "lost samples",
-    "magnet", "rows exchanged", "twice", "diameter", "stuck", "inverted", "clearance",
+    "local mode", "wear", "drift of f0", "drift of gain", "change", "other record",
+    "second clock", "lost samples", "magnet",
+    "rows exchanged", "twice", "diameter", "stuck", "inverted", "clearance",
 })  # fmt: skip
 
 _OPEN = re.compile(

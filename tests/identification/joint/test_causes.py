@@ -351,7 +351,7 @@ def test_one_test_that_is_unlike_all_others_is_named_and_the_value_is_that_of_th
     value, error = _only_so_true(data, observed, judged).of({"ln_f0": 1.0})
     assert abs(value) < 4.0 * error < 1e-5
     (check,) = cause_checks(judged)
-    assert "f0 of t5 differs by +0.2002 " in check.detail
+    assert "f0 of t5 differs by +0.20020 +- 0.00030 %" in check.detail
 
 
 def test_a_change_far_beyond_that_of_most_labs_is_said_by_its_size_and_not_its_logarithm():
