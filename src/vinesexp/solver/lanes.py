@@ -275,6 +275,149 @@ def closer(
     return e - value / slope
 
 
+@compiled
+def next_node(P: FloatArray, i: int) -> tuple[float, float, float, float, float, float]:
+    """Phasor, free motion, way and rate of a lane at the end of its step."""
+    c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
+    xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
+    cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
+    fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
+    dc, ds = fused(cos1, c0, -sine * c1), fused(cos1, c1, sine * c0)
+    dv = fused(fused(-P[TWOALPHA * LANES + i], fs, fc1), vh, -P[W0SQ * LANES + i] * fs * xh)
+    bend = fused(cos1, c0, -P[SINE1 * LANES + i] * c1)
+    bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
+    rate0 = P[RATE * LANES + i]
+    way1 = P[WAY * LANES + i] + (rate0 + bend)
+    rate1 = rate0 + fused(-P[W * LANES + i], ds, dv)
+    return c0 + dc, c1 + ds, xh + fused(fc1, xh, fs * vh), vh + dv, way1, rate1
+
+
+@compiled
+def contact_from(
+    P: FloatArray, i: int, cr: float, ci: float, xn: float, vn: float, gn: float, rn: float,
+    guess: float, start: float,
+) -> float:  # fmt: skip
+    """Steps from a node, at most half of one, to the contact with the wall at the gap gn.
+
+    From a guess; where the ball leaves this very wall (`start`, the gap at the start, is zero),
+    from the parabola of a bounce, or from half-way.
+    """
+    w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
+    w2 = w * w
+    ah = fused(-two_alpha, vn, -w0sq * xn)
+    jh = fused(-two_alpha, ah, -w0sq * vn)
+    fh = fused(-two_alpha, jh, -w0sq * ah)
+    gh = fused(-two_alpha, fh, -w0sq * jh)
+    hh = fused(-two_alpha, gh, -w0sq * fh)
+    kh = fused(-two_alpha, hh, -w0sq * gh)
+    lh = fused(-two_alpha, kh, -w0sq * hh)
+    up, down = w2 * cr, w2 * w * ci
+    k2, k3 = 0.5 * (ah - up), (1.0 / 6.0) * (jh + down)
+    k4, k5 = (1.0 / 24.0) * fused(w2, up, fh), (1.0 / 120.0) * fused(-w2, down, gh)
+    k6 = (1.0 / 720.0) * fused(-w2 * w2, up, hh)
+    k7 = (1.0 / 5040.0) * fused(w2 * w2, down, kh)
+    k8 = (1.0 / 40320.0) * fused(w2 * w2 * w2, up, lh)
+    back = -rn / k2
+    back = back if (back > 0.0) & (back < 0.5) else 0.5
+    e = back if start == 0.0 else guess
+    e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
+    e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
+    e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
+    return min(max(e, -0.51), 0.51)
+
+
+@compiled
+def little_turn(angle: float) -> tuple[float, float]:
+    """sin - angle and cos - 1 of an angle below 0.36."""
+    q = angle * angle
+    sin1 = fused(q, fused(q, 1.0 / 6227020800.0, -1.0 / 39916800.0), 1.0 / 362880.0)
+    sin1 = fused(q, fused(q, sin1, -1.0 / 5040.0), 1.0 / 120.0)
+    sin1 = angle * q * fused(q, sin1, -1.0 / 6.0)  # sin - angle
+    less = fused(q, fused(q, 1.0 / 479001600.0, -1.0 / 3628800.0), 1.0 / 40320.0)
+    less = q * fused(q, fused(q, fused(q, less, -1.0 / 720.0), 1.0 / 24.0), -0.5)  # cos - 1
+    return sin1, less
+
+
+@compiled
+def free_part(P: FloatArray, i: int, e: float) -> tuple[float, float]:
+    """S - e and C - 1 after e steps: the series of S and of its integral, from the top down.
+
+    A loop here would not become one over lanes.
+    """
+    s = P[(SERIES + 11) * LANES + i]
+    c = s * (1.0 / 14.0)
+    k = P[(SERIES + 10) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 13.0))
+    k = P[(SERIES + 9) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 12.0))
+    k = P[(SERIES + 8) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 11.0))
+    k = P[(SERIES + 7) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 10.0))
+    k = P[(SERIES + 6) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 9.0))
+    k = P[(SERIES + 5) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 8.0))
+    k = P[(SERIES + 4) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 7.0))
+    k = P[(SERIES + 3) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 6.0))
+    k = P[(SERIES + 2) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 5.0))
+    k = P[(SERIES + 1) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 4.0))
+    k = P[(SERIES + 0) * LANES + i]
+    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 3.0))
+    e2 = e * e
+    return s * e2, -P[W0SQ * LANES + i] * fused(c, e * e2, 0.5 * e2)
+
+
+@compiled
+def contact_at(
+    P: FloatArray, i: int, cr: float, ci: float, xn: float, vn: float, gn: float, rn: float,
+    e: float,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """Steps from a node to the contact e steps on, and there phasor, free motion, rate of the gap.
+
+    The closed form there, and one step of Newton's rule with it.
+    """
+    w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
+    w2, angle = w * w, w * e
+    (sin1, less), (s1, c) = little_turn(angle), free_part(P, i, e)
+    s, sin = e + s1, angle + sin1
+    dv = fused(fused(-two_alpha, s, c), vn, -w0sq * s * xn)
+    bend = fused(less, cr, -sin1 * ci) + fused(c, xn, s1 * vn)
+    ds, dc = fused(less, ci, sin * cr), fused(less, cr, -sin * ci)
+    left, r1 = gn + fused(rn, e, bend), rn + fused(-w, ds, dv)
+    re, im, xe, ve = cr + dc, ci + ds, xn + fused(c, xn, s * vn), vn + dv
+    ah = fused(-two_alpha, ve, -w0sq * xe)
+    jh = fused(-two_alpha, ah, -w0sq * ve)
+    a1, j1 = fused(-w2, re, ah), fused(w2 * w, im, jh)
+    inverse = 1.0 / r1
+    d = -left * inverse
+    d = d * fused(-d, 0.5 * a1 * inverse, 1.0)
+    turn = w * d
+    turned_re = re - turn * fused(0.5 * turn, re, im)
+    im, re = im + turn * fused(-0.5 * turn, im, re), turned_re
+    xe, ve = fused(d, fused(0.5 * d, ah, ve), xe), fused(d, fused(0.5 * d, jh, ah), ve)
+    return d, re, im, xe, ve, fused(d, fused(0.5 * d, j1, a1), r1)
+
+
+@compiled
+def nothing_came_before(P: FloatArray, i: int, T: float, r1: float, wall: float) -> bool:
+    """Whether the ball met no wall in the T steps to the contact with `wall` at the rate r1."""
+    way0, rate0, T2 = P[WAY * LANES + i], P[RATE * LANES + i], T * T
+    S = fused(P[STEPS * LANES + i] + T, P[GROWTH * LANES + i], P[BOUND * LANES + i])
+    fall = min(S, P[CAP * LANES + i]) * T2 * T2 * (1.0 / 384.0)
+    near, far = fused((1.0 / 6.0) * T, rate0, way0), fused((-1.0 / 6.0) * T, r1, wall)
+    middle = fused((1.0 / 12.0) * T, rate0 - r1, 0.25 * (way0 + wall))
+    mid0, mid1 = fused(0.5, near, middle), fused(0.5, far, middle)
+    low = min(min(near, far), min(mid0, mid1)) - fall
+    high = max(max(near, far), max(mid0, mid1)) + fall
+    inside: bool = (low > P[LOW * LANES + i]) & (high < P[HIGH * LANES + i])
+    return inside
+
+
 @apart
 def land(P: FloatArray, n: int) -> int:
     """The contact and the impact of every lane that waits; what is not proved is to leave.
@@ -286,169 +429,94 @@ def land(P: FloatArray, n: int) -> int:
     for i in range(n):
         c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
         xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
-        w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
-        w2 = w * w
         way0, rate0 = P[WAY * LANES + i], P[RATE * LANES + i]
         low_wall, high_wall = P[LOW * LANES + i], P[HIGH * LANES + i]
         # The next node is beyond a wall, or about to be: which one?
-        cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
-        fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
-        dc, ds = fused(cos1, c0, -sine * c1), fused(cos1, c1, sine * c0)
-        dv = fused(fused(-two_alpha, fs, fc1), vh, -w0sq * fs * xh)
-        bend = fused(cos1, c0, -P[SINE1 * LANES + i] * c1)
-        bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
-        way1, rate1 = way0 + (rate0 + bend), rate0 + fused(-w, ds, dv)
+        re1, im1, x1, v1, way1, rate1 = next_node(P, i)
         ahead = way1 + OVER * rate1
         above, below = ahead >= high_wall, ahead <= low_wall
         wall, to = high_wall if above else low_wall, 1.0 if above else -1.0
         # Is it met in the second half of the step? (the cubic through both nodes: 6e-4 of A)
         middle = fused(0.125, rate0 - rate1, 0.5 * (way0 + way1))
         late = to * (wall - middle) > 0.0
-        cr, ci = c0 + dc if late else c0, c1 + ds if late else c1
-        xn, vn = xh + fused(fc1, xh, fs * vh) if late else xh, vh + dv if late else vh
+        cr, ci = re1 if late else c0, im1 if late else c1
+        xn, vn = x1 if late else xh, v1 if late else vh
         gn, rn = (way1 if late else way0) - wall, rate1 if late else rate0
-        ah = fused(-two_alpha, vn, -w0sq * xn)
-        jh = fused(-two_alpha, ah, -w0sq * vn)
-        fh = fused(-two_alpha, jh, -w0sq * ah)
-        gh = fused(-two_alpha, fh, -w0sq * jh)
-        hh = fused(-two_alpha, gh, -w0sq * fh)
-        kh = fused(-two_alpha, hh, -w0sq * gh)
-        lh = fused(-two_alpha, kh, -w0sq * hh)
-        up, down = w2 * cr, w2 * w * ci
-        k2, k3 = 0.5 * (ah - up), (1.0 / 6.0) * (jh + down)
-        k4, k5 = (1.0 / 24.0) * fused(w2, up, fh), (1.0 / 120.0) * fused(-w2, down, gh)
-        k6 = (1.0 / 720.0) * fused(-w2 * w2, up, hh)
-        k7 = (1.0 / 5040.0) * fused(w2 * w2, down, kh)
-        k8 = (1.0 / 40320.0) * fused(w2 * w2 * w2, up, lh)
-        # From the chord over that half. Where the ball leaves this very wall: from the parabola of
-        # a bounce, or from half-way.
-        e = -0.5 * (way1 - wall) / (way1 - middle)
-        first = 0.5 * (way0 - wall) / (way0 - middle)
-        back = -rn / k2
-        back = back if (back > 0.0) & (back < 0.5) else 0.5
-        e = e if late else (first if gn != 0.0 else back)
-        e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
-        e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
-        e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
-        e = min(max(e, -0.51), 0.51)
-        # The closed form there.
-        angle = w * e
-        q = angle * angle
-        sin1 = fused(q, fused(q, 1.0 / 6227020800.0, -1.0 / 39916800.0), 1.0 / 362880.0)
-        sin1 = fused(q, fused(q, sin1, -1.0 / 5040.0), 1.0 / 120.0)
-        sin1 = angle * q * fused(q, sin1, -1.0 / 6.0)  # sin - angle
-        less = fused(q, fused(q, 1.0 / 479001600.0, -1.0 / 3628800.0), 1.0 / 40320.0)
-        less = q * fused(q, fused(q, fused(q, less, -1.0 / 720.0), 1.0 / 24.0), -0.5)  # cos - 1
-        # S and its integral, from the top down (a loop here would not become one over lanes).
-        s = P[(SERIES + 11) * LANES + i]
-        c = s * (1.0 / 14.0)
-        k = P[(SERIES + 10) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 13.0))
-        k = P[(SERIES + 9) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 12.0))
-        k = P[(SERIES + 8) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 11.0))
-        k = P[(SERIES + 7) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 10.0))
-        k = P[(SERIES + 6) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 9.0))
-        k = P[(SERIES + 5) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 8.0))
-        k = P[(SERIES + 4) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 7.0))
-        k = P[(SERIES + 3) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 6.0))
-        k = P[(SERIES + 2) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 5.0))
-        k = P[(SERIES + 1) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 4.0))
-        k = P[(SERIES + 0) * LANES + i]
-        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 3.0))
-        e2 = e * e
-        s1 = s * e2  # S - e
-        c = -w0sq * fused(c, e * e2, 0.5 * e2)  # C - 1
-        s, sin = e + s1, angle + sin1
-        dv = fused(fused(-two_alpha, s, c), vn, -w0sq * s * xn)
-        bend = fused(less, cr, -sin1 * ci) + fused(c, xn, s1 * vn)
-        ds, dc = fused(less, ci, sin * cr), fused(less, cr, -sin * ci)
-        left, r1 = gn + fused(rn, e, bend), rn + fused(-w, ds, dv)
-        re, im, xe, ve = cr + dc, ci + ds, xn + fused(c, xn, s * vn), vn + dv
-        ah = fused(-two_alpha, ve, -w0sq * xe)
-        jh = fused(-two_alpha, ah, -w0sq * ve)
-        a1, j1 = fused(-w2, re, ah), fused(w2 * w, im, jh)
-        inverse = 1.0 / r1
-        d = -left * inverse
-        d = d * fused(-d, 0.5 * a1 * inverse, 1.0)
-        T, turn = e + d + (1.0 if late else 0.0), w * d
-        turned_re = re - turn * fused(0.5 * turn, re, im)
-        im, re = im + turn * fused(-0.5 * turn, im, re), turned_re
-        xe, ve = fused(d, fused(0.5 * d, ah, ve), xe), fused(d, fused(0.5 * d, jh, ah), ve)
-        v, u = fused(-w, im, ve), P[SPEED * LANES + i]
+        # From the chord over that half.
+        e, first = -0.5 * (way1 - wall) / (way1 - middle), 0.5 * (way0 - wall) / (way0 - middle)
+        e = contact_from(P, i, cr, ci, xn, vn, gn, rn, e if late else first, 1.0 if late else gn)
+        d, re, im, xe, ve, r1 = contact_at(P, i, cr, ci, xn, vn, gn, rn, e)
+        T = e + d + (1.0 if late else 0.0)
+        v, u = fused(-P[W * LANES + i], im, ve), P[SPEED * LANES + i]
         apart = v - u
-        r1 = fused(d, fused(0.5 * d, j1, a1), r1)
         r1 = apart if abs(apart) > 0.25 * (abs(v) + abs(u)) else r1
-        # Nothing came before.
-        steps, T2 = P[STEPS * LANES + i], T * T
-        S = fused(steps + T, P[GROWTH * LANES + i], P[BOUND * LANES + i])
-        fall = min(S, P[CAP * LANES + i]) * T2 * T2 * (1.0 / 384.0)
-        near, far = fused((1.0 / 6.0) * T, rate0, way0), fused((-1.0 / 6.0) * T, r1, wall)
-        middle = fused((1.0 / 12.0) * T, rate0 - r1, 0.25 * (way0 + wall))
-        mid0, mid1 = fused(0.5, near, middle), fused(0.5, far, middle)
-        low = min(min(near, far), min(mid0, mid1)) - fall
-        high = max(max(near, far), max(mid0, mid1)) + fall
-        sound = (above | below) & (low > low_wall) & (high < high_wall) & (to * r1 > 0.0)
+        sound = (above | below) & nothing_came_before(P, i, T, r1, wall) & (to * r1 > 0.0)
         sound = sound & (abs(d) < SETTLED * min(T, 1.0)) & (T <= 1.0 + 2.0 * OVER)
-        # The impact.
-        x, per = re + xe, P[PER_W0 * LANES + i]
-        new, old = math.sqrt(fused(x, x, v * per * (v * per))), P[OLD * LANES + i]
-        jump = -P[PUSH * LANES + i] * r1
-        ve, v, r1 = ve + jump, v + jump, -P[BOUNCE * LANES + i] * r1
-        ah = fused(-two_alpha, ve, -w0sq * xe)
-        jh = fused(-two_alpha, ah, -w0sq * ve)
-        fh = fused(-two_alpha, jh, -w0sq * ah)
-        gh = fused(-two_alpha, fh, -w0sq * jh)
-        f, df = fused(w2 * w2, re, fh), fused(P[PER_W * LANES + i], gh, -w2 * w2 * im)
-        F = fused(abs(gh), per, abs(fh))
-        # The end of a chatter is for the scalar loop.
-        push, leave = to * fused(-w2, re, ah), -to * r1
-        brief = (push > 0.0) & (2.0 * leave < BRIEF * per * push)
-        stop = LEAVING if (brief | (leave <= 0.0)) else FLYING
-        mode = P[MODE * LANES + i]
-        hit = (mode == WAITING) & sound
-        P[MODE * LANES + i] = (stop if sound else LEAVING) if mode == WAITING else mode
-        due, since = P[DUE * LANES + i], steps + T
-        count = T if (hit & (steps >= due)) else 0.0
-        P[SUM_TIME * LANES + i] += count
-        P[SUM * LANES + i] += count * (old + new)
-        P[LARGEST * LANES + i] = max(P[LARGEST * LANES + i], new if count > 0.0 else 0.0)
-        P[HITS * LANES + i] += 1.0 if (hit & (since >= due)) else 0.0
-        P[OLD * LANES + i] = math.sqrt(fused(x, x, v * per * (v * per))) if hit else old
-        latest = P[LATEST * LANES + i]
-        t, late_t = P[TIME * LANES + i], fused(since, P[H * LANES + i], P[TIME_LOW * LANES + i])
-        total = t + late_t
-        P[TIME_LOW * LANES + i] = late_t - (total - t) if hit else P[TIME_LOW * LANES + i]
-        P[TIME * LANES + i] = total if hit else t
-        P[LATEST * LANES + i] = total if (hit & (since >= due)) else latest
-        P[DUE * LANES + i] = due - since if hit else due
-        left_over = P[LEFT * LANES + i]
-        P[LEFT * LANES + i] = left_over - since if hit else left_over
-        P[STEPS * LANES + i] = 0.0 if hit else steps
-        P[SPEED * LANES + i] = v - r1 if hit else u
-        P[BOUND * LANES + i] = abs(f) + abs(df) if hit else P[BOUND * LANES + i]
-        P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i] if hit else P[GROWTH * LANES + i]
-        P[CAP * LANES + i] = P[W4P * LANES + i] + F if hit else P[CAP * LANES + i]
-        full = P[FULL * LANES + i]
-        P[LOW * LANES + i] = (-full if above else 0.0) if hit else low_wall
-        P[HIGH * LANES + i] = (0.0 if above else full) if hit else high_wall
-        P[C_RE * LANES + i] = re if hit else c0
-        P[C_IM * LANES + i] = im if hit else c1
-        P[X_FREE * LANES + i] = xe if hit else xh
-        P[V_FREE * LANES + i] = ve if hit else vh
-        P[WAY * LANES + i] = 0.0 if hit else way0
-        P[RATE * LANES + i] = r1 if hit else rate0
-        P[AGE * LANES + i] += since + 1.0 if hit else 0.0
-        gone += 1 if (mode == WAITING) & ((not sound) | (stop == LEAVING)) else 0
+        gone += strike(P, i, T, re, im, xe, ve, v, u, r1, to, 1.0 if sound else 0.0)
     return gone
+
+
+@compiled
+def strike(
+    P: FloatArray, i: int, T: float, re: float, im: float, xe: float, ve: float, v: float,
+    u: float, r1: float, to: float, proved: float,
+) -> int:  # fmt: skip
+    """Carry out the impact of a lane that waits, if `proved` is 1; 1 if the lane is to leave."""
+    w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
+    w2, steps, sound, above = w * w, P[STEPS * LANES + i], proved == 1.0, to > 0.0
+    c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
+    xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
+    way0, rate0 = P[WAY * LANES + i], P[RATE * LANES + i]
+    low_wall, high_wall = P[LOW * LANES + i], P[HIGH * LANES + i]
+    x, per = re + xe, P[PER_W0 * LANES + i]
+    new, old = math.sqrt(fused(x, x, v * per * (v * per))), P[OLD * LANES + i]
+    jump = -P[PUSH * LANES + i] * r1
+    ve, v, r1 = ve + jump, v + jump, -P[BOUNCE * LANES + i] * r1
+    ah = fused(-two_alpha, ve, -w0sq * xe)
+    jh = fused(-two_alpha, ah, -w0sq * ve)
+    fh = fused(-two_alpha, jh, -w0sq * ah)
+    gh = fused(-two_alpha, fh, -w0sq * jh)
+    f, df = fused(w2 * w2, re, fh), fused(P[PER_W * LANES + i], gh, -w2 * w2 * im)
+    F = fused(abs(gh), per, abs(fh))
+    # The end of a chatter is for the scalar loop.
+    push, leave = to * fused(-w2, re, ah), -to * r1
+    brief = (push > 0.0) & (2.0 * leave < BRIEF * per * push)
+    stop = LEAVING if (brief | (leave <= 0.0)) else FLYING
+    mode = P[MODE * LANES + i]
+    hit = (mode == WAITING) & sound
+    P[MODE * LANES + i] = (stop if sound else LEAVING) if mode == WAITING else mode
+    due, since = P[DUE * LANES + i], steps + T
+    count = T if (hit & (steps >= due)) else 0.0
+    P[SUM_TIME * LANES + i] += count
+    P[SUM * LANES + i] += count * (old + new)
+    P[LARGEST * LANES + i] = max(P[LARGEST * LANES + i], new if count > 0.0 else 0.0)
+    P[HITS * LANES + i] += 1.0 if (hit & (since >= due)) else 0.0
+    P[OLD * LANES + i] = math.sqrt(fused(x, x, v * per * (v * per))) if hit else old
+    latest = P[LATEST * LANES + i]
+    t, late_t = P[TIME * LANES + i], fused(since, P[H * LANES + i], P[TIME_LOW * LANES + i])
+    total = t + late_t
+    P[TIME_LOW * LANES + i] = late_t - (total - t) if hit else P[TIME_LOW * LANES + i]
+    P[TIME * LANES + i] = total if hit else t
+    P[LATEST * LANES + i] = total if (hit & (since >= due)) else latest
+    P[DUE * LANES + i] = due - since if hit else due
+    left_over = P[LEFT * LANES + i]
+    P[LEFT * LANES + i] = left_over - since if hit else left_over
+    P[STEPS * LANES + i] = 0.0 if hit else steps
+    P[SPEED * LANES + i] = v - r1 if hit else u
+    P[BOUND * LANES + i] = abs(f) + abs(df) if hit else P[BOUND * LANES + i]
+    P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i] if hit else P[GROWTH * LANES + i]
+    P[CAP * LANES + i] = P[W4P * LANES + i] + F if hit else P[CAP * LANES + i]
+    full = P[FULL * LANES + i]
+    P[LOW * LANES + i] = (-full if above else 0.0) if hit else low_wall
+    P[HIGH * LANES + i] = (0.0 if above else full) if hit else high_wall
+    P[C_RE * LANES + i] = re if hit else c0
+    P[C_IM * LANES + i] = im if hit else c1
+    P[X_FREE * LANES + i] = xe if hit else xh
+    P[V_FREE * LANES + i] = ve if hit else vh
+    P[WAY * LANES + i] = 0.0 if hit else way0
+    P[RATE * LANES + i] = r1 if hit else rate0
+    P[AGE * LANES + i] += since + 1.0 if hit else 0.0
+    return 1 if (mode == WAITING) & ((not sound) | (stop == LEAVING)) else 0
 
 
 @compiled
