@@ -47,11 +47,12 @@ _LOOKED_AT = 300
 _SEEN = """\
 Campaigns 0 to 99 were looked at while the model was made; the second table is of 3000 to 3099,
 which have judged several versions, and a few of which were looked at after that. All are of this
-version, from samples on. Most warnings on plain campaigns say that a test had not settled or was
-recorded from rest, which is so. r is stated wider than it scatters: a contact that lasts and the
-lag of a channel are in its error, and plain rigs have none of them. b_c is stated too
-wide as well, for no reason that is known. Of the mistakes that people make one draw was measured of
-each; the stuck ball is not named because the simulator's last sample looks like an impact."""
+version, from samples on. Most warnings on plain campaigns say that a test had not settled, which is
+so. r is stated wider than it scatters: a contact that lasts and the
+lag of a channel are in its error, and plain rigs have none of them. b_c is stated
+wider too: that a displacement reads the jump of velocity at an impact off by 0.2 % is one half of
+the variance of m/M, and the simulated laser has no such error. Of the mistakes that people make one
+draw was measured of each."""
 
 
 _RULE = "|---|---|---|---|---|---|"
