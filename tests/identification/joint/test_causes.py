@@ -27,7 +27,7 @@ from vinesexp.identification.joint.unknowns import (
     posterior_of,
 )
 from vinesexp.identification.joint.whole import _only_so_true
-from vinesexp.identification.joint.words import cause_checks
+from vinesexp.identification.joint.words import called, cause_checks
 
 
 class Mean:
@@ -346,12 +346,14 @@ def test_what_changes_among_the_tests_with_a_ball_is_in_the_error():
 
 def test_one_test_that_is_unlike_all_others_is_named_and_the_value_is_that_of_the_others():
     observed, data = steps([0.0] * 5 + [2e-3] + [0.0] * 2)
-    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    kinds = ("drift", "one test")
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind in kinds])
     assert [w.cause.key for w in judged.found] == ["other f0 in t5"]
     value, error = _only_so_true(data, observed, judged).of({"ln_f0": 1.0})
     assert abs(value) < 4.0 * error < 1e-5
     (check,) = cause_checks(judged)
     assert "f0 of t5 differs by +0.20020 +- 0.00030 %" in check.detail
+    assert called(judged.found[0].cause) == "f0 that is another in t5"
 
 
 def test_a_change_far_beyond_that_of_most_labs_is_said_by_its_size_and_not_its_logarithm():

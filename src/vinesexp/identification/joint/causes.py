@@ -83,6 +83,7 @@ _ODDS = {
     "remounting": 0.05,
     "mistake": 0.01,
     "drift": 0.01,
+    "one test": 0.01,
     "scatter": 0.003,
 }
 _ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
@@ -107,7 +108,7 @@ class Cause:
     Attributes
     ----------
     key : unique name; its coefficient becomes an unknown of this name.
-    kind : ``effect``, ``remounting``, ``mistake``, ``drift`` or ``scatter``.
+    kind : ``effect``, ``remounting``, ``mistake``, ``drift``, ``one test`` or ``scatter``.
     about : what it concerns: an effect's name, ``clearance``, ``base amplitude``, ...
     direction : where it moves the unknowns; None for scatter.
     members : how many causes of this family there are: they share its prior odds.
@@ -143,7 +144,7 @@ class Cause:
     @property
     def untrue(self) -> float:
         """Share of what it explains that its law may be wrong by."""
-        approximate = self.kind in ("effect", "drift") and self.about not in _EXACT_LAWS
+        approximate = self.kind in ("effect", "drift", "one test") and self.about not in _EXACT_LAWS
         return _LAW if approximate else 0.0
 
     @property
@@ -734,21 +735,26 @@ def _of_order(o: Observed) -> list[Cause]:
         # what all share is what the tests with a ball have on average: predictions are of them
         tests = np.array([record in with_ball for _, record in own])
         tests = tests if tests.any() else ~tests
-        shares = {f"drift of {about}": at / max(float(np.ptp(at)), 1.0)}
-        shares |= {
-            f"change of {about} from {own[k][1]}": (at >= at[k]).astype(np.float64)
-            for k in range(2, len(own) - 1)
-        }
-        shares = {key: share - share[tests].mean() for key, share in shares.items()}
+        line = at / max(float(np.ptp(at)), 1.0)
+        ids = list(dict.fromkeys(record for _, record in own))  # of several balls each has one
+        shares: list[tuple[str, str, FloatArray, tuple[str, ...]]] = [
+            ("drift", f"drift of {about}", line - line[tests].mean(), ())
+        ]
+        for id in ids[2:-1]:
+            after = (at >= place[id]).astype(np.float64)
+            key = f"change of {about} from {id}"
+            shares.append(("drift", key, after - after[tests].mean(), (id,)))
         # one record that is unlike all others: what these share is theirs
-        shares |= {f"other {about} in {id}": (at == place[id]).astype(float) for _, id in own}
-        for key, share in shares.items():
+        shares += [
+            ("one test", f"other {about} in {id}", (at == place[id]).astype(np.float64), (id,))
+            for id in ids
+        ]
+        for kind_of, key, share, of in shares:
             terms = {name: one for (name, _), one in zip(own, share.tolist(), strict=True)}
-            of = () if key.startswith("drift") else (key.rpartition(" ")[2],)
             found += [
-                Cause(f"{key}{how}", "drift", about, Direction(terms, Prior(0.0, times * width)),
-                      members=members * (len(own) if of else 1), records=of,
-                      spread=0.0 if key.startswith("other") else float(share[tests].std()))
+                Cause(f"{key}{how}", kind_of, about, Direction(terms, Prior(0.0, times * width)),
+                      members=members * (len(ids) if of else 1), records=of,
+                      spread=float(share[tests].std()))
                 for how, times, members in _AS_FAR
             ]  # fmt: skip
     return found

@@ -134,6 +134,8 @@ def called(cause: Cause) -> str:
     if cause.kind == "drift":
         after = f" from {cause.records[0]} on" if cause.records else " along the campaign"
         return f"{cause.about} that changes{after}"
+    if cause.kind == "one test":
+        return f"{cause.about} that is another in {cause.records[0]}"
     whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
         return f"{place} of {', '.join(whose[:-1])} and {whose[-1]} exchanged"
@@ -155,6 +157,8 @@ def said(weighed: Weighed) -> str:
         return _EFFECTS[cause.about](value, error)
     if cause.kind == "drift":
         return _drift(cause, value, error)
+    if cause.kind == "one test":
+        return _one_test(cause, value, error)
     place = _PLACES.get(
         cause.about, f"the sensitivity of the {cause.about.replace(' gain', ' channel')}"
     )
@@ -210,19 +214,24 @@ def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
 _UNITS = {"r": "", "friction": " m/s^2", "slope of the cavity": " m/s^2"}
 
 
+def _size(name: str, value: float, error: float) -> str:
+    if name in _UNITS:
+        return f"{_signed(value, error)}{_UNITS[name]}"
+    share = 100.0 * math.exp(value)  # of a logarithm
+    return f"{_signed(share - 100.0, share * error)} %"
+
+
+def _one_test(cause: Cause, value: float, error: float) -> str:
+    return (
+        f"{cause.about} of {cause.records[0]} differs by {_size(cause.about, value, error)} from "
+        "that of all other records: something was otherwise in this test, or the record is "
+        "damaged; the values hold for the others"
+    )
+
+
 def _drift(cause: Cause, value: float, error: float) -> str:
     name = cause.about
-    if name in _UNITS:
-        size = f"{_signed(value, error)}{_UNITS[name]}"
-    else:  # of a logarithm
-        share = 100.0 * math.exp(value)
-        size = f"{_signed(share - 100.0, share * error)} %"
-    if cause.key.startswith("other"):
-        return (
-            f"{name} of {cause.records[0]} differs by {size} from that of all other records: "
-            "something was otherwise in this test, or the record is damaged; the values hold for "
-            "the others"
-        )
+    size = _size(name, value, error)
     if cause.records:
         return (
             f"{name} changes by {size} with record {cause.records[0]} and stays there, in the "
