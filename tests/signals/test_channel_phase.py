@@ -4,11 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import signal
 
 from vinesexp import Harmonic, Release
 from vinesexp.records.stored.store import RecordWriter, open_record
-from vinesexp.signals.channel_agreement import agreement_in, odds_of_corner
+from vinesexp.signals.channel_agreement import agreement_in, expected_lead
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 
@@ -160,9 +162,25 @@ def test_channels_that_agree_show_nothing_across(measure, tmp_path: Path) -> Non
     assert found.across == 0.0
 
 
+A_HERTZ = 1.0 / (2.0 * np.pi * 8.0**2)  # s by which a corner of 1 Hz leads at 8 Hz
+
+
 def test_a_corner_that_one_record_hardly_shows_widens_its_lag() -> None:
-    """Half of the odds for a corner: the lag is neither that of one case nor of the other."""
-    halves = [odds_of_corner(z * 0.01, 0.01, frequency=8.0) for z in (0.0, 2.6, 5.0)]
-    assert halves[0] < 0.05
-    assert 0.2 < halves[1] < 0.8
-    assert halves[2] > 0.99
+    """Half of the odds for a corner: neither that of one case nor of the other."""
+    found = [
+        np.array(expected_lead(z * 0.01, 0.01, frequency=8.0)) / A_HERTZ for z in (0.0, 2.6, 5.0)
+    ]
+    assert found[0][0] < 0.005
+    assert 0.3 * 0.026 < found[1][0] < 0.026
+    assert found[1][1] > 0.011
+    np.testing.assert_allclose(found[2], (0.05, 0.01), rtol=0.1)
+
+
+@given(z=st.floats(-30.0, 30.0), error=st.floats(1e-4, 10.0))
+def test_noise_makes_no_corner(z: float, error: float) -> None:
+    """Below zero no sensor has one, however wide the error: what is left is a motion across."""
+    lead, spread = np.array(expected_lead(z * error, error, frequency=8.0)) / A_HERTZ
+    assert 0.0 <= spread <= max(error, 0.9)
+    assert lead <= max(z * error + 0.1, 0.8)
+    if -3.0 < z < -1.0 and error > 0.2:
+        assert abs(lead) < 0.4

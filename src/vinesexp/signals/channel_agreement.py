@@ -23,6 +23,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from scipy import special
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.errors import RecordError
@@ -41,10 +42,11 @@ _COHERENT = 0.5  # squared coherence that a line must have
 _AS_LARGE = 1.5  # times the usual ratio of the channels: lines beyond are not the mass's motion
 _TURNED, _OUTLYING = 0.1, 5.0  # rad; times the usual distance from the usual lag
 _SURE = 5.0  # standard errors from which on a corner is there
-_WIDEST = 0.1  # of the oscillation: an AC-coupled sensor's corner lies below
+_USUAL = 0.1  # of the oscillation: mean of the corners of AC-coupled sensors
 _STEPS = 20
 _FITS = 10.0  # mean square misfit of a corner, over that of a phase at the oscillation alone
 _ACROSS = 0.01  # of the ratio at the oscillation
+_ROOT = math.sqrt(2.0 * math.pi)
 _MOST_TURNED = 1.5  # rad
 _QUARTER = 0.2  # relative: of a quarter of a period, and of the size of a velocity
 _STEP, _NO_STEP = (
@@ -245,9 +247,7 @@ def _means(
 def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement:
     """What the phase over all frequencies says of the phase at one.
 
-    A corner takes its part of the phase; the lag is then that of all frequencies.
-    Without one the oscillation alone knows the lag better. The lag is averaged over both by their
-    odds, and its error holds both.
+    A corner takes its part of the phase at the oscillation, which alone knows the lag best.
     """
     if law.only_at_oscillation:
         w = 2.0 * math.pi * frequency
@@ -257,32 +257,52 @@ def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement
             phase_lag=law.above, phase_lag_error=law.above_error,
             across=w * (law.above - found.lag), across_error=w * error,
         )  # fmt: skip
-    there = odds_of_corner(law.corner, law.corner_error, frequency=frequency)
-    lag = there * law.lag + (1.0 - there) * found.lag
-    spread = there * (1.0 - there) * (law.lag - found.lag) ** 2
-    error = there * law.lag_error**2 + (1.0 - there) * found.lag_error**2 + spread
+    lead, error = expected_lead(law.corner, law.corner_error, frequency=frequency)
     return replace(
-        found, lag=lag, lag_error=math.sqrt(error),
+        found, lag=found.lag - lead, lag_error=math.hypot(found.lag_error, error),
         corner=law.corner, corner_error=law.corner_error,
     )  # fmt: skip
 
 
-def odds_of_corner(corner: float, error: float, *, frequency: float) -> float:
-    """Probability that the phase at the oscillation is not of the lag alone, by the corner found.
+def expected_lead(corner: float, error: float, *, frequency: float) -> tuple[float, float]:
+    """By how much a sensor leads at the oscillation, as a time (s) and its standard error.
 
-    Half of all sensors are AC-coupled, with a corner anywhere below a tenth of the oscillation's
-    `frequency`, Hz. A corner below zero is what a motion across the sensor's axis seems to be.
+    Three kinds of sensor are as likely: one without a corner, one that is AC-coupled with a corner
+    of about a tenth of the oscillation's `frequency`, Hz, and one that shows some of a
+    motion across its axis, which leads or comes late by about 0.01 rad. The mean is over all three
+    by what was found: `corner` and its `error`, Hz.
 
     Examples
     --------
-    >>> round(odds_of_corner(0.0, 0.01, frequency=8.0), 3)
-    0.03
-    >>> round(odds_of_corner(0.05, 0.01, frequency=8.0), 3)
-    1.0
+    >>> lead, error = expected_lead(0.05, 0.001, frequency=8.0)
+    >>> round(2 * np.pi * 8.0**2 * lead, 4), round(2 * np.pi * 8.0**2 * error, 4)
+    (0.05, 0.001)
+    >>> lead, error = expected_lead(-0.5, 0.25, frequency=8.0)  # that no corner makes
+    >>> abs(lead) < 1e-4
+    True
     """
-    z = corner / error
-    log_odds = 0.5 * z * z + math.log(error * math.sqrt(2.0 * math.pi) / (_WIDEST * frequency))
-    return 1.0 / (1.0 + math.exp(-min(log_odds, 50.0)))
+    usual, across = _USUAL * frequency, _ACROSS * frequency
+    both = math.hypot(error, across)
+    share = (across / both) ** 2
+    # below an exponential prior a normal law stays one, moved, and ends at zero
+    z = corner / error - error / usual
+    inside = float(special.log_ndtr(z))
+    ends = math.exp(-0.5 * z * z - inside) / _ROOT
+    log_odds = np.array([
+        -0.5 * (corner / error) ** 2 - math.log(_ROOT * error),
+        inside - corner / usual + 0.5 * (error / usual) ** 2 - math.log(usual),
+        -0.5 * (corner / both) ** 2 - math.log(_ROOT * both),
+    ])  # fmt: skip
+    means = np.array([0.0, error * (z + ends), share * corner])
+    variances = np.array([0.0, error**2 * (1.0 - ends * (z + ends)), share * error**2])
+    odds = np.exp(log_odds - log_odds.max())
+    odds = odds / odds.sum()
+    mean = float(odds @ means)
+    spread = math.sqrt(max(float(odds @ (variances + (means - mean) ** 2)), 0.0))
+    turn = 2.0 * math.pi * frequency
+    return math.atan(mean / frequency) / turn, spread / (1.0 + (mean / frequency) ** 2) / (
+        turn * frequency
+    )
 
 
 @dataclass(frozen=True)

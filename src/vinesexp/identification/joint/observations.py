@@ -40,7 +40,7 @@ from vinesexp.identification.joint.unknowns import (
     fit,
 )
 from vinesexp.records.campaign.schema import Campaign, Record
-from vinesexp.signals.channel_agreement import odds_of_corner
+from vinesexp.signals.channel_agreement import expected_lead
 from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts
 
@@ -464,11 +464,8 @@ def _lateness(
             corner, corner_error = weighted_mean(
                 [e.value for e in corners], [e.std_error for e in corners]
             )
-            there = odds_of_corner(corner, corner_error, frequency=f0)
-            a_hertz = 1.0 / (2.0 * math.pi * f0**2)  # lead of the sensor, as a lag of the other
-            lag -= there * a_hertz * corner
-            spread = there * (corner_error**2 + (1.0 - there) * corner**2)
-            error = math.hypot(error, a_hertz * math.sqrt(spread))
+            lead, lead_error = expected_lead(corner, corner_error, frequency=f0)
+            lag, error = lag - lead, math.hypot(error, lead_error)
         left |= {id: (lag - rows["channel_lag", id].value, error) for id in hit}
     return left
 
