@@ -31,6 +31,7 @@ CAUSES: Mapping[str, str] = {
     "second clock": r"clock",
     "lost samples": r"samples? (is|are|were) (lost|missing)|lost samples|samples lost",
     "magnet": r"magnet|pull(ed)? to the middle|hollow|concave",
+    "drag": r"drag of the air|air in the cavity",
     "knocks": r"knock|spikes that are no impacts",
     "clearance": r"clearance_mm (of|is|in|that)|true value of clearance_mm|clearances [-+\d]",
     "release": r"release_mm",
@@ -80,7 +81,7 @@ SAME: Mapping[str, frozenset[str]] = {
 TELLING = frozenset({
     "friction", "tilt", "walls", "speed", "contact", "rolling", "damping", "spring", "cross-axis",
     "local mode", "wear", "drift of f0", "drift of gain", "change", "other record",
-    "second clock", "lost samples", "magnet",
+    "second clock", "lost samples", "magnet", "drag",
     "rows exchanged", "twice", "diameter", "stuck", "inverted", "clearance",
 })  # fmt: skip
 

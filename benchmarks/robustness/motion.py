@@ -81,12 +81,12 @@ def move(
             body.quadratic, body.coulomb, body.cubic, k_c, c_c, b if b is not None else 1e9,
             drive.amplitude, w, drive.amplitude * drive.second_share,
             2.0 * math.pi * drive.second_frequency, body.roll, body.pull,
-            math.pi * drive.drift, k_other, c_other,
+            math.pi * drive.drift, k_other, c_other, body.drag,
         ]
     )  # fmt: skip
     if b is None:
         y0 = 0.0
-        p[3] = p[7] = p[8] = p[19] = p[20] = 0.0
+        p[3] = p[7] = p[8] = p[19] = p[20] = p[24] = 0.0
     elif y0 is None:
         y0 = x0 + 0.999 * b
     n = round(seconds / STEP) + 1
@@ -137,6 +137,10 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
     if p[20] != 0.0:
         ball -= p[20] * (s[2] - x)
         force += m * p[20] * (s[2] - x)
+    if p[24] != 0.0:
+        brake = p[24] * (u - v) * abs(u - v)
+        ball -= brake
+        force += m * brake
     if mode == _SLIDE:
         ball -= p[7] * sign
         force += m * p[7] * sign

@@ -89,4 +89,5 @@ def instruments() -> list[Departure]:
         one("ball rolls without slip", ("contact", "ball", "clearance", "speed"), body_roll=2 / 7),
         one("a magnet draws the ball to the middle", ("ball", "clearance", "tilt", "speed"),
             body_pull=20.0),
+        one("air drags the ball", ("air", "ball", "clearance", "speed"), body_drag=0.2),
     ]  # fmt: skip

@@ -27,6 +27,7 @@ class Body:
     roll : share of the floor's acceleration that a ball takes which rolls and does not slip: 2/7
         of a solid one.
     pull : 1/s^2, of a magnet or a hollow that draws the ball to the middle of its cavity.
+    drag : 1/m, of the air in the cavity, times the square of the ball's speed beside it.
     """
 
     M: float = 4.7
@@ -44,6 +45,7 @@ class Body:
     cubic: float = 0.0
     roll: float = 0.0
     pull: float = 0.0
+    drag: float = 0.0
 
     def truth(self) -> dict[str, float]:
         """M, c1, k1 and r that a linear model of this rig should have where it works.

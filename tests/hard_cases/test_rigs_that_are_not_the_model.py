@@ -119,6 +119,16 @@ def test_a_cavity_that_slopes():
     assert holds(r_of(found), R)
 
 
+def test_the_air_in_the_cavity_slows_the_ball():
+    """As friction that grows with the square of the speed: r of longer cavities seemed smaller."""
+    found = consistent(body_drag=0.2)
+    assert set(effects(found)) == {"drag", "r_effective", "nes_mass_effective"}
+    assert holds(effects(found)["drag"], 0.2)
+    assert holds(r_of(found), R)
+    assert r_of(found).std_error < 5e-3 * R
+    assert says(found, "the air in the cavity slows the ball")
+
+
 def test_a_clearance_off_the_sheet_is_not_blamed_on_the_added_masses():
     found = consistent(sheet_clearance=5e-4)
     assert effects(found) == {}
@@ -230,6 +240,7 @@ def test_friction_and_walls_at_once(friction, plus, minus):
         ("r_speed_slope", {"body_r_slope": -0.3}, -0.3),
         ("r_wall_plus", {"body_r": 0.9, "body_r_minus": 0.3}, 0.9),
         ("hollow", {"body_pull": 60.0}, 60.0),
+        ("drag", {"body_drag": 0.6}, 0.6),
     ],
 )
 def test_an_effect_far_beyond_that_of_most_labs_is_found_too(name, body, row):

@@ -173,7 +173,7 @@ def identified_rig(
 #: Rows of identified.csv on the ball beyond its mass and r.
 OF_BALL = (
     "friction", "tilt", "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed",
-    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow",
+    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow", "drag",
 )  # fmt: skip
 
 
@@ -184,7 +184,7 @@ def ball_effects(identified: Rows) -> dict[str, float]:
 
 
 def ball_of(m: float, b: float, r: float, effects: Mapping[str, float]) -> NES:
-    """A ball with the effects that were found, all but a pull to the middle of its cavity.
+    """A ball with the effects that were found, all but a pull to the middle and drag of the air.
 
     Examples
     --------
@@ -216,9 +216,9 @@ def _share(r: float) -> float:
 def _as_simulated(r: float, m: float, effects: Mapping[str, float]) -> tuple[NES, ...]:
     """The ball as the simulation can have it: friction and a contact that lasts one by one.
 
-    None with a pull to the middle: there the effective r and mass remain.
+    None with a pull to the middle or with drag: there the effective r and mass remain.
     """
-    if "hollow" in effects:
+    if {"hollow", "drag"} & effects.keys():
         return ()
     ball = ball_of(m, 1.0, r, effects)
     if ball.friction and ball.contact_time:

@@ -18,8 +18,10 @@ from vinesexp.identification.joint.observations import with_own_errors
 W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 
 
-def bounces(pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0):
+def bounces(pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0):
     """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2).
+
+    The air brakes it by `drag` (1/m) times the square of its speed beside the mass.
 
     By the share `beat` the amplitude rises and falls within some cycles.
 
@@ -32,7 +34,8 @@ def bounces(pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0):
         return A * (1.0 + beat * np.sin(0.06 * W * t)) * np.cos(W * t)
 
     def force(t, s):
-        return [s[1], -pull * (s[0] - place(t))]
+        speed = s[1] - (place(t + 1e-6) - place(t - 1e-6)) / 2e-6 if drag else 0.0
+        return [s[1], -pull * (s[0] - place(t)) - drag * speed * abs(speed)]
 
     def wall(t, s):
         return abs(s[0] - place(t)) - B
@@ -85,6 +88,12 @@ def test_a_ball_in_a_hollow_arrives_and_leaves_slower_than_its_mean():
     assert left(collisions(0.0)) < 1e-8
     assert left(pulled) > 2e-3
     assert left(pulled, hollow=15.0) < 0.15 * left(pulled)
+
+
+def test_a_ball_that_air_brakes_arrives_slower_and_leaves_faster_than_its_mean():
+    braked = collisions(0.0, drag=0.1)
+    assert left(braked) > 2e-3
+    assert left(braked, drag=0.1) < 0.15 * left(braked)
 
 
 def test_impacts_are_not_grouped_by_what_their_own_restitution_did():

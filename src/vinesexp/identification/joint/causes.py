@@ -55,6 +55,7 @@ _WIDTHS = {
     "tilt": 0.1,
     "contact": 1e-3,
     "hollow": 10.0,
+    "drag": 0.1,
     "even": 0.3,
     "odd": 30.0,
 }
@@ -535,7 +536,7 @@ def _effects(o: Observed) -> list[Cause]:
     found = [
         Cause(f"effect {name}{how}", "effect", name,
               Direction({name: 1.0}, Prior(prior.value, times * prior.error)),
-              positive=name in ("friction", "contact"), members=members)
+              positive=name in ("friction", "contact", "drag"), members=members)
         for name, prior in priors.items()
         for how, times, members in _AS_FAR[: 1 if name in _NEAR else 2]
     ]  # fmt: skip

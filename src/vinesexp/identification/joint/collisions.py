@@ -12,6 +12,9 @@ of ball and contact moves them in its own way:
     rolling, a share s             + s (v - mean v of the mass) at either end
     hollow floor, kappa (y - x)    the ball arrives and had left slower by kappa b T/6, and by what
                                    the mass moves in between
+    drag, kappa w |w|              the air in a narrow cavity slows a ball of relative speed w:
+                                   by kappa times the mean of w^2 t over the flight slower at the
+                                   end, of w^2 (T - t) faster at the beginning
 
 A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of it after it begins:
 there the motions before and after meet if they are continued.
@@ -37,7 +40,7 @@ from vinesexp.identification.joint.unknowns import Local
 #: Local quantities of the collisions of a record, in order.
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
-    "wall", "slope", "friction", "tilt", "contact", "rolling", "hollow", "even", "odd",
+    "wall", "slope", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even", "odd",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -48,6 +51,7 @@ EFFECTS = {
     "contact": "s",
     "rolling": "1",
     "hollow": "1/s^2",
+    "drag": "1/m",
     "even": "1/m",
     "odd": "1/m^2",
 }
@@ -65,6 +69,8 @@ _APART = 60.0  # errors of a time that durations have to differ by to be parted
 _STANDS_OUT = 8.0  # times what the collisions of a wall usually differ by
 _ANY_R = (0.05, 1.0)
 _FEWEST, _MANY, _FOLDS = 10, 60, 5
+#: Places and weights of Gauss in a flight: exact up to the square of a parabola times a line.
+_GAUSS = ((0.5 - math.sqrt(0.15), 5 / 18), (0.5, 8 / 18), (0.5 + math.sqrt(0.15), 5 / 18))
 _READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
 
 
@@ -103,27 +109,10 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: ComplexArray) -> ComplexArray:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (17, ..., 1)."""
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (18, ..., 1)."""
         f = self.flights
-        (
-            r,
-            ln_eps,
-            g_x,
-            g_a,
-            reading,
-            share,
-            late,
-            b,
-            wall,
-            slope,
-            rub,
-            tilt,
-            contact,
-            roll,
-            hollow,
-            even,
-            odd,
-        ) = p
+        r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
+        wall, slope, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:]
 
         def straight(x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
             """A place without the bend of the sensor, and what it makes of a velocity there."""
@@ -153,19 +142,11 @@ class Collisions:
         carried_after = u_after - (1.0 - arrives) * v_after - arrives * v_next * scale
         rolled_before = v_before - u_before - 2.0 * s * b / T_before
         rolled_after = v_after - u_after + 2.0 * s * b / T_after
-        # first order in the pull: the ball goes straight, the mass by a cubic between its impacts
-        drawn_before = scale * ((x - x_before) / 60.0 + T_before * v_previous / 30.0)
-        drawn_before = drawn_before - T_before * v_before / 20.0
-        drawn_after = scale * ((x - x_after) / 60.0 - T_after * v_next / 30.0)
-        drawn_after = drawn_after + T_after * v_after / 20.0
-        u_before = (
-            u_before + 0.5 * (rub * s + tilt) * T_before + contact * carried_before / T_before
-            + roll * rolled_before + hollow * T_before * (s * b / 6.0 + drawn_before)
-        )  # fmt: skip
-        u_after = (
-            u_after + 0.5 * (rub * s - tilt) * T_after + contact * carried_after / T_after
-            + roll * rolled_after - hollow * T_after * (s * b / 6.0 + drawn_after)
-        )  # fmt: skip
+        pulls = rub, tilt, hollow, drag
+        ends = _pulled(s * b, way_before * scale, T_before, v_previous * scale, v_before, pulls)[1]
+        begins = _pulled(-s * b, way_after * scale, T_after, v_after, v_next * scale, pulls)[0]
+        u_before = u_before + ends + contact * carried_before / T_before + roll * rolled_before
+        u_after = u_after - begins + contact * carried_after / T_after + roll * rolled_after
         before, after = v_before - u_before, v_after - u_after
         speed = before * np.sign(before.real)
         own_r = r + 0.5 * wall * s + slope * (speed - self.speed)
@@ -197,6 +178,29 @@ class Collisions:
         scaled = (np.concatenate(means, axis=1) / sigma)[:, used]
         J, value = scaled.imag.T / _IMAGINARY, scaled[0].real
         return J.T @ J, -J.T @ value, -0.5 * float(value @ value)
+
+
+def _pulled(
+    begin: ComplexArray, way: ComplexArray, T: FloatArray, v_begin: ComplexArray,
+    v_end: ComplexArray, pulls: tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray],
+) -> tuple[ComplexArray, ComplexArray]:  # fmt: skip
+    """By how much a ball is faster than its mean at the end of a flight, slower at the beginning.
+
+    First order in friction, tilt, hollow and drag: the ball goes straight from `begin` beside the
+    mass to the other side, the mass goes its `way` by a cubic between its impacts.
+    """
+    rub, tilt, hollow, drag = pulls
+    at_begin, at_end = np.zeros_like(way), np.zeros_like(way)
+    side = np.sign(begin.real)
+    for s, weight in _GAUSS:
+        v = v_begin * (1.0 - 4.0 * s + 3.0 * s * s) + v_end * (3.0 * s * s - 2.0 * s)
+        v = v + 6.0 * s * (1.0 - s) * way / T
+        x = T * s * (1.0 - s) * (v_begin * (1.0 - s) - v_end * s) + way * s * s * (3.0 - 2.0 * s)
+        speed = (way - 2.0 * begin) / T - v
+        place = begin * (1.0 - 2.0 * s) + way * s - x
+        pull = (tilt + (rub + drag * speed**2) * side - hollow * place) * (weight * T)
+        at_begin, at_end = at_begin + (1.0 - s) * pull, at_end + s * pull
+    return at_begin, at_end
 
 
 def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collisions:

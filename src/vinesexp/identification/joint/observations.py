@@ -82,7 +82,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.5, 50.0,
+    0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -717,9 +717,10 @@ def _answered(
     off = 2.0 * bent * swing / level  # the same of what drives the mass, in any phase
     push = math.hypot(_OWN_PUSH, off)
     turned[b.own("bent phase", record, off)] = 1.0
-    for name in ("friction", "rolling"):
+    for name in ("friction", "rolling", "drag"):
         b.add(name, 0.0, 0.0)
-    rubs = {"friction": eps, b.own("own friction", record, 0.0): eps}
+    speed = 4.0 * f0 * record.clearance[0] if record.clearance else 0.0  # from wall to wall
+    rubs = {"friction": eps, b.own("own friction", record, 0.0): eps, "drag": eps * speed**2}
     return (
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add("mounting f0", 0.0, inputs.remounting.of(1.0), of=place): 1.0,

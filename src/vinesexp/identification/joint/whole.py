@@ -50,7 +50,12 @@ _IMPOSSIBLE = 1e6  # off the logarithm of the odds of causes that no lab has
 _JUDGED = 4  # records with flights from which on one of them can be judged by the others
 #: Share of a law's correction that no law of friction or of a contact is truer than.
 _LAW = 0.1
-HIDDEN = ("friction", "contact", "hollow")  # effects that r and the ball's mass can stand for
+HIDDEN = (
+    "friction",
+    "contact",
+    "hollow",
+    "drag",
+)  # effects that r and the ball's mass can stand for
 
 #: Inputs by the kinds of unknown that they are a prior of.
 INPUTS = {

@@ -26,6 +26,7 @@ _NAMES = {
     "contact": "a contact that lasts",
     "rolling": "a ball that rolls",
     "hollow": "a concave floor, or a magnet",
+    "drag": "drag of the air on the ball",
     "even": (
         "a displacement sensor that is not linear (it reads more on one side than on the other)"
     ),
@@ -276,6 +277,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         f"distance (a concave floor of radius {9.80665 / abs(v):.2g} m, or a magnet; a negative "
         "value is a convex floor, which pulls it to the walls); r is corrected for it, and b_c is "
         "predicted with r_effective and nes_mass_effective"
+    ),
+    "drag": lambda v, e: (
+        f"the air in the cavity slows the ball by {with_error(v, e)} m/s^2 at 1 m/s (it grows with "
+        "the square of the speed); r is corrected for it, and b_c is predicted with r_effective "
+        "and nes_mass_effective"
     ),
     "even": lambda v, e: (
         f"the displacement sensor is not linear: it reads x + ({with_error(1e-3 * v, 1e-3 * e)}) "
