@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from vinesexp import Harmonic
+from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.one_record import estimate_record
+from vinesexp.identification.whole_campaign import possible, remarks
 from vinesexp.records.campaign.schema import Known, Record
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
@@ -74,6 +76,30 @@ def test_a_base_that_yields_is_no_softer_spring(tmp_path, channel):
     found = analysed(tmp_path, channels, rate=2000.0, test="ringdown")
     assert found["f0", "likelihood"].value == pytest.approx(F0, rel=2e-5)
     assert found["zeta", "likelihood"].value == pytest.approx(ZETA, rel=5e-3)
+    follows = found["base_follows", "likelihood"]
+    assert abs(follows.value - 0.006) < 4 * follows.std_error < 1e-4
+    (check,) = [c for c in remarks(list(found.values())) if c.check == "base follows"]
+    assert "0.6 % as far" in check.detail
+    assert "0.3 %" in check.detail
+
+
+def test_a_base_channel_that_swings_with_the_mass_is_another_channel(tmp_path):
+    """f0 of the decay was raised by 8 %, as if 16 % of the motion were that of a base."""
+    _, x, _ = decay(2000.0)
+    noise = 1e-6 * np.random.default_rng(1).standard_normal((2, x.size))
+    channels = {"displacement": x + noise[0], "base": 0.16 * x + noise[1]}
+    found = analysed(tmp_path, channels, rate=2000.0, test="ringdown")
+    assert not {"f0", "zeta"} & {parameter for parameter, _ in found}
+    assert any("moves 16 % as far" in e.note for e in found.values())
+
+
+def test_a_resonance_without_a_width_is_none():
+    width = Estimate("zeta", 1e-7, 0.01, "1", "sweep", ("a",))
+    kept, checks = possible([Estimate("f0", 10.0, 1e-3, "Hz", "sweep", ("a",)), width])
+    assert kept == []
+    assert ["zeta (sweep) is not known" in checks[1].detail, "width" in checks[0].detail] == [1, 1]
+    other = Estimate("f0", 10.0, 1e-3, "Hz", "likelihood", ("a",))
+    assert possible([other, width])[0] == [other]
 
 
 def answer(f0, zeta, *, rate, seconds, low, high, level=1.0, seed=0):

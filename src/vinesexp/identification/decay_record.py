@@ -149,13 +149,15 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     -------
     list of Estimate
         f0 and zeta of each method, those of the one that counts with their values over amplitude
-        as `data`; the terms of the law of damping, `misfit`, a second oscillation (`beat`), and of
-        every further mode `mode`, `mode_zeta` and `mode_share`.
+        as `data`; the terms of the law of damping, `misfit`, by what share the base follows the
+        mass (`base_follows`), a second oscillation (`beat`), and of every further mode `mode`,
+        `mode_zeta` and `mode_share`.
 
     Raises
     ------
     AnalysisError
-        There is no free decay in the record.
+        There is no free decay in the record, or the base channel swings with the mass as no base
+        does.
     """
     x, t = motion_samples(view, frequency)
     role = motion_role(view)
@@ -165,7 +167,8 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     methods = ring_down(x, t, frequency=frequency, resolution=resolution)
     best = methods[-1]
     suffix = "_added" if record.added_mass else ""
-    still = on_still_base(best, view, role)
+    rho, rho_error = followed(best, view, role)
+    still = on_still_base(best, rho)
     found = [
         _scaled(Estimate(
             name + suffix, value, error, unit, one.method, (record.id,), note, one.reference,
@@ -178,6 +181,8 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
         )
     ]  # fmt: skip
     rows = [*_law(best), ("misfit", best.residual, 0.0, "1")]
+    if rho:
+        rows += [("base_follows", abs(rho), rho_error, "1")]
     if best.beat is not None:
         rows += [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
     for mode in _others(view, role, best):
@@ -194,41 +199,64 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
 
 # A base that yields: a mass on a table that moves with it swings more slowly than on a still one.
 _NEAR = (0.9, 1.1)  # of the oscillation: lines that show how the base moves with the mass
-_MOVES, _MOST_MOVES = 5.0, 0.2  # standard errors; of the mass, beyond which it is no base
+_MOVES, _MOST_MOVES = 5.0, 0.1  # standard errors; of the mass, beyond which it is no base
 
 
-def on_still_base(best: RingDown, view: RecordView, role: str) -> dict[str, float]:
-    """By what factors f0 and zeta would be larger on a base that does not move.
+def followed(best: RingDown, view: RecordView, role: str) -> tuple[complex, float]:
+    """By what complex share the base follows the mass in a decay, and its error; 0 where it rests.
 
-    The spring feels x - e. Where the base follows the mass by a complex share, e = rho x, a decay
-    exp(s t) obeys s^2 + (2 zeta w s + w^2)(1 - rho) = 0, which is linear in 2 zeta w and w^2.
+    Raises
+    ------
+    AnalysisError
+        The base channel moves as no base does.
     """
-    still = {"f0": 1.0, "zeta": 1.0}
     if "base" not in view.roles or view.quantity("base") != "displacement":
-        return still
+        return 0j, 0.0
     k = group_size(view.sample_rate, best.f0, points=_POINTS)
     begin, end = (max(round(t * view.sample_rate / k), 0) for t in best.window)
     known = ~(missing_means(view, role, k) | missing_means(view, "base", k))
     low, high = longest_run(known[begin:end])
     x, e = (channel_means(view, one, k)[begin:end][low:high] for one in (role, "base"))
-    w = 2.0 * math.pi * best.f0
-    s = w * complex(-best.zeta, math.sqrt(1.0 - best.zeta**2))
     f = np.fft.rfftfreq(max(x.size, 2), k / view.sample_rate)
     near = (f > _NEAR[0] * best.f0) & (f < _NEAR[1] * best.f0)
     if near.sum() < _FEWEST:
-        return still
+        return 0j, 0.0
     X, E = (np.fft.rfft((one - one.mean()) * np.hanning(one.size))[near] for one in (x, e))
     if view.quantity(role) == "acceleration":
-        X = X / s**2
+        X = X / _exponent(best) ** 2
     power = float((np.abs(X) ** 2).sum())
     rho = complex((E * X.conj()).sum() / power)
     error = math.sqrt(float((np.abs(E - rho * X) ** 2).sum()) / power)
-    if not _MOVES * error < abs(rho) < _MOST_MOVES:
-        return still
+    if not _MOVES * error < abs(rho):
+        return 0j, 0.0
+    if abs(rho) > _MOST_MOVES:
+        raise AnalysisError(
+            f"while the mass rings down the base channel moves {100.0 * abs(rho):.2g} % as far, "
+            f"expected {100.0 * _MOST_MOVES:.0f} % at most: the channels are exchanged, the base "
+            "is not fixed, or a sensitivity is wrong; check the channels in campaign.yaml"
+        )
+    return rho, error
+
+
+def _exponent(best: RingDown) -> complex:
+    """s of a decay exp(s t), 1/s."""
+    w = 2.0 * math.pi * best.f0
+    return w * complex(-best.zeta, math.sqrt(1.0 - best.zeta**2))
+
+
+def on_still_base(best: RingDown, rho: complex) -> dict[str, float]:
+    """By what factors f0 and zeta would be larger on a base that does not move.
+
+    The spring feels x - e. Where the base follows the mass by a complex share, e = rho x, a decay
+    exp(s t) obeys s^2 + (2 zeta w s + w^2)(1 - rho) = 0, which is linear in 2 zeta w and w^2.
+    """
+    if not rho:
+        return {"f0": 1.0, "zeta": 1.0}
+    s = _exponent(best)
     left = -s * s / (1.0 - rho)
     twice = left.imag / s.imag
     own = math.sqrt(left.real - twice * s.real)
-    return {"f0": own / w, "zeta": twice / (2.0 * own * best.zeta)}
+    return {"f0": own / (2.0 * math.pi * best.f0), "zeta": twice / (2.0 * own * best.zeta)}
 
 
 def _scaled(e: Estimate, factor: float) -> Estimate:

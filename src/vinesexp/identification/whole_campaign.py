@@ -67,6 +67,7 @@ _SURE_GAIN = 0.2  # of the gain: its standard error
 _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
 _SURE = 5.0  # standard errors from which on a corner is there
+_FOLLOWS = 3e-3  # of the motion of the mass
 _FEWEST = 3  # records whose phase says something of the sensor that all of them share
 
 
@@ -74,7 +75,7 @@ def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
     return [
         *_channels(found), *_integrated(found), *_of_sweeps(found), *_misfits(found),
-        *_beats(found), *_modes(found),
+        *_beats(found), *_modes(found), *_follows(found),
     ]  # fmt: skip
 
 
@@ -231,6 +232,20 @@ def _beats(found: Sequence[Estimate]) -> list[Check]:
     ]
 
 
+def _follows(found: Sequence[Estimate]) -> list[Check]:
+    """One line on a base that moves with the mass in free decays."""
+    own = [e for e in found if e.parameter == "base_follows"]
+    if not own or (share := float(np.median([e.value for e in own]))) < _FOLLOWS:
+        return []
+    detail = (
+        f"while the mass rings down the base channel moves {100.0 * share:.2g} % as far (median of "
+        f"{len(own)} records): f0 and zeta are those of a base at rest, by {50.0 * share:.2g} % "
+        "and about three times as much from those of the records. If the base cannot move, its "
+        "channel picks up another one: record it apart, or leave it out of campaign.yaml"
+    )
+    return [Check("", "base follows", "warning", detail)]
+
+
 def _modes(found: Sequence[Estimate]) -> list[Check]:
     """Further modes in a free decay."""
     said: dict[str, list[str]] = {}
@@ -286,9 +301,14 @@ def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]
     """Estimates without those that no rig can have or that nobody knows, and why.
 
     Masses, stiffnesses, dampings and frequencies are above zero, restitutions from 0 to 1, and a
-    value with an error of more than half of it is none.
+    value with an error of more than half of it is none. A resonance without a width is none, too.
     """
     kept, checks = [], []
+    without_width = {
+        (e.records, e.method) for e in estimates
+        if e.parameter == "zeta" and e.method == "sweep"
+        and not (e.value > 0.0 and is_known(e.value, e.std_error))
+    }  # fmt: skip
     for e in estimates:
         restitution = e.parameter == "r" or (
             e.parameter.startswith("r_") and e.parameter[2:].isdigit()
@@ -308,6 +328,11 @@ def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]
                 f"{e.parameter} ({e.method}) is not known: {e.value:.4g} +- "
                 f"{COVERAGE_95 * e.std_error:.2g} {e.unit}, expected a standard error of half the "
                 "value at most; it is left out"
+            )
+        elif e.parameter == "f0" and (e.records, e.method) in without_width:
+            detail = (
+                f"f0 ({e.method}) = {e.value:.4g} {e.unit} is left out: the width of its resonance "
+                "(zeta) is not known. Check the channels, and sweep more slowly"
             )
         else:
             kept.append(e)
