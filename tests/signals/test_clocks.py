@@ -27,3 +27,17 @@ def test_a_large_step_is_found_where_it_is(n: int) -> None:
     assert law.steps
     assert law.step == pytest.approx(150.0, abs=5.0)
     assert abs(law.at - 0.6 * n) <= 2.0
+
+
+def test_a_swell_that_falls_again_is_no_step():
+    """A strongly modulated motion turns the phase as it grows and back as it breaks down."""
+    t = np.linspace(0.0, 7.4, 33)
+    sawtooth = 1e-6 * np.array(
+        [956, 962, 972, 972, 974, 974, 986, 989, 991, 1008, 1003, 1009, 1010, 989, 943, 849, 855,
+         855, 893, 948, 943, 944, 943, 944, 949, 956, 964, 965, 976, 985, 995, 993, 1009.0]
+    )  # fmt: skip
+    course = Course(t, sawtooth, 0.231, shared=2)
+    assert not law_of(course).steps
+    lost = law_of(Course(t, sawtooth + np.where(t > 3.6, 5e-3, 0.0), 0.231, shared=2))
+    assert lost.steps
+    assert abs(lost.step - 5e-3) < 3e-4

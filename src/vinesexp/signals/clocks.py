@@ -189,7 +189,53 @@ def law_of(series: Course) -> Law | None:
     columns = np.stack([np.ones(n), s], axis=1)
     if series.beside is not None and n > _FEWEST + 2 * series.beside.shape[1]:
         columns = np.column_stack([columns, _scaled(series.beside)])
-    index, mixed = np.arange(n), series.shared
+    best = _with_step(columns, y, weight, series.shared)
+    step, step_error, at = best.step, best.error, best.at
+    solved, error = best.solved, best.errors
+    if step and abs(solved[1]) <= best.sure * error[1]:
+        # a motion that swells and falls makes a slope and a step back, and neither is sure
+        level = _with_step(np.delete(columns, 1, axis=1), y, weight, series.shared)
+        step, step_error, at = level.step, level.error, level.at
+    if not step:
+        weighed = columns * weight[:, np.newaxis]
+        solved = np.asarray(np.linalg.lstsq(weighed, weight * y, rcond=None)[0], dtype=np.float64)
+        error = _errors(weighed, weight * y - weighed @ solved)[0]
+    length = float(t[-1] - t[0])
+    y_own = best.columns @ best.solved + best.rest
+    return Law(
+        float(solved[1]) / length, float(error[1]) / length, step, step_error,
+        float(t[at : at + series.shared].mean()),
+        _left(best.columns[:, :-1], y_own) < _left(np.delete(best.columns, 1, axis=1), y_own),
+        best.sure,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Stepped:
+    """A law with its best step.
+
+    Attributes
+    ----------
+    columns, solved, rest, errors : least squares without the windows of the step.
+    step, error : 0 where the step is not sure; its standard error.
+    at : window.
+    sure : standard errors from which on it is no chance.
+    """
+
+    columns: FloatArray
+    solved: FloatArray
+    rest: FloatArray
+    errors: FloatArray
+    step: float
+    error: float
+    at: int
+    sure: float
+
+
+def _with_step(columns: FloatArray, y: FloatArray, weight: FloatArray, mixed: int) -> _Stepped:
+    """The step, in one of all windows, with which these columns leave least of a series."""
+    n = y.size
+    index = np.arange(n)
 
     def stepped(i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The law with a step in windows i to i + mixed: its columns, values, what it leaves."""
@@ -202,23 +248,17 @@ def law_of(series: Course) -> Law | None:
     tried = [stepped(i) for i in range(2, n - 2 - mixed)]
     best = int(np.argmin([float(rest @ rest) for _, _, rest in tried]))
     own, solved, rest = tried[best]
-    (error, freedom), y_own = _errors(own, rest), own @ solved + rest
+    errors, freedom = _errors(own, rest)
     sure = -float(stdtrit(freedom, 0.5 * _FALSE_ALARMS / n))
     # A step stands out beside what the series does from one window to the next anyway, too.
     moves = (y[1 + mixed :] - y[: -1 - mixed]) * np.minimum(
         weight[1 + mixed :], weight[: -1 - mixed]
     )
     usual = 1.4826 * float(np.median(np.abs(moves - np.median(moves))))
-    step, step_error = float(solved[-1]), float(error[-1])
-    if abs(step) <= sure * max(step_error, usual / math.sqrt(2.0)):
-        columns, y = columns * weight[:, np.newaxis], weight * y
-        solved = np.linalg.lstsq(columns, y, rcond=None)[0]
-        error, step = _errors(columns, y - columns @ solved)[0], 0.0
-    length, at = float(t[-1] - t[0]), float(t[best + 2 : best + 2 + mixed].mean())
-    return Law(
-        float(solved[1]) / length, float(error[1]) / length, step, step_error, at,
-        _left(own[:, :-1], y_own) < _left(np.delete(own, 1, axis=1), y_own), sure,
-    )  # fmt: skip
+    step, error = float(solved[-1]), float(errors[-1])
+    if abs(step) <= sure * max(error, usual / math.sqrt(2.0)):
+        step = 0.0
+    return _Stepped(own, solved, rest, errors, step, error, best + 2, sure)
 
 
 def _scaled(columns: FloatArray) -> FloatArray:

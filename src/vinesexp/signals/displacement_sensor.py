@@ -38,6 +38,7 @@ _FITS = 2.0  # mean square misfit of a corner, over that of a motion across
 _DECISIVE = 10.0  # of chi^2, by which a corner has to fit better than a motion across
 _FEWEST, _POINTS = 8, 96  # cycles; means a cycle
 _LEFT, _ALIKE = 0.1, 0.2  # of the way of the middle, unexplained; of the release, unlike
+_SLIGHT = 0.01  # of the oscillation's frequency: a corner that hardly turns its phase
 _HIGHEST = 0.3  # of the oscillation's frequency: corner
 _ENDS = 6.0  # s on either end that the mean of what lies beyond is not known
 _SLOWER = 2.0  # times the s of the sensor: what is taken of the displacement
@@ -161,10 +162,12 @@ def _coupled(
             return None
         corner = -law.corner
     detail = (
-        f"the displacement is AC-coupled with a corner near {corner:.2g} Hz, which turns its phase "
-        "and takes its middle away: undone. Record it DC-coupled"
+        f"the displacement lacks what is slower than about {corner:.2g} Hz (AC-coupled, or the "
+        "integral of a velocity), which turns its phase and takes its middle away: put back. "
+        "Record it DC-coupled"
     )
-    return Check(record.id, "coupling", "warning", detail), _without_coupling(view, corner)
+    outcome = "warning" if corner > _SLIGHT * frequency else "ok"
+    return Check(record.id, "coupling", outcome, detail), _without_coupling(view, corner)
 
 
 def _of_release(view: RecordView, frequency: float) -> float | None:
