@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import re
 import subprocess
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
@@ -190,25 +191,29 @@ _EXAMPLES = 5
 
 
 def grouped(problems: Sequence[Row]) -> list[dict[str, Any]]:
-    """Problems one by one, or by outcome and check where there are too many to read.
+    """Problems, those that say the same of several records together.
 
-    Each has ``outcome``, ``check`` and ``detail`` as in the table (of many, the detail of the
-    first), ``records``, the first few ids, and ``more``, how many further ones there are.
+    They say the same where their words are, whatever the numbers; where that leaves too many to
+    read, where it is one check. Each has ``outcome``, ``check`` and ``detail`` as in the table (of
+    several, the detail of the first), ``records``, the first few ids, and ``more``, how many
+    further ones there are.
 
     Examples
     --------
     >>> row = {"record": "a", "outcome": "warning", "check": "gain", "detail": "3 %"}
-    >>> [(p["records"], p["more"]) for p in grouped([row])]
-    [(['a'], 0)]
+    >>> other = row | {"record": "b", "detail": "4 %"}, row | {"record": "b", "detail": "no gain"}
+    >>> [(p["records"], p["detail"]) for p in grouped([row, *other])]
+    [(['a', 'b'], 'such as 3 %'), (['b'], 'no gain')]
     >>> many = grouped([row | {"record": f"r{i}"} for i in range(200)])
     >>> [(p["records"], p["more"]) for p in many]
     [(['r0', 'r1', 'r2', 'r3', 'r4'], 195)]
     """
-    if len(problems) <= _MOST_PROBLEMS:
-        return [{**row, "records": [row["record"]], "more": 0} for row in problems]
-    kinds: dict[tuple[str, str], list[Row]] = {}
-    for row in problems:
-        kinds.setdefault((row["outcome"], row["check"]), []).append(row)
+    for words in (_words, lambda _: ""):
+        kinds: dict[tuple[str, str, str], list[Row]] = {}
+        for row in problems:
+            kinds.setdefault((row["outcome"], row["check"], words(row["detail"])), []).append(row)
+        if len(kinds) <= _MOST_PROBLEMS:
+            break
     found = []
     for rows in kinds.values():
         ids = list(dict.fromkeys(row["record"] for row in rows))
@@ -216,6 +221,11 @@ def grouped(problems: Sequence[Row]) -> list[dict[str, Any]]:
         shown = ids[:_EXAMPLES]
         found.append({**rows[0], "detail": detail, "records": shown, "more": len(ids) - len(shown)})
     return found
+
+
+def _words(detail: str) -> str:
+    """A detail without its numbers."""
+    return re.sub(r"\d[\d.e+-]*", "0", detail)
 
 
 def sections_of_tests(
