@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.theory.boundaries import end_of_permanent_response
-from vinesexp.theory.floquet import jacobian, transition
+from vinesexp.theory.floquet import jacobian
 from vinesexp.theory.manifold import FloatArray
-from vinesexp.theory.orbits import Reduced, amplitudes_at, family
+from vinesexp.theory.orbits import Reduced, amplitudes_at, family, transition
 
 _TOLERANCE = 1e-11  # residual relative to the clearance: rounding times the condition of Newton
 

@@ -63,14 +63,15 @@ _Attracts = Callable[[FloatArray, Reduced], BoolArray]
 
 
 def _refine(outside: FloatArray, inside: FloatArray, p: Reduced, attracts: _Attracts) -> FloatArray:
-    """Bisect the flag "attracts" between a C that does not and a C that does."""
+    """Bisect the flag "attracts" between a C that does not and a C that does, each to rounding."""
     for _ in range(_HALVINGS):
+        apart = np.abs(inside - outside) > 2.0 * np.spacing(inside)
+        if not apart.any():
+            break
         middle = 0.5 * (outside + inside)
         good = attracts(middle, p)
-        inside = np.where(good, middle, inside)
-        outside = np.where(good, outside, middle)
-        if np.all(np.abs(inside - outside) <= 2.0 * np.spacing(inside)):
-            break
+        inside = np.where(apart & good, middle, inside)
+        outside = np.where(apart & ~good, middle, outside)
     return 0.5 * (outside + inside)
 
 
@@ -143,8 +144,9 @@ def _stretch(flat: Reduced, attracts: _Attracts) -> tuple[BoolArray, FloatArray,
         (~stable & after).any(axis=1), (~stable & after).argmax(axis=1), _GRID.size
     )  # first unstable C above
     step = _GRID[1] - _GRID[0]
-    low = _refine(np.maximum(_GRID[first] - step, 1e-9), _GRID[first], flat, attracts)
-    high = _refine(_GRID[last - 1] + step, _GRID[last - 1], flat, attracts)
+    inside = _GRID[np.stack([first, last - 1])]
+    outside = np.maximum(inside + np.array([[-step], [step]]), 1e-9)
+    low, high = _refine(outside, inside, flat, attracts)
     return found, low, high
 
 

@@ -19,19 +19,6 @@ from vinesexp.rig import checked
 from vinesexp.theory.orbits import Family, Reduced, amplitudes_at, family, saddle_node
 
 
-def transition(zeta: FloatArray, t: FloatArray) -> FloatArray:
-    """2 x 2 transition matrix of the bare oscillator over a time t (w0 = 1), shape (..., 2, 2)."""
-    wd = np.sqrt((1.0 - zeta) * (1.0 + zeta))
-    decay = np.exp(-zeta * t)
-    cosine, sine = decay * np.cos(wd * t), decay * np.sin(wd * t) / wd
-    Phi = np.empty((*np.broadcast(zeta, t).shape, 2, 2))
-    Phi[..., 0, 0] = cosine + zeta * sine
-    Phi[..., 0, 1] = sine
-    Phi[..., 1, 0] = -sine
-    Phi[..., 1, 1] = cosine - zeta * sine
-    return Phi
-
-
 def jacobian(orbit: Family) -> FloatArray:
     """Jacobian of the half-period map in (t, x, x', y') on the orbit, shape (..., 4, 4).
 
@@ -50,7 +37,7 @@ def jacobian(orbit: Family) -> FloatArray:
     start = force - orbit.x - 2.0 * p.zeta * orbit.v_after  # acceleration after this impact
     end = -(force - orbit.x - 2.0 * p.zeta * orbit.v_before)  # before the next (all signs changed)
     v_end, u = -orbit.v_before, orbit.u
-    Phi = transition(p.zeta, half)
+    Phi = p.half_turn
     shape = np.broadcast(orbit.C, half).shape
     # oscillator and ball at the fixed time of the next impact
     flow = np.zeros((*shape, 2, 4))

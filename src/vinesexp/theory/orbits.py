@@ -9,6 +9,7 @@ zeta = 0 at w = w0 is an ordinary point of it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -69,10 +70,33 @@ class Reduced:
         zeta = 0.5 * damping / np.sqrt(stiffness * mass)
         return cls.of(eps=ball / mass, zeta=zeta, r=r, Omega=Omega)
 
+    @cached_property
+    def closing(self) -> tuple[ComplexArray, ComplexArray]:
+        """D_0 and D_1 (`closing_coefficients`), which a search for a C asks for at every step."""
+        return closing_coefficients(self)
+
+    @cached_property
+    def half_turn(self) -> FloatArray:
+        """`transition` of the bare oscillator over half a period of the base, likewise."""
+        return transition(self.zeta, np.pi / self.Omega)
+
     def __getitem__(self, index: object) -> Reduced:
         """The chosen rigs, or with an added axis (``[..., None]``)."""
         parts = (np.asarray(getattr(self, f)[index]) for f in ("eps", "zeta", "r", "Omega"))
         return Reduced(*parts)
+
+
+def transition(zeta: FloatArray, t: FloatArray) -> FloatArray:
+    """2 x 2 transition matrix of the bare oscillator over a time t (w0 = 1), shape (..., 2, 2)."""
+    wd = np.sqrt((1.0 - zeta) * (1.0 + zeta))
+    decay = np.exp(-zeta * t)
+    cosine, sine = decay * np.cos(wd * t), decay * np.sin(wd * t) / wd
+    Phi = np.empty((*np.broadcast(zeta, t).shape, 2, 2))
+    Phi[..., 0, 0] = cosine + zeta * sine
+    Phi[..., 0, 1] = sine
+    Phi[..., 1, 0] = -sine
+    Phi[..., 1, 1] = cosine - zeta * sine
+    return Phi
 
 
 def _phi1(z: NDArray[Any]) -> ComplexArray:
@@ -163,7 +187,7 @@ def family(C: ArrayLike, p: Reduced) -> Family:
     (32.8834, 5.1267)
     """
     ball = checked(C, "ball amplitude C", "a number above zero", closed=False)
-    D0, D1 = closing_coefficients(p)
+    D0, D1 = p.closing
     slope = 2.0 * ball * p.Omega / np.pi  # u/b
     closing = D0 + D1 * slope
     b = 1.0 / np.abs(closing)
@@ -191,7 +215,7 @@ def saddle_node(p: Reduced) -> tuple[FloatArray, FloatArray]:
     >>> round(float(0.25 * saddle_node(rig)[1]), 3)  # mm at G = 0.25 mm
     38.129
     """
-    D0, D1 = closing_coefficients(p)
+    D0, D1 = p.closing
     inner = (D0 * np.conj(D1)).real
     slope = -inner / np.abs(D1) ** 2
     with np.errstate(divide="ignore"):  # undamped resonance: the orbits never merge
@@ -209,7 +233,7 @@ def amplitudes_at(b: ArrayLike, p: Reduced) -> tuple[FloatArray, FloatArray]:
         positive): an orbit that is not there, not a failed computation.
     """
     clearance = checked(b, "clearance b", "a number above zero", closed=False)
-    D0, D1 = closing_coefficients(p)
+    D0, D1 = p.closing
     speed = np.abs(D1) ** 2
     inner = (D0 * np.conj(D1)).real
     cross = (D0 * np.conj(D1)).imag

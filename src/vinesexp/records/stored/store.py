@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
@@ -130,7 +131,7 @@ def write_refused(path: Path, reason: str, attributes: Mapping[str, Any] | None 
 
 _MEASURED = "as_measured"  # group: samples at their true times, where these are uneven
 _CHUNK = 65536  # samples: 256 kB of one channel, small enough to read a few cycles cheaply
-_TIME_BLOCK = 1 << 20  # samples of the time axis made at once: 8 MB
+_AT_ONCE = 1 << 20  # samples made or converted at once: 8 MB
 
 # Displacement from a sensor of velocity, such as a laser Doppler vibrometer: its integral.
 #
@@ -248,7 +249,7 @@ class RecordWriter:
             if role not in self._data:
                 self._data[role] = self._signal(role, first=len(values))
             self._data[role].resize((stop,))
-            self._data[role][self.n : stop] = values
+            self._data[role][self.n : stop] = _rounded(values)
         self.n = stop
 
     def append_measured(self, times: FloatArray, block: Mapping[str, FloatArray]) -> None:
@@ -260,7 +261,7 @@ class RecordWriter:
                 group.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(_CHUNK,))
             data = group[name]
             data.resize((len(data) + len(values),))
-            data[len(data) - len(values) :] = values
+            data[len(data) - len(values) :] = values if name == "time" else _rounded(values)
 
     def __enter__(self) -> RecordWriter:
         import h5py
@@ -304,8 +305,8 @@ class RecordWriter:
             compression_opts=1,
             shuffle=True,
         )
-        for begin in range(0, self.n, _TIME_BLOCK):
-            end = min(begin + _TIME_BLOCK, self.n)
+        for begin in range(0, self.n, _AT_ONCE):
+            end = min(begin + _AT_ONCE, self.n)
             time[begin:end] = uniform_times(self.sample_rate, self.start, begin, end)
         time.attrs["units"] = "s"
         time.attrs["long_name"] = "time from the instrument's zero"
@@ -313,6 +314,12 @@ class RecordWriter:
         time.make_scale("time")
         for data in self._data.values():
             data.dims[0].attach_scale(time)
+
+
+def _rounded(values: FloatArray) -> NDArray[np.float32]:
+    """Samples as they are stored; HDF5 would round alike, in as much time as it writes them."""
+    with np.errstate(over="ignore"):  # beyond the range is infinite, as HDF5 has it
+        return values.astype(np.float32)
 
 
 def _unreadable(path: Path, error: Exception) -> RecordError:
@@ -382,6 +389,10 @@ class RecordView:
         return tuple(name for name in self._file if name not in ("time", _MEASURED))
 
     @cached_property
+    def _channels(self) -> dict[str, Any]:
+        return {role: self._file[role] for role in self.roles}
+
+    @cached_property
     def sample_rate(self) -> float:
         return float(self.attributes.get("sample_rate_hz", np.nan))
 
@@ -407,11 +418,12 @@ class RecordView:
             raise RecordError(
                 f"has no channel '{role}', only {', '.join(self.roles)}", file=self.path
             )
-        data = self._file[role]
+        data = self._channels[role]
         begin, end, _ = slice(start, stop).indices(self.n)
         out = np.empty(max(end - begin, 0))
-        if out.size:
-            data.read_direct(out, np.s_[begin:end])  # converted while read, no float32 copy
+        for first in range(begin, end, _AT_ONCE):  # no second array as long as a record
+            last = min(first + _AT_ONCE, end)
+            out[first - begin : last - begin] = data[first:last]  # numpy converts, not HDF5
         return out
 
     def time(self, start: int = 0, stop: int | None = None) -> FloatArray:
@@ -491,7 +503,7 @@ def integrate(path: Path, role: str) -> None:
     with h5py.File(path, "r+") as file:
         data, step = file[role], 1.0 / float(file.attrs["sample_rate_hz"])
         n = len(data)
-        parts = [(begin, min(begin + _TIME_BLOCK, n)) for begin in range(0, n, _TIME_BLOCK)]
+        parts = [(begin, min(begin + _AT_ONCE, n)) for begin in range(0, n, _AT_ONCE)]
         sums = [np.nansum(data[begin:end], dtype=np.float64) for begin, end in parts]
         known = sum(int(np.isfinite(data[begin:end]).sum()) for begin, end in parts)
         mean, place = float(np.sum(sums)) / max(known, 1), 0.0
