@@ -88,7 +88,7 @@ def test_the_integral_of_a_long_record_is_made_by_blocks(tmp_path, monkeypatch):
         tmp_path / "a.nc", sample_rate=RATE, quantities={"displacement": "velocity"}
     ) as writer:
         writer.append({"displacement": v})
-    monkeypatch.setattr(store, "_TIME_BLOCK", 700)
+    monkeypatch.setattr(store, "_AT_ONCE", 700)
     integrate(tmp_path / "a.nc", "displacement")
     with open_record(tmp_path / "a.nc") as view:
         x = view.read("displacement")

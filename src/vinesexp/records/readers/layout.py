@@ -29,7 +29,6 @@ HEAD = 1 << 17  # bytes looked at: far more than any preamble
 _TAIL = 1 << 15  # the same of what stands behind the data
 _NEAR = 50  # rows whose form the last one should have
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE)
-_NEWLINE = re.compile(r"\r\n|\n|\r")
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
 _WIDEST = 2000  # columns; a file with more is no record of an instrument
 _CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,9}))?)?"
@@ -104,7 +103,7 @@ class Layout:
             with suppress(csv.Error):  # lone returns inside, or a quote that swallows all
                 row = next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True), [])
                 return [cell.strip() for cell in row]
-        return [cell.strip() for cell in line.split(self.delimiter)]
+        return list(map(str.strip, line.split(self.delimiter)))
 
     def is_number(self, cell: str) -> bool:
         """Whether a cell is a number in this file's decimal sign."""
@@ -159,7 +158,7 @@ def find_body(path: Path) -> tuple[Layout, Body]:
         raw = stream.read(HEAD)
         whole = not stream.read(1)
     text, encoding = _decode(raw)
-    lines = _NEWLINE.split(text)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if not whole and len(lines) > 1:
         lines.pop()  # cut short by the end of the head
     filled = [line for line in lines if line.strip()]
@@ -205,10 +204,9 @@ def _behind(path: Path, encoding: str, is_row: Callable[[str], bool]) -> tuple[l
     with path.open("rb") as stream:
         stream.seek(max(size - _TAIL, 0))
         raw = stream.read()
-    lines = re.split(rb"(?<=\n)|(?<=\r)(?!\n)", raw)
     found: list[str] = []
     end = size
-    for line in reversed(lines):
+    for line in reversed(raw.splitlines(keepends=True)):
         text = line.decode("utf-8" if encoding.startswith("utf-8") else encoding, "replace").strip()
         if text and is_row(text):
             return (found[::-1], end) if found else ([], 0)
@@ -230,7 +228,7 @@ def _begun_row(path: Path, layout: Layout) -> tuple[list[str], int]:
     with path.open("rb") as stream:
         stream.seek(max(size - _TAIL, 0))
         raw = stream.read()
-    *above, last = re.split(rb"\r\n|\n|\r", raw)
+    *above, last = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
     if not last.strip():
         return [], 0
     line, *lines = (text.decode(layout.encoding, "replace") for text in (last, *above[-_NEAR:]))
