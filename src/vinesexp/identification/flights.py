@@ -52,7 +52,7 @@ class Flights:
     clearance : array (n,)
         In the test log, m.
     pulse : array (n,)
-        How long a half-sine of this jump and peak lasts, s.
+        How long a half-sine of this jump and peak lasts, s; NaN without an accelerometer.
     """
 
     index: IntArray

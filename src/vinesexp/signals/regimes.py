@@ -464,7 +464,6 @@ def shown_by_record(
         if view.refused is not None or "displacement" not in view.roles or not frequency:
             return Shown(row)
         time, amplitude = _amplitudes(view, float(frequency))
-        heard = "acceleration" in view.roles
         length, start, free = view.n / view.sample_rate, view.start, _free(view)
         base = swept(view, float(frequency)) if record.test == "sweep" else None
     if amplitude.size == 0:
@@ -494,7 +493,7 @@ def shown_by_record(
     if not record.clearance:
         return Shown(row, checks=checks)
     if not _seen(record, measured, conditioned, impacts, length / period):
-        if heard and not impacts.n and record.test != "sweep":
+        if not impacts.n and record.test != "sweep":
             checks.append(_NOTHING_SEEN)
         return Shown(row, checks=checks)
     end = length

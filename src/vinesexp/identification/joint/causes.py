@@ -529,7 +529,8 @@ def possible_causes(observed: Observed) -> list[Cause]:
 
 
 def _effects(o: Observed) -> list[Cause]:
-    pulses = [float(np.median(c.flights.pulse)) for c in o.collisions.values()]
+    of_all = [float(np.median(c.flights.pulse)) for c in o.collisions.values()]
+    pulses = [one for one in of_all if math.isfinite(one)]  # an accelerometer shows them
     priors = {name: Prior(0.0, width) for name, width in _WIDTHS.items()}
     if pulses:
         priors["contact"] = Prior(*(share * float(np.median(pulses)) for share in _OF_PULSE))

@@ -17,8 +17,9 @@ from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.settings.stages import AttributionSettings, ChannelSettings, Settings, SlopeSettings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
-from vinesexp.signals.clipping import range_in, read_unstuck
+from vinesexp.signals.clipping import range_in, read_unstuck, resolution_of
 from vinesexp.signals.free_from import FREE_FROM
+from vinesexp.signals.impacts.bends import detect_bends
 from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.detectors import detect
@@ -308,7 +309,9 @@ def impacts_of_record(
         wanted = bool(clearance)
         if record.refused is None and test == "drop":
             impacts = find_drop(record, conditioned, settings=settings)
-        elif wanted and record.refused is None and "acceleration" in record.roles:
+        elif (
+            wanted and record.refused is None and {"acceleration", "displacement"} & {*record.roles}
+        ):
             impacts = find_impacts(
                 record, conditioned, clearance=clearance, nes_mass=nes_mass,
                 frequency=frequency, test=test, settings=settings, said=said,
@@ -328,9 +331,18 @@ def find_impacts(
     if frequency is None:
         frequency = conditioned.attributes.get("oscillation_hz")
     motion = float(frequency) if frequency else None
+    slopes, sign = None, 1.0
+    if "acceleration" not in record.roles:
+        if not settings.slopes.use or not motion:
+            return no_impacts()
+        found, slopes = _where_it_bends(record, motion, settings.slopes)
+        impacts = _table(found, slopes, sign=sign, start=record.start)
+        return attribute(
+            impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,
+            settings=settings.attribution,
+        )  # fmt: skip
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
     found = detect(stream, settings.impacts, frequency=motion)
-    slopes, sign = None, 1.0
     if settings.slopes.use and motion and "displacement" in record.roles and found.time.size:
         agreement = agreement_in(conditioned.attributes)
         x = coarse_displacement(record, motion, settings=settings.slopes)
@@ -375,6 +387,30 @@ def find_impacts(
         impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,
         settings=settings.attribution,
     )  # fmt: skip
+
+
+def _where_it_bends(
+    record: RecordView, frequency: float, settings: SlopeSettings
+) -> tuple[Detection, SlopeChanges]:
+    """Impacts by the displacement alone: bends that are surely there, once all are fitted."""
+    x = coarse_displacement(record, frequency, settings=settings)
+    steps = resolution_of(record.read("displacement", 0, _LOOK))
+    samples = round(x.step * record.sample_rate)
+    found = detect_bends(x, frequency=frequency, resolution=steps / math.sqrt(samples))
+    jumps, slopes = found.jump, SlopeChanges(*[np.empty(0)] * 8)
+    while found.time.size:
+        slopes = slope_changes(x, found.time, jumps, frequency=frequency, settings=settings)
+        found, slopes = _by_displacement(
+            found, slopes, x, frequency=frequency, lag=0.0, settings=settings
+        )
+        sure = np.abs(slopes.jump) > _SURE_BEND * slopes.jump_error
+        if sure.all():
+            break
+        found, jumps = found.keep(sure), slopes.jump[sure]
+    return found, slopes
+
+
+_SURE_BEND, _LOOK = 6.0, 1 << 16  # standard errors of a jump; samples that show a converter
 
 
 def count_impacts(

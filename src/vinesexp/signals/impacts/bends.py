@@ -1,0 +1,133 @@
+"""Impacts of a record without an accelerometer: where the displacement bends.
+
+At an impact the velocity of the mass jumps, so that its second difference over m means, added to
+w^2 times the displacement over the same time, is a triangle of 2 m means and nothing else: the
+oscillation, whatever its amplitude, leaves none. A moving mean takes what is slow. Of the triangles
+in sight the highest is taken away first, then the next.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.signal import fftconvolve, find_peaks
+
+from vinesexp.arrays import FloatArray
+from vinesexp.signals.impacts.detection import Detection, no_detection, normal_cdf
+from vinesexp.signals.impacts.slopes import Coarse
+
+_HALF, _WIDE = 1.0 / 24.0, 1.0 / 6.0  # periods: half of a triangle; moving mean
+_THRESHOLD = 6.0  # standard deviations of the noise
+_ROUNDS, _HIGHEST = 10, 0.5  # of the highest near it, that a triangle needs to be taken away
+_OFF = 0.04  # of w^2 times the displacement: damping, and the drive beside the resonance
+_FOURTH = math.sqrt(70.0)  # noise of a fourth difference, over that of a value
+_FIFTH = 1.2816  # standard deviations that a fifth of all are beyond
+
+
+def detect_bends(x: Coarse, *, frequency: float, resolution: float = 0.0) -> Detection:
+    """Impacts as candidates, by the displacement alone; the areas of pulses are unknown (NaN).
+
+    Parameters
+    ----------
+    x : Coarse
+        Displacement, m, some 200 means a period.
+    frequency : float
+        Of the oscillation, Hz.
+    resolution : float
+        Step of a converter that its noise does not hide in a mean, m.
+
+    Returns
+    -------
+    Detection
+        `jump` in m/s to about a tenth and `time` to about a thousandth of a period: where
+        `slope_changes` begins. `peak` is NaN.
+
+    Examples
+    --------
+    >>> t = np.arange(32_000) / 1600.0
+    >>> w, hits = 2 * np.pi * 8.0, np.arange(0.51, 19.0, 1 / 16.3)
+    >>> motion = 5e-3 * np.cos(w * t) + sum(
+    ...     0.02 * (-1) ** k * np.sin(w * np.maximum(t - at, 0.0)) / w for k, at in enumerate(hits))
+    >>> noise = 1e-6 * np.random.default_rng(0).standard_normal(t.size)
+    >>> found = detect_bends(Coarse(motion + noise, 1 / 1600, 0.0), frequency=8.0)
+    >>> found.time.size == hits.size, bool(np.abs(found.time - hits).max() < 1e-3)
+    (True, True)
+    """
+    step = x.step
+    m, wide = max(2, round(_HALF / (frequency * step))), round(_WIDE / (frequency * step)) | 1
+    if x.values.size < 8 * wide:
+        return no_detection(step, 0.0)
+    filter_, one = _filter(m, wide, step, 2.0 * math.pi * frequency)
+    edge, top = filter_.size // 2, float(one.max())
+    bent = fftconvolve(x.values - np.median(x.values), filter_, mode="same")
+    bent[:edge] = bent[-edge:] = 0.0
+    noise = _noise(x.values, resolution) * math.sqrt(float(filter_ @ filter_))
+    # of an oscillation that is damped or detuned by a few per cent a sine is left, its top a bend
+    swing = float(np.percentile(np.abs(x.values - np.median(x.values)), 99.0))
+    sine = _OFF * (2.0 * math.pi * frequency) ** 2 * swing * (1.0 - np.sinc(_WIDE))
+    place, jump = _triangles(bent, one, m, wide, least=max(_THRESHOLD * noise, sine))
+    strength = np.abs(jump) * top / max(noise, sine / _THRESHOLD)
+    unknown = np.full(place.size, np.nan)
+    none = np.zeros(place.size, dtype=bool)
+    near = np.diff(place, prepend=-np.inf, append=np.inf) < 2 * m
+    return replace(
+        no_detection(step, noise), time=x.start + place * step,
+        time_error=np.full(place.size, m * step) / np.maximum(strength, 1.0), jump=jump,
+        jump_error=unknown, peak=unknown, strength=strength,
+        confidence=normal_cdf(strength - _THRESHOLD), crowded=near[1:] | near[:-1], clipped=none,
+    )  # fmt: skip
+
+
+def _noise(values: FloatArray, resolution: float) -> float:
+    """Of the displacement itself, by its fourth differences: impacts may leave no quiet time.
+
+    Of a converter whose steps are larger than its noise most differences are none: by the fifth
+    that is largest, and as much as the steps make of a value between two of them.
+    """
+    size = float(np.percentile(np.abs(np.diff(values, 4)), 80.0))
+    return max(size / _FIFTH / _FOURTH, resolution / math.sqrt(12.0))
+
+
+def _filter(m: int, wide: int, step: float, w: float) -> tuple[FloatArray, FloatArray]:
+    """The filter that shows bends, and what it makes of a jump of 1 m/s: both symmetric."""
+    mean = np.ones(wide) / wide
+    triangle = np.convolve(np.ones(m), np.ones(m)) / m**2  # 2 m - 1 values
+    second = np.zeros(2 * m + 1)
+    second[[0, m, 2 * m]] = np.array([1.0, -2.0, 1.0]) / (m * step) ** 2
+    second[1:-1] += w * w * triangle
+
+    def without_slow(values: FloatArray) -> FloatArray:
+        return np.pad(values, (wide - 1) // 2) - np.convolve(values, mean)
+
+    return without_slow(second), without_slow(triangle / step)
+
+
+def _triangles(
+    bent: FloatArray, one: FloatArray, m: int, wide: int, *, least: float
+) -> tuple[FloatArray, FloatArray]:
+    """Places (means) and jumps (m/s) of what is as `one` in `bent`, the highest first."""
+    left, reach, top = bent.copy(), one.size // 2, float(one.max())
+    heights = np.zeros(bent.size)
+    for _ in range(_ROUNDS):
+        size = np.abs(left)
+        peaks = find_peaks(size, height=least, distance=m)[0]
+        peaks = peaks[size[peaks] > _HIGHEST * maximum_filter1d(size, 2 * wide + 1)[peaks]]
+        if not peaks.size:
+            break
+        taken = np.zeros(bent.size)
+        taken[peaks] = left[peaks] / top
+        heights += taken
+        left -= fftconvolve(taken, one, mode="same")
+        left[:reach] = left[-reach:] = 0.0
+    places = np.flatnonzero(heights)
+    if not places.size:
+        return np.empty(0), np.empty(0)
+    begins = np.flatnonzero(np.diff(places, prepend=-wide) > m // 2)  # one contact, in two rounds
+    jump = np.add.reduceat(heights[places], begins)
+    weight = np.abs(heights[places])
+    place = np.add.reduceat(weight * places, begins) / np.add.reduceat(weight, begins)
+    keep = np.abs(jump) * top > least
+    return place[keep], jump[keep]

@@ -1,0 +1,86 @@
+"""Impacts of a displacement alone: all that are there, and none that are not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import signal
+from tests.signals.contacts import coarsen
+
+from vinesexp import Harmonic
+from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts.bends import detect_bends
+from vinesexp.signals.impacts.find import impacts_of_record
+
+RATE, F = 4000.0, 7.862
+W = 2.0 * np.pi * F
+G25 = Harmonic(0.25e-3, F)
+
+
+def laser_alone(folder: Path, x: np.ndarray, base: np.ndarray, **how):
+    """Impact table of a record without an acceleration."""
+    record, band = folder / "r.nc", folder / "c.nc"
+    kinds = {"base": "displacement", "displacement": "displacement"}
+    with RecordWriter(record, sample_rate=1e4, quantities=kinds) as writer:
+        writer.append({"base": base, "displacement": x})
+    condition(record, band, f0_hint=F)
+    return impacts_of_record(record, band, folder / "i.csv", clearance=[0.03], **how)
+
+
+@pytest.mark.parametrize("bits", [12, 14, 16])
+def test_impacts_are_found_where_the_accelerometer_would_find_them(bits, measure, tmp_path):
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0, bits=bits)
+    found = laser_alone(tmp_path, record.channels["displacement"], record.channels["base"])
+    inside = (record.time > 0.05) & (record.time < 19.95)
+    off = found.time_s - record.time[np.abs(found.time_s[:, None] - record.time).argmin(axis=1)]
+    assert abs(found.n - inside.sum()) <= 0.02 * inside.sum()
+    assert np.sqrt(np.mean(off**2)) < 2e-4
+    z = off / found.time_error_s
+    assert np.median(np.abs(z)) < 1.5
+    near = np.abs(found.time_s[:, None] - record.time).argmin(axis=1)
+    jumps = found.velocity_jump_m_s / record.jump[near]
+    assert np.median(np.abs(jumps - 1.0)) < 0.03
+    assert np.isnan(found.jump_acceleration_m_s).all()
+    assert np.isnan(found.peak_acceleration_m_s2).all()
+
+
+def swings(*, decay=0.006, seconds=20.0, size=0.02):
+    t = np.arange(round(seconds * RATE)) / RATE
+    return size * np.exp(-decay * W * t) * np.cos(W * t)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-7, 3e-6, 5e-5])
+@pytest.mark.parametrize("step", [0.0, 5e-6, 1.6e-4])
+def test_a_motion_without_impacts_has_none(noise, step):
+    """Whatever noise hides of the converter's steps, or the steps of the noise."""
+    x = swings() + noise * np.random.default_rng(1).standard_normal(80_000)
+    x = np.round(x / step) * step if step else x
+    coarse = coarsen(x, RATE, F)
+    samples = round(coarse.step * RATE)
+    found = detect_bends(coarse, frequency=F, resolution=step / np.sqrt(samples))
+    assert found.time.size == 0
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1])
+def test_harmonics_and_hum_are_no_impacts(share):
+    t = np.arange(80_000) / RATE
+    x = swings() + share * 1e-3 * np.cos(3.0 * W * t) / 8.0 + 1e-6 * np.cos(2 * np.pi * 50 * t)
+    x += 3e-6 * np.random.default_rng(2).standard_normal(t.size)
+    assert detect_bends(coarsen(x, RATE, F), frequency=F).time.size == 0
+
+
+def test_a_spike_of_the_laser_is_no_impact(measure, tmp_path):
+    """A bend lasts; what comes back at once is none, once all are fitted."""
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0)
+    x = record.channels["displacement"].copy()
+    x[signal.find_peaks(x, distance=2500)[0][:30] + 150] += 5e-5
+    found = laser_alone(tmp_path, x, record.channels["base"])
+    assert abs(found.n - record.time.size) <= 0.03 * record.time.size
+
+
+def test_a_record_without_an_oscillation_is_passed_over(tmp_path):
+    noise = 1e-6 * np.random.default_rng(3).standard_normal((2, 200))
+    assert laser_alone(tmp_path, *noise).n == 0
+    with open_record(tmp_path / "r.nc") as view:
+        assert "acceleration" not in view.roles
