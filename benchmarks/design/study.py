@@ -40,12 +40,14 @@ def study(index: int) -> dict[str, float]:
         "reduction": 1.0 - advice.least_mean.rest_mean / advice.bare,
     }  # fmt: skip
     chosen = (advice.least_mean.b, advice.least_max.b, advice.robust.b)
-    best = [truth[f"least_{name}_b"] for name in CRITERIA]
-    values = judged(task, np.array([*chosen, *best]))
+    values = {}
+    for names in (["mean", "max"], ["robust"]):
+        b = np.array([*chosen, *(truth[f"least_{name}_b"] for name in names)])
+        values |= dict(zip(names, judged(task, names, b), strict=True))
     for k, name in enumerate(CRITERIA):
-        least = float(values[k].min())
+        least = float(values[name].min())
         row[f"recommended_{name}_b"] = chosen[k]
-        row[f"recommended_{name}"] = float(values[k][k]) / least - 1.0
+        row[f"recommended_{name}"] = float(values[name][k]) / least - 1.0
         if least < truth[f"least_{name}"]:  # the answer found a better one than the dense search
             for model in MODELS:
                 if model != "recommended":

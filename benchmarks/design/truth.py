@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from benchmarks.design.kept import TRUTHS, keep, kept
@@ -16,10 +17,13 @@ from vinesexp.design.ensemble import duration_of, together, watched
 from vinesexp.design.task import Task, random_starts, wall_starts
 
 CRITERIA = {"mean": "mean from rest", "max": "largest from rest", "robust": "90th percentile"}
+#: Which of them are known from random starts; the others are from starts from rest.
+ANYWHERE = {"mean": False, "max": False, "robust": True}
 #: Clearances of the scan, over WIDER than the span that an answer looks at, and how many minima of
 #: each criterion are looked at closer: so many clearances between the neighbours, then so many
-#: within NEAR of the lowest, which a jump may be beside.
-DENSE, WIDER, MINIMA, CLOSER, NEAR, NEAREST = 60, 1.5, 3, 9, 0.02, 17
+#: within NEAR of the lowest, which a jump may be beside. A closer look takes the starts of its
+#: criterion alone.
+DENSE, WIDER, MINIMA, CLOSER, NEAR, NEAREST = 60, 1.25, 3, 9, 0.02, 17
 #: Phases and random starts of a clearance in scan and closer looks, and beside the lowest.
 SCAN, BESIDE = (8, 40), (24, 100)
 #: The lowest by each criterion are judged by fresh starts, so many, and fewer where a run lasts
@@ -27,33 +31,32 @@ SCAN, BESIDE = (8, 40), (24, 100)
 LOWEST, FINE, FINE_LONG, LONG = 3, (600, 600), (200, 300), 700.0
 
 
-def runs_of(
-    task: Task, b: np.ndarray, many: tuple[int, int], shift: float, seed: int
+def values_of(
+    task: Task, names: Sequence[str], b: np.ndarray, many: tuple[int, int], shift: float, seed: int
 ) -> np.ndarray:
-    """Mean and largest from rest, 90th percentile over random starts, at each b; shape (3, n).
+    """Some criteria at each b, shape (names, n), those of one kind by the same starts.
 
     Watched to the end, however long: a capture that takes long counts here too.
     """
-    phases, starts = many
-
+    (phases, starts), found = many, {}
     each = b.tolist()
-    walls = [wall_starts(task, one, phases=phases, shift=shift) for one in each]
-    drawn = [random_starts(task, one, starts=starts, seed=seed) for one in each]
-    rest, free = watched(together(walls), starts=phases), watched(together(drawn), starts=starts)
-    return np.array(
-        [
-            rest.mean.reshape(b.size, -1).mean(axis=1),
-            rest.largest.reshape(b.size, -1).mean(axis=1),
-            np.percentile(free.mean.reshape(b.size, -1), 90.0, axis=1),
-        ]
-    )
+    if not all(ANYWHERE[name] for name in names):
+        walls = [wall_starts(task, one, phases=phases, shift=shift) for one in each]
+        rest = watched(together(walls), starts=phases)
+        found["mean"] = rest.mean.reshape(b.size, -1).mean(axis=1)
+        found["max"] = rest.largest.reshape(b.size, -1).mean(axis=1)
+    if any(ANYWHERE[name] for name in names):
+        drawn = [random_starts(task, one, starts=starts, seed=seed) for one in each]
+        free = watched(together(drawn), starts=starts)
+        found["robust"] = np.percentile(free.mean.reshape(b.size, -1), 90.0, axis=1)
+    return np.array([found[name] for name in names])
 
 
-def judged(task: Task, b: np.ndarray) -> np.ndarray:
-    """The three criteria by the starts that count, the same at every clearance."""
+def judged(task: Task, names: Sequence[str], b: np.ndarray) -> np.ndarray:
+    """Some criteria by the starts that count, the same at every clearance."""
     f = task.frequencies[0]
     long = duration_of(task.rig(float(b[0])), f)[1] * f > LONG
-    return runs_of(task, b, FINE_LONG if long else FINE, 0.15, SEED + 1)
+    return values_of(task, names, b, FINE_LONG if long else FINE, 0.15, SEED + 1)
 
 
 def truth_of(index: int) -> dict[str, float]:
@@ -64,27 +67,26 @@ def truth_of(index: int) -> dict[str, float]:
     begin, task = time.process_time(), rig_of(index)
     cheaper = cheaper_models(task)
     low, high = span_of(task)
-    b = np.geomspace(low / WIDER, high * WIDER, DENSE)
-    values = runs_of(task, b, SCAN, 0.7, SEED)
-    places = np.concatenate([_between(b, row) for row in values])
-    more = np.unique(places)
-    b = np.concatenate([b, more])
-    values = np.concatenate([values, runs_of(task, more, SCAN, 0.7, SEED)], axis=1)
-    shares = np.linspace(1.0 - NEAR, 1.0 + NEAR, NEAREST)
-    near = np.unique(np.concatenate([b[row.argmin()] * shares for row in values]))
-    values = runs_of(task, near, BESIDE, 0.45, SEED + 2)
-    lowest = np.unique(near[np.argsort(values, axis=1)[:, :LOWEST]])
-    finite = [one for one, _ in cheaper.values() if math.isfinite(one)]
-    final = np.concatenate([lowest, finite])
-    values = judged(task, final)
+    grid = np.geomspace(low / WIDER, high * WIDER, DENSE)
+    scan = values_of(task, tuple(CRITERIA), grid, SCAN, 0.7, SEED)
+    finite = {model: one for model, (one, _) in cheaper.items() if math.isfinite(one)}
+    others = judged(task, tuple(CRITERIA), np.array(list(finite.values())))
     row: dict[str, float] = {"rig": index}
     for k, name in enumerate(CRITERIA):
-        row[f"least_{name}_b"] = float(final[values[k].argmin()])
-        row[f"least_{name}"] = float(values[k].min())
-        for model, (clearance, seconds) in cheaper.items():
-            there = np.abs(final - clearance).argmin() if math.isfinite(clearance) else None
-            worth = math.nan if there is None else float(values[k][there] / values[k].min() - 1.0)
-            row[f"{model}_{name}"], row[f"{model}_s"] = worth, seconds
+        more = np.unique(_between(grid, scan[k]))
+        b = np.concatenate([grid, more])
+        values = np.concatenate([scan[k], values_of(task, [name], more, SCAN, 0.7, SEED)[0]])
+        near = b[values.argmin()] * np.linspace(1.0 - NEAR, 1.0 + NEAR, NEAREST)
+        values = values_of(task, [name], near, BESIDE, 0.45, SEED + 2)[0]
+        lowest = near[np.argsort(values)[:LOWEST]]
+        final = np.concatenate([lowest, list(finite.values())])
+        values = np.concatenate([judged(task, [name], lowest)[0], others[k]])
+        row[f"least_{name}_b"] = float(final[values.argmin()])
+        row[f"least_{name}"] = float(values.min())
+        worth = dict(zip(finite, others[k] / values.min() - 1.0, strict=True))
+        for model, (_, seconds) in cheaper.items():
+            row[f"{model}_{name}"] = float(worth.get(model, math.nan))
+            row[f"{model}_s"] = seconds
     row["truth_s"] = time.process_time() - begin
     keep(TRUTHS, row)
     return row

@@ -26,10 +26,10 @@ from vinesexp.design.task import Task, more_wall_starts, random_starts
 BUDGET = 4.0
 SCANS, CONTESTS, ROBUST, JUDGING, BESIDE = 0.08, 0.2, 0.6, 0.15, 0.06
 #: Clearances of the scan.
-COARSE = 32
+COARSE = 37
 #: Its ends: shares of the least, and multiples of the largest, of b_c and bare amplitude. Below,
 #: the ball rattles many times a cycle and acts as a dead mass; above, it is seldom struck.
-BOTTOM, TOP = 0.12, 2.5
+BOTTOM, TOP = 0.12, 4.0
 #: Clearances in a closer look, and how many minima are looked at in each round.
 CLOSER, MINIMA = 7, (2, 1)
 #: Candidates of each criterion in a contest.
@@ -335,6 +335,11 @@ class Contest:
         wider = min(asked, key=asked.__getitem__)
         return wider if asked[wider] < (1.0 - MATTERS) * asked[best] else best
 
+    def known(self) -> list[float]:
+        """The lowest of what another contest has tried from the same starts, m."""
+        many = min((found.mean.shape[-1] for found in self.starts.found.values()), default=0)
+        return curve_of(self.starts, self.criterion, many).lowest() if many > 0 else []
+
     def beside(self, b: float, n: int) -> list[float]:
         """Clearances beside b, ever closer to the least that is found, m."""
         tried = [b]
@@ -522,7 +527,7 @@ def search(
     won: list[Race] = []
     for few, criterion in zip(finalists, (mean, largest), strict=True):
         contest = Contest(rest, criterion, Purse(CONTESTS * budget), seed=seed)
-        won.append(contest.won([*few, *(one.b for one in won)], FIRST_REST))
+        won.append(contest.won([*few, *contest.known()], FIRST_REST))
     lowest, purse = curve.lowest(), Purse(ROBUST * budget)
 
     def margin(b: float, n: int) -> float:
