@@ -166,8 +166,9 @@ def _coupled(
         "integral of a velocity), which turns its phase and takes its middle away: put back. "
         "Record it DC-coupled"
     )
-    outcome = "warning" if corner > _SLIGHT * frequency else "ok"
-    return Check(record.id, "coupling", outcome, detail), _without_coupling(view, corner)
+    slight = corner <= _SLIGHT * frequency
+    check = Check(record.id, "coupling", "ok" if slight else "warning", detail)
+    return check, _without_coupling(view, corner)
 
 
 def _of_release(view: RecordView, frequency: float) -> float | None:
