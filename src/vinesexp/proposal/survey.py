@@ -39,6 +39,7 @@ _AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises a
 _MOST_DECIBELS = 400.0
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _SINCE_1970, _SLOW_LOGGER = (1e9, 4e9), 60.0  # s: the years 2001 to 2096; steps of such times
+_DAYS = (36525.0, 73050.0), (730485.0, 767010.0)  # of 2000 to 2099: Excel's, MATLAB's
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
 
@@ -352,7 +353,8 @@ def _is_of_times(column: Column, source: Source, time: int | None, values: Float
 def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     """The unit of a column of times: whole numbers that would be seconds are finer ticks.
 
-    Ticks since 1970 are told by their size, others by the slowest rate that a vibration needs.
+    Ticks since 1970 and dates as days are told by their size, others by the slowest rate that a
+    vibration needs.
 
     Examples
     --------
@@ -360,6 +362,10 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     ('ms', 's')
     >>> _unit_of_times(None, 1663562598302710300 + 1e7 * np.arange(50.0))
     'ns'
+    >>> _unit_of_times(None, 1.7e12 + 3e5 * np.arange(50.0))  # every five minutes
+    'ms'
+    >>> _unit_of_times(None, 45000.0 + np.arange(50.0) / 8.64e7)  # dates of Excel, 1 kHz
+    'day'
     """
     if stated in UNITS["time"]:
         return str(stated)
@@ -367,8 +373,15 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     step = float(finite[-1] - finite[0]) / max(len(finite) - 1, 1)
     ticks = {unit: UNITS["time"][unit] for unit in ("s", "ms", "us", "ns")}
     for unit, size in ticks.items():
-        if _SINCE_1970[0] < finite[0] * size < _SINCE_1970[1] and step * size < _SLOW_LOGGER:
+        # A slower logger than that keeps whole minutes; the clock of a computer does not.
+        slow = step * size % _SLOW_LOGGER == 0.0 and bool((np.diff(finite) == step).all())
+        if _SINCE_1970[0] < finite[0] * size < _SINCE_1970[1] and (
+            step * size < _SLOW_LOGGER or slow
+        ):
             return unit
+    days = any(first < finite[0] < last for first, last in _DAYS)
+    if days and step * UNITS["time"]["day"] < 1.0 / SLOWEST:
+        return "day"
     if bool((finite != np.round(finite)).any()):
         return "s"
     return next((unit for unit, size in ticks.items() if step * size < 1.0 / SLOWEST), "ns")
@@ -421,7 +434,7 @@ def _is_named(name: str) -> bool:
 
 
 def _is_ramp(values: FloatArray, uneven: float = 0.1) -> bool:
-    steps = np.diff(values)
+    steps = np.diff(values) if np.isfinite(values).all() else np.zeros(0)
     mean = float(steps.mean()) if len(steps) > _FEWEST else 0.0
     return mean > 0.0 and bool((np.abs(steps - mean) < uneven * mean).all())
 
@@ -462,7 +475,7 @@ def _kind(values: FloatArray, unit: str | None) -> str:
     return "signal"
 
 
-def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float, list[str], bool]:
+def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float | None, list[str], bool]:
     """Rate of a column of times, Hz, what a check says of them, and whether they are even."""
     clock = Clock(source.locate, UNITS["time"][unit], source.sample_interval)
     try:
@@ -473,7 +486,11 @@ def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float, list
         rate = _rate_of(times, unit) if often else 1.0 / (uneven.interval * clock.size)
         return rate, [uneven.said(source.locate)], False
     except RecordError as error:
-        return _rate_of(times, unit), [error.problem], False
+        steps = np.diff(times)
+        step = float(np.median(steps))  # pauses are none of the rate
+        even = 2 * np.count_nonzero(np.abs(steps - step) < 0.1 * step) > len(steps)
+        typical = 1.0 / (step * clock.size) if even else None
+        return typical, [error.problem], False
 
 
 def _stated_rate(source: Source) -> float | None:
@@ -512,11 +529,11 @@ def _time_and_rate(
         back = np.flatnonzero(steps < 0.0)
         slips = named and len(back) * _FEWEST < len(steps) and -steps.min() < 3.0 * steps.mean()
         if named and len(back) == len(steps) > _FEWEST:
-            rate = _rate_of(finite, _unit_of_times(source.columns[j].unit, -finite))
+            mean = _rate_of(finite, _unit_of_times(source.columns[j].unit, -finite))
             backwards = [
                 f"'{source.columns[j].name}' runs backwards, from {finite[0]:.6g} to "
                 f"{finite[-1]:.6g}; if the rows stand in the order of time, give 'sample_rate: "
-                f"{rate:.6g} Hz' instead of 'time'"
+                f"{mean:.6g} Hz' instead of 'time'"
             ]
         if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
             continue
@@ -538,11 +555,11 @@ def _time_and_rate(
         if unit != "s" and source.columns[j].unit not in UNITS["time"]:
             remarks.append(
                 f"the times have no unit and steps of {float(np.median(steps)):.4g}: {unit} is "
-                f"assumed, since seconds would mean {rate * UNITS['time'][unit]:.3g} Hz"
+                f"assumed, since seconds would mean {1.0 / float(steps.mean()):.3g} Hz"
             )
-        if stated and abs(1.0 / stated - rate) > _APART * rate:
+        if stated and rate and abs(1.0 / stated - rate) > _APART * rate:
             remarks.append(f"the header states {1.0 / stated:.6g} Hz, the times give {rate:.6g} Hz")
-        return j, float(f"{rate:.6g}"), remarks
+        return j, float(f"{rate:.6g}") if rate else None, remarks
     stated = _stated_rate(source)
     if stated is None:
         return None, None, backwards

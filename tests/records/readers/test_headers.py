@@ -109,6 +109,10 @@ def test_settings_beside_the_first_rows_cost_no_rows(tmp_path):
         ("Sample Rate (Hz),500", 2e-3),
         ("Sampling interval [ms],4", 4e-3),
         ("Delta t = 0.25 ms", 2.5e-4),
+        ("Time interval :,4000uS", 4e-3),  # OWON writes microseconds so
+        ("Sample Rate: 2.5 kSa/s", 4e-4),
+        ("Sample Rate,1.25,MS/s", 8e-7),
+        ("Sample Interval: 3 furlongs", None),
         ("# Config: data_rate = 2000.0 Hz, filter = 488 Hz, range = 4 g", 5e-4),
     ],
 )
@@ -226,3 +230,12 @@ def test_rows_of_units_may_stand_above_the_names_or_above_types(header, tmp_path
     np.savetxt(path, TABLE, fmt="%.6f", header=header, delimiter=";", comments="")
     columns = open_source(path).columns
     assert [(c.name, c.unit) for c in columns] == [("Time", "s"), ("x", "mm"), ("a", "m/s²")]
+
+
+def test_a_stroke_stands_for_no_unit(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "\n".join(f"{t:.4f};{x:.5f};{v:.5f}" for t, x, v in TABLE)
+    path.write_text("Time (s);AI 1;AI 2\n-;m/s2;mm\n" + rows)
+    assert [(c.name, c.unit) for c in open_source(path).columns] == [
+        *(("Time (s)", "s"), ("AI 1", "m/s2"), ("AI 2", "mm"))
+    ]

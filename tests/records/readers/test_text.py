@@ -295,3 +295,88 @@ def test_whole_numbers_of_a_converter_have_no_unit_of_volts(tmp_path):
     # Of a spectrum the step of its frequencies is no interval.
     path.write_text(head.format(n=60, source="FFT", y="dB", x="Hz", dt="1.6E+04") + rows)
     assert open_source(path).sample_interval is None
+
+
+SWING = np.round(1234.5 * np.sin(0.3 * np.arange(60.0)), 3)
+
+
+def in_groups(value, sign, point, digits=3):
+    """A number with `sign` between its thousands."""
+    return f"{value:,.{digits}f}".replace(",", "!").replace(".", point).replace("!", sign)
+
+
+@pytest.mark.parametrize(("sign", "point"), [(",", "."), (".", ","), ("'", "."), ("\u202f", ",")])
+def test_thousands_may_have_a_sign_between_them(sign, point, tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{k};{in_groups(x, sign, point)}" for k, x in enumerate(SWING)]
+    path.write_text("n;x\n" + "\n".join(rows), encoding="utf-8")
+    np.testing.assert_array_equal(read(path)[1][:, 1], SWING)
+
+
+@pytest.mark.parametrize("sign", [",", "."])
+def test_whole_numbers_with_thousands_are_no_decimals(sign, tmp_path):
+    # `1,234` beside `89`: no program writes three decimals or none.
+    path = tmp_path / "a.csv"
+    rows = [f"{in_groups(40 * k, sign, '', 0)};{in_groups(x, sign, '', 0)}" for k, x in
+            enumerate(SWING)]  # fmt: skip
+    path.write_text("n;x\n" + "\n".join(rows))
+    np.testing.assert_array_equal(read(path)[1], np.c_[40 * np.arange(60), np.rint(SWING)])
+    path.write_text("n;x\n" + "\n".join(f"{k};{x:.3f}".replace(".", sign) for k, x in
+                                         enumerate(SWING / 100)))  # fmt: skip
+    np.testing.assert_allclose(read(path)[1][:, 1], SWING / 100, atol=6e-4)
+
+
+def test_fortran_writes_exponents_with_a_d(tmp_path):
+    path = tmp_path / "a.dat"
+    path.write_text("t x\n" + "\n".join(f" {k:.3e} {x:.7e}".replace("e", "D") for k, x in
+                                        enumerate(SWING)))  # fmt: skip
+    np.testing.assert_array_equal(read(path)[1][:, 1], SWING)
+
+
+def test_durations_of_pandas_are_times(tmp_path):
+    path = tmp_path / "a.csv"
+    stamps = [f"{23 + k // 1000}:59:59.{k % 1000:03d}" for k in range(60)]
+    path.write_text(
+        "time,x\n" + "\n".join(f"0 days {s},{x}" for s, x in zip(stamps, SWING, strict=True))
+    )
+    np.testing.assert_allclose(read(path)[1][:, 0], np.arange(60) * 1e-3, atol=1e-9)
+
+
+def test_commas_in_and_between_numbers_without_names_are_reported(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(f"{k / 100:.3f},{x:.3f}".replace(".", ",") for k, x in
+                              enumerate(SWING / 1e3)))  # fmt: skip
+    with pytest.raises(RecordError, match="commas in its numbers and between them"):
+        open_source(path)
+
+
+@pytest.mark.parametrize(
+    ("form", "columns"),
+    [
+        ("x:{x} y:{y}", [("x", None), ("y", None)]),
+        ("Acc X = {x} mg, Acc Y = {y} mg", [("Acc X (mg)", "mg"), ("Acc Y (mg)", "mg")]),
+        ('{{"t": {x}, "a1": {y}}}', [("t", None), ("a1", None)]),
+        ("[{x}, {y}],", [("", None), ("", None)]),
+        ("{x}mm\t{y} V", [("(mm)", "mm"), ("(V)", "V")]),
+    ],
+)
+def test_words_around_the_numbers_of_every_row_are_names_and_units(form, columns, tmp_path):
+    path = tmp_path / "a.txt"
+    rows = [form.format(x=x, y=k) for k, x in enumerate(SWING)]
+    path.write_text("\n".join(rows) + "\n")
+    source = open_source(path)
+    assert [(c.name, c.unit) for c in source.columns] == columns
+    np.testing.assert_array_equal(read(path)[1], np.c_[SWING, np.arange(60)])
+    path.write_text("\n".join([*rows[:30], "reset", *rows[30:]]))
+    with pytest.raises(RecordError, match="line 31: found 'reset'"):
+        open_source(path)
+
+
+@pytest.mark.parametrize("form", ["x:{x} y:{y}", "t=12:30:{k:02d} x={x}"])
+def test_words_around_decimal_commas_or_clocks_are_refused(form, tmp_path):
+    path = tmp_path / "a.txt"
+    rows = [form.format(x=f"{x:.2f}".replace(".", ","), y=f"{k},5", k=k)
+            for k, x in enumerate(SWING)]  # fmt: skip
+    path.write_text("\n".join(rows))
+    with pytest.raises(RecordError, match=r"no line of numbers|commas in its numbers"):
+        open_source(path)

@@ -50,6 +50,7 @@ _STATEMENTS = {
 }
 _CLAUSE = re.compile(r"([^\W\d][^:=]*?)\s*[:=]\s*([^:=]+)$")  # `Config: data_rate = 2000 Hz`
 _VALUE = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?")
+_PER_SECOND = re.compile(r"([kKM]?)(?:(?:S|Sa|Sps|sps|[Ss]amples?)(?:/s(?:ec)?)?|HZ|hz)")
 _BESIDE = 40  # rows beside whose numbers an oscilloscope may write its settings
 
 
@@ -180,7 +181,7 @@ def _names_and_units(
 
 
 def _are_units(layout: Layout, cells: list[str]) -> bool:
-    words = [cell for cell in cells if cell and not layout.is_number(cell)]
+    words = [cell for cell in cells if cell.strip("-") and not layout.is_number(cell)]
     bracketed = [re.fullmatch(r"[(\[].*[)\]]", word) is not None for word in words]
     return bool(words) and all(b or unit_of_label(w) for b, w in zip(bracketed, words, strict=True))
 
@@ -337,7 +338,8 @@ def _statements(layout: Layout, lines: list[list[str]]) -> Iterator[tuple[str, l
         for cell in dict.fromkeys((" ".join(filter(None, (first, *rest))), first, *rest)):
             if clause := _CLAUSE.search(cell):
                 value = clause[2].strip()
-                yield _key(clause[1], value.split() if value[0].isdigit() else [value])
+                words = value.split(maxsplit=2)  # a number, its unit, a remark
+                yield _key(clause[1], [" ".join(words[:2]), *words[2:]])
         for name, value in zip(above, cells, strict=False):
             if stated_number(layout, value) is not None:
                 yield _key(name, [value])
@@ -364,14 +366,26 @@ def _sizes(
 ) -> list[float]:
     """The numbers among cells in SI; the unit stands behind the number or in a cell of its own."""
     found: list[float] = []
-    unit = next((u for cell in cells if (u := unit_of_label(cell)) in UNITS[quantity]), None)
+    unit = next((u for cell in cells if (u := _unit_of(cell, quantity))), "")
     for cell in cells:
         match = _VALUE.fullmatch(cell.strip())
         value = stated_number(layout, match[1]) if match else None
         if match is None or value is None:
             continue
-        own = unit_of_label(match[2]) if match[2] else None
-        size = UNITS[quantity].get(own or unit or "", 1.0)
-        if value > 0.0 or not positive:
-            found.append(value * size)
+        behind = (match[2] or "").rstrip(".,;")
+        own = _unit_of(behind, quantity) if behind else unit
+        counted = quantity == "ratio"  # `2000 points`
+        if (own is not None or counted) and (value > 0.0 or not positive):
+            found.append(value * UNITS[quantity].get(own or "", 1.0))
     return found
+
+
+def _unit_of(label: str, quantity: str) -> str | None:
+    """The unit of a quantity that a header states, also as oscilloscopes write it: uS, MSa/s."""
+    plain = label.strip("()[] ")
+    found = unit_of_label(plain)
+    if quantity == "time" and found not in UNITS["time"]:
+        found = unit_of_label(plain.lower())
+    if quantity == "frequency" and (match := _PER_SECOND.fullmatch(plain)):
+        found = (match[1].replace("K", "k") or "") + "Hz"
+    return found if found in UNITS[quantity] else None

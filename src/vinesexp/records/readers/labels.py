@@ -15,7 +15,7 @@ _WORDS = {
     "volt": "V", "s": "s", "sec": "s", "second": "s", "minute": "min", "meter": "m", "metre": "m",
     "micron": "um", "inch": "in", "inche": "in", "foot": "ft", "newton": "N", "pound": "lbf",
     "gs": "g", "degree": "deg", "radian": "rad", "sequence": "Sequence",
-    "pascal": "Pa", "hertz": "Hz",
+    "pascal": "Pa", "hertz": "Hz", "day": "day",
     "x_value": "s",  # LabVIEW's times
 }  # fmt: skip
 _PREFIXES = {"": "", "milli": "m", "micro": "u", "nano": "n", "kilo": "k", "centi": "c"}
@@ -83,9 +83,10 @@ def stated_unit(label: str) -> str | None:
 
     Examples
     --------
-    >>> stated_unit("Volts"), stated_unit("bit"), stated_unit("s, m/s^2")
-    ('V', 'bit', None)
+    >>> stated_unit("CH1:V"), stated_unit("bit"), stated_unit("s, m/s^2"), stated_unit("-")
+    ('V', 'bit', None, None)
     """
+    label = re.sub(r"^CH\d+:", "", label).strip("-")  # `CH1:V`, and `-` for none
     return unit_of_label(label) or (None if "," in label else label or None)
 
 

@@ -28,7 +28,16 @@ from vinesexp.records.readers.source import Column
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
 _TAIL = 1 << 15  # the same of what stands behind the data
 _NEAR = 50  # rows whose form the last one should have
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE)
+_EXPONENT = r"(?:[eEdD][+-]?\d+)?"  # Fortran writes 1.0D-03
+_NUMBER = re.compile(rf"[+-]?(?:\d+\.?\d*|\.\d+){_EXPONENT}|[+-]?(?:nan|inf)", re.IGNORECASE)
+#: `1,234.5`, `1'234.5`, `1 234.5`, `1,234,567`; and `1,234`, which may be a decimal comma.
+_GROUPED = re.compile(
+    rf"[+-]?[1-9]\d{{0,2}}([,'’ \xa0\u202f])\d{{3}}(?:\1\d{{3}})*(\.\d*)?{_EXPONENT}"
+)
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+_SWAPPED = str.maketrans(",.", ".,")
+_FEWEST_HALVES = 2  # lines
+_FEWEST_GROUPED = 5  # cells; below, a point is a decimal point
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
 _WIDEST = 2000  # columns; a file with more is no record of an instrument
 _CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,9}))?)?"
@@ -36,6 +45,7 @@ _ZONE = r"(?:\s*(?:Z|UTC|[+-]\d{2}:?\d{2}))?"
 _HALF = r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
 
 _DATES = (
+    r"(?P<n>\d+) days?,?",  # pandas writes durations so
     r"(?P<Y>\d{4})[-/.](?P<M>\d{1,2})[-/.](?P<D>\d{1,2})",
     r"(?P<a>\d{1,2})[-/.](?P<b>\d{1,2})[-/.](?P<Y>\d{4}|\d{2})",
 )
@@ -77,6 +87,8 @@ class Layout:
         Bytes of the file up to them; 0 where there are none.
     cut : bool
         Whether what stands behind is the beginning of one more row.
+    grouped : bool
+        Whether `1,234` (with a decimal point) or `1.234` (with a comma) is a thousand and more.
     """
 
     encoding: str
@@ -94,6 +106,7 @@ class Layout:
     behind: tuple[str, ...] = ()
     end: int = 0
     cut: bool = False
+    grouped: bool = False
 
     def cells(self, line: str) -> list[str]:
         """The cells of one line, without the blanks around them."""
@@ -107,9 +120,26 @@ class Layout:
 
     def is_number(self, cell: str) -> bool:
         """Whether a cell is a number in this file's decimal sign."""
+        return self.number(cell) is not None
+
+    def number(self, cell: str) -> str | None:
+        """A number as Python writes it, or None.
+
+        Examples
+        --------
+        >>> Layout("utf-8", ";", ",").number("1.234,5"), Layout("utf-8", ";", ".").number("1D-03")
+        ('1234.5', '1e-03')
+        >>> Layout("utf-8", ";", ".").number("1,234") is None
+        True
+        """
         if self.decimal == ",":
-            cell = cell.replace(".", "!").replace(",", ".")
-        return _NUMBER.fullmatch(cell) is not None
+            cell = cell.translate(_SWAPPED)
+        if _NUMBER.fullmatch(cell):
+            return cell.replace("D", "e").replace("d", "e")
+        match = _GROUPED.fullmatch(cell)
+        if match and (self.grouped or match[1] != "," or match[2] or cell.count(",") > 1):
+            return re.sub(r"[,'’\s]", "", cell).replace("D", "e").replace("d", "e")
+        return None
 
     def is_value(self, cell: str) -> bool:
         """Whether a cell is a number, or the word an instrument writes for one out of range."""
@@ -297,7 +327,49 @@ def _delimiter_and_decimal(tail: list[str], filled: list[str], encoding: str) ->
             best, most = layout, score
     if best.delimiter == "," and _may_be_decimal(tail):
         return _one_or_two(best, tail, filled)
-    return best
+    near = [*filled[:_NEAR], *tail]
+    if best.delimiter == "," and sum(map(_halves, near)) > _FEWEST_HALVES:
+        raise RecordError(
+            f"'{tail[-1].strip()[:60]}' has commas in its numbers and between them; export with "
+            "another delimiter"
+        )
+    return _with_thousands(best, [*filled, *tail]) if best.delimiter != "," else best
+
+
+def _with_thousands(layout: Layout, lines: list[str]) -> Layout:
+    """Whether the decimal sign found only divides thousands: ``2,089`` in a column with ``89``.
+
+    A number of three decimals stands among others of three; one of as many as it needs, among
+    others of one and two.
+    """
+    sign = layout.decimal
+    columns: dict[int, list[str]] = {}
+    for line in lines:
+        for j, cell in enumerate(layout.cells(line)):
+            if sign in cell or cell.lstrip("+-").isdecimal():
+                columns.setdefault(j, []).append(cell.replace(sign, ","))
+    signed = [cell for cells in columns.values() for cell in cells if "," in cell]
+    mixed = any(
+        any("," in cell for cell in cells) and any("," not in cell for cell in cells)
+        for cells in columns.values()
+    )
+    several = any(cell.count(",") > 1 for cell in signed)
+    fewest = 1 if sign == "," else _FEWEST_GROUPED
+    if len(signed) < fewest or not (mixed or several) or not all(map(_THOUSANDS.fullmatch, signed)):
+        return layout
+    return replace(layout, decimal="," if sign == "." else ".", grouped=True)
+
+
+def _halves(line: str) -> bool:
+    """Whether a comma stands within a number: what follows begins with a zero, or `x:0` is before.
+
+    Examples
+    --------
+    >>> _halves("0,1,0,031"), _halves("x:0,12 y:0,3"), _halves("1,0,31"), _halves("x:0.1,12")
+    (True, True, False, False)
+    """
+    halves = r"\d,0\d\d+(?:,|\s*$)|[A-Za-z]\s*[:=]\s*[+-]?\d+,\d"
+    return "." not in line and re.search(halves, line) is not None
 
 
 def _may_be_decimal(tail: list[str]) -> bool:
@@ -425,14 +497,14 @@ def seconds_since(cells: Sequence[str], first: str) -> NDArray[np.float64]:
 def _day_first(cells: Sequence[str]) -> bool:
     """Whether ``05/03/2024`` is the fifth of March: a first part above 12 decides, else a point."""
     for cell in cells:
-        match = _STAMPS[1].fullmatch(cell.strip())
+        match = _STAMPS[-1].fullmatch(cell.strip())
         if match and match["a"] and (int(match["a"]) > 12 or int(match["b"]) > 12):
             return int(match["a"]) > 12
     return bool(cells) and "/" not in cells[0]
 
 
 def _parts(cell: str, day_first: bool) -> tuple[int, float]:
-    """Number of the day (0 without a date) and second of the day."""
+    """Number of the day (0 without a date or a count of days) and second of the day."""
     match = next((m for form in _STAMPS if (m := form.fullmatch(cell))), None)
     if match is None:
         raise ParameterError(f"found '{cell[:40]}', expected a date and time as in the first row")
@@ -443,7 +515,7 @@ def _parts(cell: str, day_first: bool) -> tuple[int, float]:
     second = hour * 3600 + int(found["m"]) * 60 + int(found["s"] or 0)
     fraction = float(f"0.{found['f']}") if found["f"] else 0.0
     if not found.get("Y"):
-        return 0, second + fraction
+        return int(found.get("n") or 0), second + fraction
     if "a" in found:
         month, day = (found["b"], found["a"]) if day_first else (found["a"], found["b"])
     else:

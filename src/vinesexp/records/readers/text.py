@@ -9,9 +9,10 @@ stands above the first block belongs to all of them, but for what a block states
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import IO
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.header import find_layout
-from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value
+from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value, unit_of_label
 from vinesexp.records.readers.layout import Layout, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
@@ -185,8 +186,17 @@ def recognises(head: bytes, suffix: str) -> bool:
 def open_file(path: Path) -> TextSource:
     """Open a text file, or one of its blocks; RecordError where it holds no columns of numbers."""
     file = file_of(path)
+    layout = None
     with file.open("rb") as stream:
-        layout = None if stream.read(2) in _UTF_16 else find_layout(file)
+        wide = stream.read(2) in _UTF_16
+    if not wide:
+        try:
+            layout = find_layout(file)
+        except RecordError:
+            laid_aside = _without_words(file)
+            if laid_aside is None:
+                raise
+            return AsideSource(file, *laid_aside)
     if layout is not None and (found := find_blocks(file, layout)):
         return BlockSource(path, layout, found)
     if part_of(path):
@@ -201,6 +211,84 @@ def _narrow(file: Path) -> tuple[IO[bytes], Path]:
         while piece := stream.read(_CHUNK):
             aside.write(piece.encode("utf-8", "replace"))
     return aside, text
+
+
+_FIGURE = re.compile(
+    r"(?<![\w.])(?<!\d[:/-])[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\d:/]|\.\d)"
+)
+_ALIKE = 10  # rows of one form at least
+
+
+def _without_words(file: Path) -> tuple[IO[bytes], Path, int] | None:
+    """Rows with the same words around their numbers laid aside as columns with names and units.
+
+    ``x:0.12 y:0.3``, ``{"t": 0.1, "x": 2}``, ``(0.1, 2)``, ``0.1 s, 2 mm``. None where most rows
+    are not alike. What stands above them is kept; a row of another form is refused.
+    """
+    with file.open(encoding="utf-8", errors="replace") as stream:
+        head = Counter(_form(line) for line in islice(stream, 200) if line.strip())
+    form, count = max(head.items(), key=lambda item: item[1], default=((), 0))
+    names = _names_of_form(form) if count >= _ALIKE and 2 * count > head.total() else None
+    if names is None:
+        return None
+    aside, text = file_aside()
+    begun = False
+    odd: tuple[int, str] | None = None
+    with file.open(encoding="utf-8", errors="replace") as stream:
+        for number, line in enumerate(stream, start=1):
+            if _form(line) != form:
+                if not begun or not line.strip():
+                    aside.write(line.encode())
+                elif odd is not None:
+                    break
+                else:
+                    odd = (number, line)
+                continue
+            if odd is not None:
+                break
+            if not begun and any(names):
+                aside.write(("\t".join(names) + "\n").encode())
+            begun = True
+            aside.write(("\t".join(_FIGURE.findall(line)) + "\n").encode())
+    if odd is not None:
+        problem = f"found '{odd[1].strip()[:60]}', expected words and numbers as in the rows above"
+        raise RecordError(problem + "; correct the row", where=f"line {odd[0]}")
+    return aside, text, -int(any(names))
+
+
+def _form(line: str) -> tuple[str, ...]:
+    """What stands before, between and behind the numbers of a line."""
+    pieces = _FIGURE.split(line.strip())
+    # A comma with a blank divides numbers; one without may be a decimal comma.
+    return tuple(words if words == "," else " ".join(words.split()) + " " for words in pieces)
+
+
+def _names_of_form(form: tuple[str, ...]) -> list[str] | None:
+    """Names with units of the numbers of such rows; None where the words are neither.
+
+    Examples
+    --------
+    >>> _names_of_form(("x:", "mm y:", "mm")), _names_of_form(('{"t":', ',"x":', "}"))
+    (['x (mm)', 'y (mm)'], ['t', 'x'])
+    >>> _names_of_form(("x:", ",", "y:", ",", "")) is None  # decimal commas
+    True
+    """
+    if "," in form[1:-1] or not any(map(str.strip, form)):
+        return None
+    words = [re.findall(r"[^\s,;:=\"'{}\[\]()|]+|[:=]", between) for between in form]
+    names = []
+    for before, behind in pairwise(words):
+        named = [word for word in before if word not in ":="]
+        if len(behind) == 1 or (behind and behind[1] not in ":="):
+            unit = behind[0] if unit_of_label(behind[0]) else ""
+        else:
+            unit = ""
+        if unit:
+            behind.pop(0)
+        names.append(" ".join(named) + (f" ({unit})" if unit else ""))
+    if words[-1]:
+        return None
+    return [name or f"column {k}" for k, name in enumerate(names)] if any(names) else names
 
 
 class TextSource(Source):
@@ -329,8 +417,8 @@ class TextSource(Source):
     def _value(self, cell: str, line: int, column: int) -> float:
         if cell in _MISSING:
             return float("nan")
-        if self.layout.is_number(cell):
-            return float(cell.replace(",", ".") if self.layout.decimal == "," else cell)
+        if number := self.layout.number(cell):
+            return float(number)
         if is_overload(cell):
             return overload_value(cell)
         sign = "comma" if self.layout.decimal == "," else "point"
@@ -356,8 +444,9 @@ class TextSource(Source):
 class AsideSource(TextSource):
     """Text that a reader laid aside (`file_aside`); what is said of it names where it is from."""
 
-    def __init__(self, path: Path, aside: IO[bytes], text: Path) -> None:
+    def __init__(self, path: Path, aside: IO[bytes], text: Path, shift: int = 0) -> None:
         aside.flush()
+        self._shift = shift  # of its lines
         self._aside = aside  # what is aside is gone when it is closed
         try:
             super().__init__(text)
@@ -377,8 +466,8 @@ class AsideSource(TextSource):
         return self._placed(super().locate(row))
 
     def _placed(self, where: str) -> str:
-        """A place in the text as one in what it is from."""
-        return where
+        """``"line 120"`` of the text as the line of what it is from."""
+        return re.sub(r"(?<=line )\d+", lambda found: str(int(found[0]) + self._shift), where)
 
     def _meant(self, error: RecordError) -> RecordError:
         where = self._placed(error.where) if error.where else None
@@ -393,14 +482,9 @@ class BlockSource(AsideSource):
         block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
         aside, text = file_aside()
         aside.writelines(line.encode() for line in lines_of_block(file, layout, block))
-        self._shift = 0
         super().__init__(path, aside, text)
         self._shift = block.first - self.layout.first
         self.parts = tuple(str(k + 1) for k in range(len(blocks)))
-
-    def _placed(self, where: str) -> str:
-        """``"line 120"`` of the whole file."""
-        return re.sub(r"(?<=line )\d+", lambda found: str(int(found[0]) + self._shift), where)
 
 
 @dataclass(frozen=True)
