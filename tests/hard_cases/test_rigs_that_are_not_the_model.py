@@ -265,6 +265,26 @@ def test_a_local_mode_that_spoils_both_sensors_widens_r():
     assert says(found, "local mode")
 
 
+@pytest.mark.parametrize(("loads", "error"), [(True, 0.02), (False, 0.05)])
+def test_a_mass_that_was_weighed_wrong_is_no_wrong_ball(loads, error):
+    """Added masses, or the ball alone, say another mass: 3.5 errors of M went unsaid."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.whole_campaign import identify_campaign
+    from vinesexp.units import Quantity
+
+    estimates, campaign, impacts = tables_of(departure(), loads=loads)
+    known = replace(campaign.known, mass=Quantity(1.2 * M, 0.005 * M))
+    found = identify_campaign(estimates, replace(campaign, known=known), impacts)
+    mass = next(e for e in found.rows if e.parameter == "M" and e.method == "combined")
+    assert abs(mass.value - M) < 4.0 * mass.std_error
+    if loads:
+        assert mass.std_error < error * M
+        assert says(found, "known.mass")
+    else:
+        assert says(found, "known.mass", "known.nes_mass")
+
+
 def test_a_wrong_laser_gain_is_found_by_the_added_masses():
     found = consistent(sensors_laser_gain=1.03, gain=1 / 1.03)
     assert holds(r_of(found), R)

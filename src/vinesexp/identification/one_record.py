@@ -32,6 +32,7 @@ from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.base_motion import base_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.from_integral import Integrated, integrated_impacts, may_be_integrated
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
@@ -44,6 +45,7 @@ _FEWEST = 3  # cycles of a third of a release
 _TURNS = 1.0 / 16.0  # of a cycle around a turning point
 _FINE = 200.0  # means a cycle: the first of a swing is smaller by 2e-4 of it
 _SEES = 1e-3  # of a release: what is left of the place at which it was let go
+_LOOK = 1 << 16  # samples that show the steps of a converter
 
 
 # What the impacts of one record give: r and M, from flights between the walls.
@@ -292,7 +294,8 @@ def _released(
         if turn > near:
             return []
         seen, noise, method = float(swing[turn]), 0.0, FIRST_SWING
-    error = math.hypot(noise, rest - before, _SEES * seen)
+    code = resolution_of(view.read("displacement", 0, _LOOK)) / math.sqrt(12.0)
+    error = math.hypot(noise, rest - before, _SEES * seen, code)
     return estimates_of(record, method, [("release_seen", seen, error, "m")])
 
 

@@ -65,6 +65,7 @@ _AS_FAR, _NEAR = (("", 1.0, 1), (", strong", 6.0, 5)), ("contact", "even", "odd"
 _ANY = (
     2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
 )
+_WEIGHED = 0.3  # ln of a mass known better than that was weighed
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
 _SCATTER = {
@@ -674,9 +675,12 @@ def _by_any(key: str, about: str, terms: Mapping[str, float], width: float) -> l
 
 def _of_masses(o: Observed) -> list[Cause]:
     found = []
-    for name in o.kinds.get("ln_m", {}):
-        found += _factors(name, "ball mass", {name: 1.0}, _MASS)
-        found += _by_any(name, "ball mass", {name: 1.0}, 0.3)
+    stated = dict.fromkeys(o.kinds.get("ln_m", {}), "ball mass")
+    if "ln_M" in o.names and o.beliefs.priors["ln_M"].error < _WEIGHED:
+        stated["ln_M"] = "mass"
+    for name, about in stated.items():
+        found += _factors(name, about, {name: 1.0}, _MASS)
+        found += _by_any(name, about, {name: 1.0}, 0.3)
     if o.loads:
         scale = {"load scale": 1.0}
         found += _factors("load", "added mass", scale, _MASS)

@@ -15,6 +15,7 @@ _PLACES = {
     "base amplitude": "base_amplitude_mm",
     "release": "release_mm",
     "ball mass": "known.nes_mass",
+    "mass": "known.mass",
     "added mass": "added_mass_g",
 }
 #: How a cause is called beside another that explains the records as well.
