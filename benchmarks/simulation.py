@@ -79,8 +79,8 @@ with its impact arrays; times of the processor. Flights in which a ball slides o
 are in closed form like those of the plain rig (`rubbing.glide`): friction and tilt move the
 oscillator's place of rest and give the ball a constant acceleration. With Coulomb friction on the
 oscillator such a flight ends where it turns against its base, found and proved like a contact.
-Where a ball stops on its floor, sticks or chatters, and with a spring or a damping of the
-oscillator that is not linear, it is the power series, event by event.
+Where a ball stops on its floor, sticks or chatters it is the power series, event by event; with a
+spring or a damping of the oscillator that is not linear, where that is not weak (`bent.py`).
 
 | departure | ns per impact | over plain at the same clearance |
 |---|---|---|"""

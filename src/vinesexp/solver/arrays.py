@@ -110,14 +110,14 @@ def gap_of(nes: NES, i: int, x0: float, y0: float) -> tuple[float, int]:
 def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
     """Table of the closed form where there is a good one, else None: power series then.
 
-    Not for quadratic damping or cubic stiffness, a base that is not harmonic, an oscillator near
-    or beyond critical damping, or a resonance so sharp that the particular response would dwarf
-    the motion.
+    Not for a base that is not harmonic, an oscillator near or beyond critical damping, or a
+    resonance so sharp that the particular response would dwarf the motion. For quadratic damping
+    or cubic stiffness with what `bent.py` needs.
     """
     from vinesexp.solver.response import prepare
 
     o = rig.oscillator
-    if not isinstance(base, Harmonic | None) or damping.quadratic != 0.0 or o.k3 != 0.0:
+    if not isinstance(base, Harmonic | None):
         return None
     amplitude, frequency, phase = 0.0, o.f0, 0.0
     if isinstance(base, Harmonic) and base.amplitude > 0.0:
@@ -128,6 +128,10 @@ def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray
     if o.zeta > 0.9 or sharp or not 1e-2 < w / o.w0 < 1e2:
         return None
     table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
+    if damping.quadratic != 0.0 or o.k3 != 0.0:
+        from vinesexp.solver.bent import bent_table
+
+        table = bent_table(table)
     return table
 
 
@@ -138,7 +142,7 @@ def scratch(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray:
     order = HIGH if damping.quadratic or rig.oscillator.k3 else ORDER
     if isinstance(base, Measured) and rig.oscillator.w0 < THETA[LOW + 1] * base.sample_rate:
         order = LOW  # no segment is longer than a sample
-    return np.zeros((4, order + 1))
+    return np.zeros((6, order + 1))
 
 
 CHIRP, POLYNOMIAL = 0, 1

@@ -28,6 +28,7 @@ from numba.extending import intrinsic
 from vinesexp.environment import keep_caches_writable
 
 MODULES = (
+    "bent",
     "compiled",
     "contact",
     "events",

@@ -39,6 +39,7 @@ from __future__ import annotations
 import math
 
 from vinesexp.arrays import FloatArray
+from vinesexp.solver.bent import FIFTH, FOURTH, bent_at
 from vinesexp.solver.compiled import apart, compiled, fused
 from vinesexp.solver.contact import remaining_time
 from vinesexp.solver.response import (
@@ -113,6 +114,7 @@ def bound(response: FloatArray, c0: float, c1: float, xh: float, vh: float, T: f
 def nothing_before(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
     cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
+    bent: FloatArray | None,
 ) -> bool:  # fmt: skip
     """Whether no ball meets a wall within the T seconds in which ball k goes to the wall `to`.
 
@@ -125,7 +127,7 @@ def nothing_before(
         parts = 2
     while parts <= PARTS:
         found = parts_are_clear(
-            response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way, parts
+            response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way, parts, bent
         )
         if found != 0:
             return found > 0
@@ -146,12 +148,14 @@ def second(response: FloatArray, cr: float, xh: float, vh: float) -> float:
 def parts_are_clear(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
     cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
-    parts: int,
+    parts: int, bent: FloatArray | None,
 ) -> int:  # fmt: skip
     """1: no ball meets a wall before; -1: one is beyond a wall; 0: more parts are needed."""
     w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
     xh0, vh0, h = x0 - shift - c[0], v0 + w * c[1], T / parts
     s0, bend0, gain0, a0 = 0.0, 0.0, 0.0, second(response, c[0], xh0, vh0)
+    if bent is not None:
+        a0 += bent_at(bent, 0.0)[2]
     _, base_v, base_a = base_at(response, c[0], c[1])
     # Friction acts by `way`: what is below zero at the start is rounding.
     u0, b0 = max(way * (v0 - base_v), 0.0), way * (a0 - base_a)
@@ -163,7 +167,13 @@ def parts_are_clear(
         else:
             re, im, xs, vs = after(response, c[0], c[1], xh0, vh0, s)
             xs, vs = shift + (re + xs), vs - w * im
-        a = second(response, re, xs - shift - re, vs + w * im)
+        if bent is None:
+            a = second(response, re, xs - shift - re, vs + w * im)
+        else:
+            u, du, ddu, _, _, _, _ = bent_at(bent, s)
+            if not last:
+                xs, vs = xs + u, vs + du
+            a = second(response, re, xs - u - shift - re, vs - du + w * im) + ddu
         bend, gain = xs - x0 - v0 * s, vs - v0
         if way != 0.0:
             _, base_v, base_a = base_at(response, re, im)
@@ -173,6 +183,8 @@ def parts_are_clear(
             elif not u1 > 0.0:
                 return -1
             S1 = response[H_RATE] * (S + w * w * w * w * response[H_BASE])
+            if bent is not None:
+                S1 += bent[FIFTH]
             if not clear_between(u0, b0, u1, b1, h, S1):
                 return 0
             u0, b0 = u1, b1
@@ -191,6 +203,8 @@ def parts_are_clear(
             )
             if balls[i, RUB] > 0.0:
                 z, S1 = balls[i, WAY], S * response[H_RATE]
+                if bent is not None:
+                    S1 += bent[FIFTH]
                 slides = (z * r0 > 0.0) & (z * r1 > 0.0)
                 proved = (
                     proved
@@ -245,11 +259,12 @@ def forced_derivatives(
 @compiled
 def cross(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int, s: float,
-    longest: float, shift: float, way: float,
+    longest: float, shift: float, way: float, bent: FloatArray | None,
 ) -> tuple[float, int]:  # fmt: skip
     """Carry everything to the next contact, thought to be of ball k in s seconds.
 
     k = -1: to the place where the oscillator, which moves the way `way` against its base, turns.
+    `bent` (`bent.py`) is what an oscillator that is not linear adds.
     Returns the duration (0: not proved, and nothing is changed) and the evaluations used. On
     success clock, oscillator, phasor `c` and balls are there.
     """
@@ -270,6 +285,9 @@ def cross(
         cr, ci, xh, vh = after(response, c0, c1, xh0, vh0, s)
         x, v = shift + (cr + xh), vh - w * ci
         a, j, f, p, q = forced_derivatives(response, cr, ci, xh, vh)
+        if bent is not None:
+            u, u1, u2, u3, u4, u5, u6 = bent_at(bent, s)
+            x, v, a, j, f, p, q = x + u, v + u1, a + u2, j + u3, f + u4, p + u5, q + u6
         if k >= 0:
             g = far - to * (rho * s + ((x - x0 - v0 * s) - 0.5 * own * s * s))
             g1, g2 = -to * (rho + ((v - v0) - own * s)), -to * (a - own)
@@ -281,6 +299,8 @@ def cross(
             a1, a2, a3, a4, a5 = forced_derivatives(
                 response, less * cr - lag * ci, less * ci + lag * cr, xh, vh
             )
+            if bent is not None:
+                a1, a2, a3, a4, a5 = a1 + u2, a2 + u3, a3 + u4, a4 + u5, a5 + u6
             g, g1, g2, g3, g4, g5, g6 = (
                 way * (v - base_v), way * a1, way * a2, way * a3, way * a4, way * a5, 0.0,
             )  # fmt: skip
@@ -305,7 +325,9 @@ def cross(
     v += d * fused(d, fused(d, rise, 0.5 * j), a)
     cr, ci = turned(cr, ci, w * d)
     S = bound(response, c0, c1, xh0, vh0, T)
-    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way):
+    if bent is not None:
+        S += bent[FOURTH]
+    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way, bent):
         return 0.0, tries
     if k < 0:
         v = base_at(response, cr, ci)[1]
@@ -346,12 +368,12 @@ def look_and_cross(
             if when < soon:
                 k, soon, balls[i, HEADING] = i, when, heading
         if k >= 0:
-            T, tries = cross(response, state, balls, c, k, soon, longest, 0.0, 0.0)
+            T, tries = cross(response, state, balls, c, k, soon, longest, 0.0, 0.0, None)
             return count + tries if T > 0.0 else 0
         if s >= longest:
             break
     S = bound(response, c[0], c[1], xh0, vh0, s)
-    if not nothing_before(response, state, balls, c, x, v, re, im, s, S, -1, 0.0, 0.0, 0.0):
+    if not nothing_before(response, state, balls, c, x, v, re, im, s, S, -1, 0.0, 0.0, 0.0, None):
         return 0
     arrive(state, balls, x, v, s, -1, 0.0)
     c[0], c[1] = re, im

@@ -156,7 +156,7 @@ def run_on(
                 break
             left = (duration - state[T_HIGH]) - state[T_LOW]
             soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
-            T, tries = cross(response, state, balls, c, k, soon, min(left, span), 0.0, 0.0)
+            T, tries = cross(response, state, balls, c, k, soon, min(left, span), 0.0, 0.0, None)
             evaluations += tries
             if T == 0.0:
                 break

@@ -44,6 +44,8 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.solver.bent import START as BENT
+from vinesexp.solver.bent import bend
 from vinesexp.solver.compiled import apart, compiled, entry
 from vinesexp.solver.contact import UNSEEN, closing_now
 from vinesexp.solver.events import collide, end_of_step, is_held, move, next_hit
@@ -55,6 +57,7 @@ from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
     P_C,
     P_COULOMB,
+    P_CUBIC,
     P_K,
     P_M,
     P_QUADRATIC,
@@ -112,6 +115,7 @@ from vinesexp.solver.state import (
     write_event,
 )
 
+TURNED = 64.0 * EPS  # z' over the speeds it is the difference of, where it has just come to zero
 REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
 
 
@@ -555,6 +559,8 @@ def next_turn(
     E[0], E[1], a = base_at(response, c[0], c[1])
     E[2], X[0], X[1] = 0.5 * a, state[X_NOW], state[V_NOW]
     way, rests = moving_way(par, par[P_M], force, E, X)
+    if abs(X[1] - E[1]) <= TURNED * (abs(X[1]) + abs(E[1])) and not rests:
+        way, rests = math.copysign(1.0, force + spring_force(par, E, X) - par[P_M] * a), True
     u = 0.0 if rests else X[1] - E[1]
     pull = force - way * par[P_COULOMB] + spring_force(par, E, X) - par[P_C] * u
     # As if z' were a sine of the base's frequency.
@@ -578,6 +584,29 @@ def coast(
 
 
 @apart
+def cross_bent(
+    response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
+    k: int, s: float, longest: float, shift: float, way: float, turns: float, work: FloatArray,
+) -> tuple[bool, bool]:  # fmt: skip
+    """`flight.cross` of an oscillator that is not linear: whether it is at the contact, or turned.
+
+    `turns` is when it may turn before the contact.
+    """
+    xh, vh, bent = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1], work[5]
+    if not bend(response, par, c, xh, vh, shift, way, work):
+        return False, False
+    turned, ends = turns < s, min(longest, response[BENT])
+    for _ in range(2):
+        ball, soon = (-1, turns) if turned else (k, s)
+        if cross(response, state, balls, c, ball, soon, ends, shift, way, bent)[0] > 0.0:
+            return not turned, turned
+        if not turned:
+            break
+        turned = False
+    return False, False
+
+
+@apart
 def glide(
     response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
     longest: float, numbers: FloatArray, labels: IntArray, row: int, work: FloatArray,
@@ -590,28 +619,39 @@ def glide(
     """
     n, first, k = balls.shape[0], row, first_expected(balls, state[T_HIGH])
     if n == 1 and balls[0, STATE] >= TOUCHED and balls[0, LEFT] < longest:
-        if par[P_COULOMB] != 0.0:
+        if par[P_COULOMB] != 0.0 or par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
             return False, row
         force, _ = loads(balls)
         coast(response, state, balls, c, balls[0, LEFT], force / par[P_K])
         row = go_through(balls, par[P_M], state, numbers, labels, row)
         complete(balls, par[P_M], numbers, labels, first, row)
         return True, row
-    if k < 0:
+    if n == 0 or k < 0:
         return False, row
     for i in range(n):
         if may_hold(balls, i) or (balls[i, RUB] > 0.0 and balls[i, WAY] * balls[i, RHO] <= 0.0):
             return False, row
+    if balls[k, TAU] > 0.0 and (par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0):
+        return False, row
     force, _ = loads(balls)
     soon, way, turns = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0.0, math.inf
-    if par[P_COULOMB] != 0.0:
+    if par[P_COULOMB] != 0.0 or par[P_QUADRATIC] != 0.0:
         way, turns = next_turn(response, par, state, c, force, work[0], work[1])
         if way == 0.0:
             return False, row
     shift = (force - way * par[P_COULOMB]) / par[P_K]
-    if turns < soon and cross(response, state, balls, c, -1, turns, longest, shift, way)[0] > 0.0:
+    if par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
+        landed, turned = cross_bent(
+            response, par, state, balls, c, k, soon, longest, shift, way, turns, work
+        )
+        if not landed:
+            return turned, row
+    elif (
+        turns < soon
+        and cross(response, state, balls, c, -1, turns, longest, shift, way, None)[0] > 0.0
+    ):
         return True, row
-    if cross(response, state, balls, c, k, soon, longest, shift, way)[0] == 0.0:
+    elif cross(response, state, balls, c, k, soon, longest, shift, way, None)[0] == 0.0:
         return False, row
     for i in range(n):
         balls[i, HIT] = 1.0 if i == k else 0.0
