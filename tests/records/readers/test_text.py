@@ -357,6 +357,9 @@ def test_commas_in_and_between_numbers_without_names_are_reported(tmp_path):
         ("Acc X = {x} mg, Acc Y = {y} mg", [("Acc X (mg)", "mg"), ("Acc Y (mg)", "mg")]),
         ('{{"t": {x}, "a1": {y}}}', [("t", None), ("a1", None)]),
         ("[{x}, {y}],", [("", None), ("", None)]),
+        ("{x},y:{y}", [("column 0", None), ("y", None)]),
+        ("$ACC,{x},{y}*", [("", None), ("", None)]),
+        ("Acc X: {x}, Z: {y} m/s^2", [("Acc X", None), ("Z (m/s^2)", "m/s^2")]),
         ("{x}mm\t{y} V", [("(mm)", "mm"), ("(V)", "V")]),
     ],
 )
@@ -367,6 +370,8 @@ def test_words_around_the_numbers_of_every_row_are_names_and_units(form, columns
     source = open_source(path)
     assert [(c.name, c.unit) for c in source.columns] == columns
     np.testing.assert_array_equal(read(path)[1], np.c_[SWING, np.arange(60)])
+    path.write_text("\n".join([*rows, "end of the log"]) + "\n")
+    assert "1 line after the last row" in open_source(path).losses[0]
     path.write_text("\n".join([*rows[:30], "reset", *rows[30:]]))
     with pytest.raises(RecordError, match="line 31: found 'reset'"):
         open_source(path)
@@ -380,3 +385,11 @@ def test_words_around_decimal_commas_or_clocks_are_refused(form, tmp_path):
     path.write_text("\n".join(rows))
     with pytest.raises(RecordError, match=r"no line of numbers|commas in its numbers"):
         open_source(path)
+
+
+def test_a_serial_monitor_puts_the_time_of_day_before_labelled_numbers(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("\n\n".join(f"14:14:15.{k:03d} -> x: {x}" for k, x in enumerate(SWING)))
+    source = open_source(path)
+    assert [(c.unit) for c in source.columns] == ["s", None]
+    np.testing.assert_allclose(read(path)[1], np.c_[np.arange(60) * 1e-3, SWING], atol=1e-9)

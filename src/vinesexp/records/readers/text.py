@@ -192,10 +192,13 @@ def open_file(path: Path) -> TextSource:
     if not wide:
         try:
             layout = find_layout(file)
+            bare = not layout.unpaired and not any(column.name for column in layout.columns)
         except RecordError:
-            laid_aside = _without_words(file)
-            if laid_aside is None:
+            if (laid_aside := _without_words(file, 0)) is None:
                 raise
+            return AsideSource(file, *laid_aside)
+        # Without names above, words in the rows may be the names, and glued to their numbers.
+        if bare and (laid_aside := _without_words(file, layout.held)) is not None:
             return AsideSource(file, *laid_aside)
     if layout is not None and (found := find_blocks(file, layout)):
         return BlockSource(path, layout, found)
@@ -214,53 +217,59 @@ def _narrow(file: Path) -> tuple[IO[bytes], Path]:
 
 
 _FIGURE = re.compile(
-    r"(?<![\w.])(?<!\d[:/-])[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\d:/]|\.\d)"
+    r"(?<![\w.^])(?<!\d[:/-])(?:(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?Z?"
+    r"|[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)(?![\d:/]|\.\d)"
 )
 _ALIKE = 10  # rows of one form at least
 
 
-def _without_words(file: Path) -> tuple[IO[bytes], Path, int] | None:
+def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, int] | None:
     """Rows with the same words around their numbers laid aside as columns with names and units.
 
     ``x:0.12 y:0.3``, ``{"t": 0.1, "x": 2}``, ``(0.1, 2)``, ``0.1 s, 2 mm``. None where most rows
-    are not alike. What stands above them is kept; a row of another form is refused.
+    are not alike, or have no more numbers than `least`. What stands above them is kept; a row of
+    another form among them is refused.
     """
     with file.open(encoding="utf-8", errors="replace") as stream:
         head = Counter(_form(line) for line in islice(stream, 200) if line.strip())
     form, count = max(head.items(), key=lambda item: item[1], default=((), 0))
-    names = _names_of_form(form) if count >= _ALIKE and 2 * count > head.total() else None
+    alike = count >= _ALIKE and 2 * count > head.total() and len(form) - 1 > least
+    names = _names_of_form(form) if alike else None
     if names is None:
         return None
     aside, text = file_aside()
     begun = False
-    odd: tuple[int, str] | None = None
+    odd: list[tuple[int, str]] = []
     with file.open(encoding="utf-8", errors="replace") as stream:
         for number, line in enumerate(stream, start=1):
             if _form(line) != form:
-                if not begun or not line.strip():
-                    aside.write(line.encode())
-                elif odd is not None:
-                    break
+                if begun and line.strip():
+                    odd.append((number, line))
                 else:
-                    odd = (number, line)
+                    aside.write(line.encode())
                 continue
-            if odd is not None:
-                break
+            if odd:
+                raise RecordError(
+                    f"found '{odd[0][1].strip()[:60]}', expected words and numbers as in the rows "
+                    "above; correct the row",
+                    where=f"line {odd[0][0]}",
+                )
             if not begun and any(names):
                 aside.write(("\t".join(names) + "\n").encode())
             begun = True
             aside.write(("\t".join(_FIGURE.findall(line)) + "\n").encode())
-    if odd is not None:
-        problem = f"found '{odd[1].strip()[:60]}', expected words and numbers as in the rows above"
-        raise RecordError(problem + "; correct the row", where=f"line {odd[0]}")
+    aside.writelines(f"# {line}".encode() for _, line in odd)  # behind the last row
     return aside, text, -int(any(names))
 
 
 def _form(line: str) -> tuple[str, ...]:
     """What stands before, between and behind the numbers of a line."""
     pieces = _FIGURE.split(line.strip())
-    # A comma with a blank divides numbers; one without may be a decimal comma.
-    return tuple(words if words == "," else " ".join(words.split()) + " " for words in pieces)
+    # A comma with a blank divides numbers; one without may be a decimal comma, unless points are.
+    plain = any("." in figure and ":" not in figure for figure in _FIGURE.findall(line))
+    return tuple(
+        words if words == "," and not plain else " ".join(words.split()) + " " for words in pieces
+    )
 
 
 def _names_of_form(form: tuple[str, ...]) -> list[str] | None:
@@ -273,12 +282,14 @@ def _names_of_form(form: tuple[str, ...]) -> list[str] | None:
     >>> _names_of_form(("x:", ",", "y:", ",", "")) is None  # decimal commas
     True
     """
-    if "," in form[1:-1] or not any(map(str.strip, form)):
+    if "," in form[1:-1] or not re.search(r"[^\s,;|]", "".join(form)):
         return None
-    words = [re.findall(r"[^\s,;:=\"'{}\[\]()|]+|[:=]", between) for between in form]
+    # What a comma parts from the number behind it is no name: `$ACC,0.1`.
+    whole = [re.sub(r"[^\s,;]+,\s*$", "", form[0]), *form[1:]]
+    words = [re.findall(r"[^\s,;:=\"'{}\[\]()|*]+|[:=]", between) for between in whole]
     names = []
     for before, behind in pairwise(words):
-        named = [word for word in before if word not in ":="]
+        named = [word for word in before if re.search(r"\w", word)]
         if len(behind) == 1 or (behind and behind[1] not in ":="):
             unit = behind[0] if unit_of_label(behind[0]) else ""
         else:
@@ -286,7 +297,7 @@ def _names_of_form(form: tuple[str, ...]) -> list[str] | None:
         if unit:
             behind.pop(0)
         names.append(" ".join(named) + (f" ({unit})" if unit else ""))
-    if words[-1]:
+    if any(re.search(r"\w", word) for word in words[-1]):
         return None
     return [name or f"column {k}" for k, name in enumerate(names)] if any(names) else names
 

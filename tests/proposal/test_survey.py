@@ -1,0 +1,40 @@
+"""What a look at a file says of its times and samples."""
+
+import numpy as np
+import pytest
+
+from vinesexp.proposal.survey import view_file
+
+T = np.arange(600) / 1000.0
+X = np.sin(2.0 * np.pi * 8.0 * T)
+
+
+def written(path, times, values):
+    path.write_text(
+        "time,x\n" + "\n".join(f"{t},{x:.5f}" for t, x in zip(times, values, strict=True))
+    )
+    return view_file(path)
+
+
+def test_a_pause_is_no_part_of_the_rate(tmp_path):
+    view = written(tmp_path / "a.csv", np.round(T + 3.7 * (T > 0.2), 3), X)
+    assert view.rate == pytest.approx(1000.0)
+    assert "expected 0.001" in view.remarks[0]
+
+
+def test_times_that_stand_still_tell_no_rate(tmp_path):
+    view = written(tmp_path / "a.csv", [f"10:00:{k // 300:02d}" for k in range(600)], X)
+    assert view.rate is None
+    assert "does not advance" in view.remarks[0]
+
+
+@pytest.mark.parametrize(("start", "step", "unit"), [(1.7e12, 3e5, "ms"), (45000.0, 1e-8, "day")])
+def test_the_size_of_times_tells_their_unit(start, step, unit, tmp_path):
+    times = [repr(start + step * k) for k in range(600)]
+    assert written(tmp_path / "a.csv", times, X).time_unit == unit
+
+
+def test_smallest_and_largest_values_in_turn_are_no_samples(tmp_path):
+    pairs = X.repeat(2)[:600] + np.tile([-0.05, 0.05], 300)
+    assert "peak detection" in written(tmp_path / "a.csv", T, pairs).remarks[-1]
+    assert not written(tmp_path / "b.csv", T, X).remarks
