@@ -38,3 +38,14 @@ def test_smallest_and_largest_values_in_turn_are_no_samples(tmp_path):
     pairs = X.repeat(2)[:600] + np.tile([-0.05, 0.05], 300)
     assert "peak detection" in written(tmp_path / "a.csv", T, pairs).remarks[-1]
     assert not written(tmp_path / "b.csv", T, X).remarks
+
+
+def test_labview_says_that_its_axis_is_one_of_frequencies(tmp_path):
+    path = tmp_path / "a.lvm"
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\t\n"
+    head += "Channels\t1\t\nSamples\t600\t\nX_Dimension\tFrequency\t\nX0\t0.0\t\nDelta_X\t0.5\t\n"
+    rows = "\n".join(f"{0.5 * k:.4f}\t{x:.4f}" for k, x in enumerate(X))
+    path.write_text(head + "***End_of_Header***\t\t\nX_Value\tA\tComment\n" + rows)
+    view = view_file(path)
+    assert (view.rate, view.time) == (None, None)
+    assert [column.kind for column in view.columns] == ["frequency", "spectrum"]

@@ -46,6 +46,7 @@ _STATEMENTS = {
         "units": r"((vertical|y|v) ?)?units?|y unit label",
         "time unit": r"(horizontal|x|h) ?units?",
         "times": r"x columns",
+        "axis": r"x dimension",
     }.items()
 }
 _CLAUSE = re.compile(r"([^\W\d][^:=]*?)\s*[:=]\s*([^:=]+)$")  # `Config: data_rate = 2000 Hz`
@@ -283,6 +284,8 @@ def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
     intervals = sizes("interval", "time") + [1.0 / f for f in sizes("rate", "frequency")]
     one = bool(intervals) and max(intervals) <= min(intervals) * (1.0 + 1e-6)
     time_unit = next((unit_of_label(cell) for cell in texts("time unit") if cell), None)
+    if "Frequency" in texts("axis"):  # LabVIEW, whose X_Value is a time else
+        time_unit = "Hz"
     rows = [int(size) for size in _sizes(layout, (found["rows"] or [[]])[-1], "ratio")]
     units = texts("units")
     while units and not units[-1]:
@@ -305,6 +308,9 @@ def completed(columns: Sequence[Column], stated: Stated) -> list[Column]:
     order of the columns, or of those behind the times.
     """
     names, units = [c.name for c in columns], [c.unit for c in columns]
+    if stated.time_unit in UNITS["frequency"]:
+        at = [name == "X_Value" for name in names]
+        units = [stated.time_unit if x else unit for x, unit in zip(at, units, strict=True)]
     words = [unit_of_label(name) for name in names]
     if None not in words and only_time(columns) is None:
         units = words
