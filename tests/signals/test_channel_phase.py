@@ -10,7 +10,11 @@ from scipy import signal
 
 from vinesexp import Harmonic, Release
 from vinesexp.records.stored.store import RecordWriter, open_record
-from vinesexp.signals.channel_agreement import agreement_in, expected_lead
+from vinesexp.signals.channel_agreement import (
+    agreement_in,
+    agreement_of,
+    expected_lead,
+)
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 
@@ -184,3 +188,18 @@ def test_noise_makes_no_corner(z: float, error: float) -> None:
     assert lead <= max(z * error + 0.1, 0.8)
     if -3.0 < z < -1.0 and error > 0.2:
         assert abs(lead) < 0.4
+
+
+def test_harmonics_of_impacts_do_not_alias_into_the_gain(measure, tmp_path: Path) -> None:
+    """Means of a fortieth of a period turn the fortieth harmonic into the oscillation itself."""
+    rate = 15 * 41.003 * F0
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0, sample_rate=rate, noise=0.1)
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    path = tmp_path / "r.nc"
+    kinds = {role: role for role in channels}
+    with RecordWriter(path, sample_rate=rate, quantities=kinds) as writer:
+        writer.append(channels)
+    with open_record(path) as view:
+        found = agreement_of(view, frequency=F0)
+    assert found is not None
+    assert abs(found.gain - 1.0) < 3e-4

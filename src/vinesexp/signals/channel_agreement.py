@@ -30,8 +30,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import channel_means, group_size
 
-_POINTS = 40  # a period
-_FINER = 400  # a period, where impacts are looked at: they alias into what is coarser
+_POINTS = 400  # a period: harmonics of impacts alias into what is coarser
 _BAND = (0.8, 1.2)  # of the oscillation
 _CYCLES = (5.0, 12.0)  # periods in a segment, as the record allows: lines are f0 over these wide
 _RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
@@ -175,7 +174,7 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
             "the displacement is a quarter of a period from the acceleration, and as large as its "
             "integral: the channel shows a velocity; write quantity: velocity in campaign.yaml"
         )
-    law = _law_beside(found, record, frequency)
+    law = _law_beside(found, record, k, frequency)
     if law is None:  # one frequency cannot part a lag from a corner, which takes of the gain too
         error = math.hypot(found.lag_error, found.lag)
         turned = min(2.0 * math.pi * frequency * abs(found.lag), _MOST_TURNED)
@@ -227,11 +226,10 @@ def law_in(record: RecordView, *, frequency: float) -> PhaseLaw | None:
         return None
     k = group_size(record.sample_rate, frequency, points=_POINTS)
     found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
-    return None if found is None else _law_beside(found, record, frequency)
+    return None if found is None else _law_beside(found, record, k, frequency)
 
 
-def _law_beside(found: Agreement, record: RecordView, frequency: float) -> PhaseLaw | None:
-    k = group_size(record.sample_rate, frequency, points=_FINER)
+def _law_beside(found: Agreement, record: RecordView, k: int, frequency: float) -> PhaseLaw | None:
     return phase_law(
         *_means(record, k), k / record.sample_rate, frequency=frequency,
         lag=found.lag, lag_error=found.lag_error, gain=found.gain,
