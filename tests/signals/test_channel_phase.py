@@ -14,6 +14,7 @@ from vinesexp.signals.channel_agreement import (
     agreement_in,
     agreement_of,
     expected_lead,
+    pulse_share,
 )
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
@@ -203,3 +204,22 @@ def test_harmonics_of_impacts_do_not_alias_into_the_gain(measure, tmp_path: Path
         found = agreement_of(view, frequency=F0)
     assert found is not None
     assert abs(found.gain - 1.0) < 3e-4
+
+
+def test_pulses_that_read_too_large_move_the_gain_by_their_share(measure, tmp_path: Path) -> None:
+    moved, shares = [], []
+    for b in (0.026, 0.029, 0.031):
+        record = measure(b=[b], drive=G25, start=10.0, duration=20.0, noise=0.1, name=f"{b}")
+        channels = {role: record.channels[role].copy() for role in ("displacement", "acceleration")}
+        gains = []
+        for _ in range(2):
+            with open_record(stored(tmp_path / "r.nc", channels)) as view:
+                found = agreement_of(view, frequency=F0)
+                shares.append(pulse_share(view, record.time, record.jump, frequency=F0))
+            assert found is not None
+            gains.append(found.gain)
+            at = np.rint(record.time * 1e4).astype(int)
+            channels["acceleration"][at] += 0.2 * record.jump * 1e4
+        moved.append(gains[1] - gains[0])
+    assert np.ptp(moved) > 1e-3
+    np.testing.assert_allclose(moved, 0.2 * np.array(shares[::2]), atol=2e-4)

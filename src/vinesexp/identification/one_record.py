@@ -31,7 +31,7 @@ from vinesexp.records.campaign.schema import Known, Record
 from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.base_motion import base_of
-from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.channel_agreement import Agreement, agreement_in, pulse_share
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.from_integral import Integrated, integrated_impacts, may_be_integrated
@@ -160,7 +160,8 @@ def estimate_record(
         `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
         and `beat` of a decay; `working_amplitude`, `base_seen`, `base_frequency` and `driven` of
         a periodic test; `release_seen` of a release;
-        `accelerometer_gain` and `channel_lag` of the channels, `accelerometer_corner` of one that
+        `accelerometer_gain` and `channel_lag` of the channels, `pulse_share` of the impacts in
+        that gain, `accelerometer_corner` of one that
         is AC-coupled, `accelerometer_across` of one that shows motion across its axis;
         `integrated_phase` where the displacement is the integral of the acceleration; `content`,
         a digest of the samples as its note. A record that gives nothing has
@@ -213,6 +214,11 @@ def _by_test(
         found += _swing(record, view, band, frequency) + _released(record, view, band, frequency)
         table = read_impacts(impacts)
         found += _driven(record, view, table, frequency, agreement)
+        if agreement is not None and table.n:
+            share = pulse_share(
+                view, table.time_s, np.nan_to_num(table.velocity_jump_m_s), frequency=frequency
+            )
+            found += estimates_of(record, "channels", [("pulse_share", share, 0.0, "1")])
         if "displacement" in view.roles or not table.n:
             return found + impact_estimates(record, known, table, frequency, agreement)
         return found + _without_laser(record, known, view, table, frequency)

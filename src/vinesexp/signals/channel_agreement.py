@@ -153,6 +153,40 @@ def compare_channels(
     return Agreement(gain, error, lag, lag_error, lag, lag_error)
 
 
+def pulse_share(
+    record: RecordView, times: FloatArray, jumps: FloatArray, *, frequency: float
+) -> float:
+    """Share of the acceleration at the oscillation that is made of the pulses of impacts.
+
+    Where a contact or a mount rings, so that areas of pulses read too large by a share p, the gain
+    of the acceleration beside the displacement reads too large by this share times p.
+
+    Parameters
+    ----------
+    record : RecordView
+        With a displacement.
+    times : array (k,)
+        Of the impacts, on the record's own axis, s.
+    jumps : array (k,)
+        Of the velocity, m/s.
+    frequency : float
+        Of the oscillation, Hz.
+    """
+    k = group_size(record.sample_rate, frequency, points=_POINTS)
+    x, step = channel_means(record, "displacement", k), k / record.sample_rate
+    f = np.fft.rfftfreq(x.size, step)
+    near = (f > _BAND[0] * frequency) & (f < _BAND[1] * frequency)
+    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
+    X = second_derivative_beside(x, x, step, w, near)[1]
+    power = float((np.abs(X) ** 2).sum())
+    if not power:
+        return 0.0
+    since = times - record.start - 0.5 * (k - 1) / record.sample_rate
+    taper = 0.5 - 0.5 * np.cos(2.0 * math.pi * (since / step + 0.5) / x.size)
+    pulses = np.exp(-1j * np.outer(w, since)) @ (taper * jumps) / step
+    return float((pulses * X.conj()).real.sum()) / power
+
+
 def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
     """Compare the two channels of a record; None where one is missing.
 

@@ -500,7 +500,7 @@ def _group(
     moved = b.own_gain(record, role)
     both = not integrated and b.has(record, "acceleration")
     pulses = b.own_gain(record, "acceleration") if both else {b.gain(record, role): 1.0}
-    jumps = {**pulses, b.add("pulse area", 0.0, inputs.template.of(1.0)): 1.0}
+    jumps = {**pulses, _pulse_area(b): 1.0}
     # Of what is stated one half of the variance is common to all clearances, one each one's own.
     u = inputs.clearance.of(stated) / math.sqrt(2.0)
     own = b.own("clearance", record, u, ball=number)
@@ -620,8 +620,15 @@ def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Colli
     )  # fmt: skip
 
 
+def _pulse_area(b: _Builder) -> str:
+    """Name of the logarithm by which areas of pulses read too large."""
+    return b.add("pulse area", 0.0, b.campaign.known.uncertainties.template.of(1.0))
+
+
 def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
     """Accelerometer beside the laser over the oscillation: ratio of their gains.
+
+    A part of this acceleration is the pulses of impacts, whose areas may read too large.
 
     A motion across the sensor's axis has a part in phase too, about as large as what turns the
     phase: a gain of another test, with other motion across, may differ by as much, whether that
@@ -632,6 +639,7 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
         if e.parameter == "accelerometer_across":
             setup = b.campaign.record(e.records[0]).setup
             across[setup] = max(across.get(setup, 0.0), abs(e.value))
+    shares = {e.records[0]: e.value for e in found if e.parameter == "pulse_share"}
     for e in found:
         if e.parameter != "accelerometer_gain" or not e.records:
             continue
@@ -639,7 +647,8 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
         if record.exclude or not record.clearance or not e.value:
             continue
         displaced = {name: -factor for name, factor in b.own_gain(record, "displacement").items()}
-        sums = ({**b.own_gain(record, "acceleration"), **displaced}, 0.0)
+        area = {_pulse_area(b): shares[record.id]} if record.id in shares else {}
+        sums = ({**b.own_gain(record, "acceleration"), **displaced, **area}, 0.0)
         error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.setup, 0.0))
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
