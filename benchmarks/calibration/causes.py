@@ -88,7 +88,7 @@ TELLING = frozenset({
 
 _OPEN = re.compile(
     r"nearly as well|one of these|[Ee]ach of these|either|rival|cannot (tell|part|be told)|"
-    r"not explained|may be|stuck, or |"
+    r"not explained|may be|stuck, or |did not move, or |"
     r"\bor\b.{0,80}would explain|check |expected|not been told|needs?:? ",
 )
 
