@@ -64,6 +64,8 @@ _PULSE = 3.0
 _OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 1e-3, 5e-4
 #: By which the ratio of two channels differs from one record to another, relative.
 _CHANNELS = 3e-4
+#: Of a sensor across its axis at most; what differs by more is another range of the amplifier.
+_MOST_ACROSS = 0.1
 #: Lateness of the base's channel against the displacement, s: filters, converters that take turns.
 _BASE_LATE = 3e-4
 #: So many times more where the amplitude falls from impact to impact.
@@ -632,9 +634,10 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
 
     A motion across the sensor's axis has a part in phase too, about as large as what turns the
     phase: a gain of another test, with other motion across, may differ by as much, whether that
-    test shows it by its phase or not.
+    test shows it by its phase or not. So may ring-downs and driven tests, which have other motions
+    across: nobody knows which of them shows the gain.
     """
-    across: dict[str, float] = {}
+    across = _apart(b, found)
     for e in found:
         if e.parameter == "accelerometer_across":
             setup = b.campaign.record(e.records[0]).setup
@@ -653,6 +656,22 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
         )
+
+
+def _apart(b: _Builder, found: Sequence[Estimate]) -> dict[str, float]:
+    """Setup to the difference between the gains of its ring-downs and of its driven tests."""
+    gains: dict[tuple[str, str], list[float]] = {}
+    for e in found:
+        if e.parameter == "accelerometer_gain" and e.records and e.value:
+            record = b.campaign.record(e.records[0])
+            gains.setdefault((record.setup, record.test), []).append(math.log(abs(e.value)))
+    middle = {key: float(np.median(own)) for key, own in gains.items()}
+    return {
+        setup: apart
+        for (setup, test), driven in middle.items()
+        if test == "periodic"
+        and (apart := abs(driven - middle.get((setup, "ringdown"), driven))) < _MOST_ACROSS
+    }
 
 
 def _base(
