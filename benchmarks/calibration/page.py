@@ -12,7 +12,8 @@ VALUES = ("f0", "zeta", "M", "c1", "k1", "r", "b_c", "b_t")
 _Z68, _Z95 = 0.994458, 1.959964
 _DRAWN = ("plain", "effects", "unknown")
 _INTRO = """\
-`python -m benchmarks.calibration --count 300`. Campaigns drawn as laboratories produce them: rig,
+`python -m benchmarks.calibration --first 5000 --count 100`, the same of 6000, and
+`--mistakes all --first 12`. Campaigns drawn as laboratories produce them: rig,
 plan, sheet, sensors and effects of each by its seed. Gains, the area of pulses, clearances (a
 common length, a common scale, and one of each setting), added masses, the ball, releases, the
 recorder's clock, and f0 and damping of each mounting scatter by what campaign.yaml states of them,
@@ -42,17 +43,17 @@ its own width. What is named is read from the texts of warnings
 Half of the mistakes are held back: the package was not tuned with them."""
 
 
-#: Campaigns from this one on were new to the package.
-_LOOKED_AT = 300
 _SEEN = """\
-Campaigns 0 to 99 were looked at while the model was made; the second table is of 3000 to 3099,
-which have judged several versions, and a few of which were looked at after that. All are of this
-version, from samples on. Most warnings on plain campaigns say that a test had not settled, which is
-so. r is stated wider than it scatters: a contact that lasts and the
-lag of a channel are in its error, and plain rigs have none of them. b_c is stated
-wider too: that a displacement reads the jump of velocity at an impact off by 0.2 % is one half of
-the variance of m/M, and the simulated laser has no such error. Of the mistakes that people make one
-draw was measured of each."""
+These campaigns were new to the package: it was made with others. After they were measured two of
+them were looked at, 6045 (the false cause) and 6031 (r 4.1 errors off): the gain of an
+accelerometer that shows a motion across its axis is less sure since, and both are right now, but
+all figures here are of the code before (of 5081 and 6009, whose draws were mended, of the code
+after). One campaign is missing: the benchmark's simulator has more impacts than it takes. Most
+warnings on plain campaigns say that a test had not settled, which is so. r is stated wider than it
+scatters: a contact that lasts and the lag of a channel are in its error, and plain rigs have none
+of them. b_c is stated wider too: that a displacement reads the jump of velocity at an impact off by
+0.2 % is one half of the variance of m/M, and the simulated laser has no such error. Of the mistakes
+that people make one draw was measured of each."""
 
 
 _RULE = "|---|---|---|---|---|---|"
@@ -246,25 +247,22 @@ def coverage_rows(found: Sequence[Outcome]) -> list[dict[str, Any]]:
 
 def page(found: Sequence[Outcome]) -> str:
     """The page in Markdown."""
-    new = [o for o in found if o["family"] in _DRAWN and o["seed"] >= _LOOKED_AT]
-    found = [o for o in found if o not in new]
     drawn = [o for o in found if o["family"] in _DRAWN]
     measured = f"{len(drawn)} campaigns by the joint model of the campaign"
     if len(drawn) < 300:
         measured += "; 300 are meant, and the same command goes on: shares of so few are rough"
     measured += f". {_SEEN}"
-    parts = [
-        "# Calibration: intervals, causes, mistakes",
-        "",
-        _INTRO,
-        "",
-        _READ,
-        "",
-        measured,
-        "",
-        summary(found),
-        "",
-    ]
-    if new:
-        parts += ["## Campaigns that were new", "", summary(new), ""]
-    return "\n".join(parts)
+    return "\n".join(
+        [
+            "# Calibration: intervals, causes, mistakes",
+            "",
+            _INTRO,
+            "",
+            _READ,
+            "",
+            measured,
+            "",
+            summary(found),
+            "",
+        ]
+    )
