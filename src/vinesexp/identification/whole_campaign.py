@@ -239,9 +239,9 @@ def _follows(found: Sequence[Estimate]) -> list[Check]:
         return []
     detail = (
         f"while the mass rings down the base channel moves {100.0 * share:.2g} % as far (median of "
-        f"{len(own)} records): f0 and zeta are those of a base at rest, by {50.0 * share:.2g} % "
-        "and about three times as much from those of the records. If the base cannot move, its "
-        "channel picks up another one: record it apart, or leave it out of campaign.yaml"
+        f"{len(own)} records): f0 and zeta are those of a base at rest, f0 by about "
+        f"{50.0 * share:.2g} % from that of the records. If the base cannot move, its channel "
+        "picks up another one: record it apart, or leave it out of campaign.yaml"
     )
     return [Check("", "base follows", "warning", detail)]
 

@@ -12,10 +12,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
-from scipy.signal import fftconvolve, find_peaks
 
 from vinesexp.arrays import FloatArray
+from vinesexp.signals.impacts.candidates import strongest
 from vinesexp.signals.impacts.detection import Detection, no_detection, normal_cdf
 from vinesexp.signals.impacts.slopes import Coarse
 
@@ -62,11 +61,12 @@ def detect_bends(x: Coarse, *, frequency: float, resolution: float = 0.0) -> Det
         return no_detection(step, 0.0)
     filter_, one = _filter(m, wide, step, 2.0 * math.pi * frequency)
     edge, top = filter_.size // 2, float(one.max())
-    bent = fftconvolve(x.values - np.median(x.values), filter_, mode="same")
+    away = x.values - np.median(x.values)
+    bent = np.convolve(away, filter_, mode="same")
     bent[:edge] = bent[-edge:] = 0.0
     noise = _noise(x.values, resolution) * math.sqrt(float(filter_ @ filter_))
     # of an oscillation that is damped or detuned by a few per cent a sine is left, its top a bend
-    swing = float(np.percentile(np.abs(x.values - np.median(x.values)), 99.0))
+    swing = float(np.percentile(np.abs(away), 99.0))
     sine = _OFF * (2.0 * math.pi * frequency) ** 2 * swing * (1.0 - np.sinc(_WIDE))
     place, jump = _triangles(bent, one, m, wide, least=max(_THRESHOLD * noise, sine))
     strength = np.abs(jump) * top / max(noise, sine / _THRESHOLD)
@@ -113,14 +113,16 @@ def _triangles(
     heights = np.zeros(bent.size)
     for _ in range(_ROUNDS):
         size = np.abs(left)
-        peaks = find_peaks(size, height=least, distance=m)[0]
-        peaks = peaks[size[peaks] > _HIGHEST * maximum_filter1d(size, 2 * wide + 1)[peaks]]
+        seen = np.flatnonzero(size > least)
+        peaks = strongest(seen, size[seen], reach=m)
+        near = np.lib.stride_tricks.sliding_window_view(np.pad(size, wide), 2 * wide + 1)
+        peaks = peaks[size[peaks] > _HIGHEST * near[peaks].max(axis=1)]
         if not peaks.size:
             break
         taken = np.zeros(bent.size)
         taken[peaks] = left[peaks] / top
         heights += taken
-        left -= fftconvolve(taken, one, mode="same")
+        left -= np.convolve(taken, one, mode="same")
         left[:reach] = left[-reach:] = 0.0
     places = np.flatnonzero(heights)
     if not places.size:

@@ -331,16 +331,28 @@ def find_impacts(
     if frequency is None:
         frequency = conditioned.attributes.get("oscillation_hz")
     motion = float(frequency) if frequency else None
-    slopes, sign = None, 1.0
-    if "acceleration" not in record.roles:
-        if not settings.slopes.use or not motion:
-            return no_impacts()
+    sign = 1.0
+    if "acceleration" in record.roles:
+        found, slopes, sign = _by_pulses(
+            record, conditioned, motion, clearance, test, settings, said
+        )
+    elif settings.slopes.use and motion:
         found, slopes = _where_it_bends(record, motion, settings.slopes)
-        impacts = _table(found, slopes, sign=sign, start=record.start)
-        return attribute(
-            impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,
-            settings=settings.attribution,
-        )  # fmt: skip
+    else:
+        return no_impacts()
+    impacts = _table(found, slopes, sign=sign, start=record.start)
+    return attribute(
+        impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,
+        settings=settings.attribution,
+    )  # fmt: skip
+
+
+def _by_pulses(
+    record: RecordView, conditioned: RecordView, motion: float | None, clearance: Sequence[float],
+    test: str, settings: Settings, said: list[tuple[str, str, str]] | None,
+) -> tuple[Detection, SlopeChanges | None, float]:  # fmt: skip
+    """Impacts by the acceleration, held against the displacement; its sign and scale beside it."""
+    slopes, sign = None, 1.0
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
     found = detect(stream, settings.impacts, frequency=motion)
     if settings.slopes.use and motion and "displacement" in record.roles and found.time.size:
@@ -382,11 +394,7 @@ def find_impacts(
         slopes.x[doubtful], slopes.v_before[doubtful] = np.nan, np.nan
     elif settings.slopes.use and motion and may_be_integrated(record, test, clearance):
         slopes = slopes_of_integral(record, found, frequency=motion, settings=settings.slopes)
-    impacts = _table(found, slopes, sign=sign, start=record.start)
-    return attribute(
-        impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,
-        settings=settings.attribution,
-    )  # fmt: skip
+    return found, slopes, sign
 
 
 def _where_it_bends(
