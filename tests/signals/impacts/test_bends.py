@@ -84,3 +84,18 @@ def test_a_record_without_an_oscillation_is_passed_over(tmp_path):
     assert laser_alone(tmp_path, *noise).n == 0
     with open_record(tmp_path / "r.nc") as view:
         assert "acceleration" not in view.roles
+
+
+def test_two_impacts_a_tenth_of_a_period_apart_are_two():
+    t = np.arange(80_000) / RATE
+    first = np.arange(0.513, 19.0, 1.37 / F)
+    hits = np.sort(np.concatenate([first, first + 0.1 / F]))
+    x = swings(decay=0.0, size=5e-3)
+    for k, at in enumerate(hits):
+        x += 0.02 * (-1) ** k * np.sin(W * np.maximum(t - at, 0.0)) / W
+    x += 1e-6 * np.random.default_rng(4).standard_normal(t.size)
+    found = detect_bends(coarsen(x, RATE, F), frequency=F)
+    off = np.abs(found.time - hits[:, np.newaxis])
+    assert off.min(axis=1).max() < 2e-3
+    assert len(set(off.argmin(axis=1))) == hits.size
+    assert found.time.size <= 1.03 * hits.size  # what is none goes in the fit
