@@ -99,3 +99,17 @@ def test_two_impacts_a_tenth_of_a_period_apart_are_two():
     assert off.min(axis=1).max() < 2e-3
     assert len(set(off.argmin(axis=1))) == hits.size
     assert found.time.size <= 1.03 * hits.size  # what is none goes in the fit
+
+
+@pytest.mark.parametrize("damage", ["gap", "step", "nothing", "lost"])
+def test_where_no_bend_stays_there_is_none(damage, tmp_path):
+    """Candidates that the fit refuses, all of them: the table was half empty, and a traceback."""
+    t = np.arange(200_000) / 1e4
+    x = 5e-3 * np.cos(W * t) + 1e-6 * np.random.default_rng(0).standard_normal(t.size)
+    if damage == "gap":
+        x[50_000:60_000] = np.nan
+    elif damage == "step":
+        x = 5e-3 * np.cos(W * t) + np.where(t > 10.0, 1e-3, 0.0)
+    else:
+        x[:] = 0.0 if damage == "nothing" else np.nan
+    assert laser_alone(tmp_path, x, np.zeros(t.size)).n == 0

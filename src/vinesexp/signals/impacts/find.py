@@ -405,7 +405,7 @@ def _where_it_bends(
     steps = resolution_of(record.read("displacement", 0, _LOOK))
     samples = round(x.step * record.sample_rate)
     found = detect_bends(x, frequency=frequency, resolution=steps / math.sqrt(samples))
-    jumps, slopes = found.jump, SlopeChanges(*[np.empty(0)] * 8)
+    jumps = found.jump
     while found.time.size:
         slopes = slope_changes(x, found.time, jumps, frequency=frequency, settings=settings)
         found, slopes = _by_displacement(
@@ -413,9 +413,9 @@ def _where_it_bends(
         )
         sure = np.abs(slopes.jump) > _SURE_BEND * slopes.jump_error
         if sure.all():
-            break
+            return found, slopes
         found, jumps = found.keep(sure), slopes.jump[sure]
-    return found, slopes
+    return found, SlopeChanges(*[np.empty(0)] * 8)
 
 
 _SURE_BEND, _LOOK = 6.0, 1 << 16  # standard errors of a jump; samples that show a converter
