@@ -100,7 +100,7 @@ def base_motion(
             break
     level = np.abs(found[:, 0])
     mean = float(level.mean())
-    if mean < _MOVES * noise[0]:
+    if not mean > _MOVES * noise[0]:  # a dead channel has no noise either
         return None
     order = ORDER[quantity]
     scale = (2.0 * np.pi * f) ** -order
