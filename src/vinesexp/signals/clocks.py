@@ -27,7 +27,7 @@ from vinesexp.signals.base_motion import sines_of_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.corrections import Correction, as_read, correct, with_indices
 from vinesexp.signals.free_from import free_sample
-from vinesexp.signals.means import channel_means, fill_gaps, group_size
+from vinesexp.signals.means import channel_means, fill_gaps, group_size, longest_run
 
 #: Tests whose motion shows the clock of a recorder.
 MENDED = ("periodic", "ringdown", "transient")
@@ -51,6 +51,7 @@ _OTHER_CLOCK = 0.02  # of the correlation, that clocks leave of recorders that b
 _SAME_MOTION = 1e-5  # of the correlation: a cycle that differs by less is the same
 _TOGETHER = 0.04  # periods: less may be a lag, or a filter
 _STARTED = "start of recorders"  # check
+_LONG = 0.5  # periods: a motion is not known across a longer gap
 _JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
 _MOST_SAMPLES = 60_000_000  # of a record
 
@@ -137,6 +138,7 @@ class Cut:
     """Samples that are lost between two of a record, nobody knows how many: two records in one.
 
     Where only the channels in `late` lost them: about how many, by which what follows is too early.
+    A gap that is longer than half a period is one too, whatever its times say.
     """
 
     first: int
@@ -403,6 +405,9 @@ def fault_of(
     together : bool
         Whether its recorders were laid over one another already.
     """
+    gap = _long_gap(view, frequency)
+    if gap is not None:
+        return gap
     start = None if together else _start_of_recorders(view, frequency)
     if start is not None:
         return start
@@ -413,6 +418,15 @@ def fault_of(
     if isinstance(one, Lost) and not one.certain:
         return Cut(one.first, one.last, one.roles, one.whole)
     return one or _jump(view, frequency) or every
+
+
+def _long_gap(view: RecordView, frequency: float) -> Cut | None:
+    """The longest stretch in which some channel shows nothing, if it is too long to be filled."""
+    lost = np.zeros(view.n, dtype=bool)
+    for role in view.roles:
+        lost |= ~np.isfinite(np.concatenate([*as_read(view, role)]))
+    first, last = longest_run(lost)
+    return Cut(first, last) if last - first > _LONG * view.sample_rate / frequency else None
 
 
 def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
@@ -694,13 +708,18 @@ def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequenc
             "resampled to their clock"
         )
     if isinstance(found, Cut):
-        at = float(view.time(found.first, found.first + 1)[0])
+        begin, end = (float(view.time(i, i + 1)[0]) for i in (found.first, found.last))
         kept = "after" if found.kept(view.n)[0] else "before"
+        if found.last > found.first and not found.late:
+            return (
+                f"a channel shows nothing from {begin:.6g} to {end:.6g} s, longer than half a "
+                f"period of the motion: only the longer part, {kept} it, is used"
+            )
         seen = "the displacement jumps there and continues around the same mean"
-        if found.last > found.first:
+        if found.late:
             seen = "the lag between acceleration and displacement steps there"
         return (
-            f"samples are lost at {at:.6g} s: {seen}; the number of lost samples is not "
+            f"samples are lost at {begin:.6g} s: {seen}; the number of lost samples is not "
             f"certain, so only the longer part, {kept} this time, is used"
         )
     if isinstance(found, Start):

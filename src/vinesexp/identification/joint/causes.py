@@ -73,6 +73,7 @@ _SCATTER = {
     "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3),
     "own base late": (1e-4, 1e-3),
     "own friction": (0.03, 0.3), "own tilt": (0.01, 0.1),
+    "own displacement gain": (3e-3, 3e-2), "own acceleration gain": (1e-2, 1e-1),
 }  # fmt: skip
 _MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does
 #: A contact lasts about as long as its pulse, or less where the sensor is slower than it.

@@ -51,6 +51,8 @@ _SCATTERED = {
     "own zeta of tests with a ball": "zeta of the tests with a ball differs from record to record",
     "own friction": "friction of the ball differs from record to record",
     "own tilt": "the slope of the cavity differs from record to record",
+    "own displacement gain": "the displacement is read with another gain in each record",
+    "own acceleration gain": "the acceleration is read with another gain in each record",
 }
 
 
