@@ -44,11 +44,9 @@ from vinesexp.records.stored.result_paths import ResultPaths
 
 folder, paths = Path(sys.argv[1]), ResultPaths(Path(sys.argv[2]))
 scene = (folder / "scene.yaml").is_file()
-if scene:
-    from vinesexp.laboratory.scene import load_scene
-    for group in load_scene(folder / "scene.yaml").groups:
-        showing.simulate(load_campaign(folder), group, paths=paths)
 campaign = load_campaign(folder)
+for record in campaign.records if scene else ():
+    showing.simulate(campaign, record, paths=paths)
 analyse_campaign(campaign, paths=paths)
 steps = [showing.figures_of_records, showing.figures_of_results, showing.pages, showing.report]
 for step in [showing.score, *steps] if scene else steps:

@@ -159,7 +159,7 @@ class Plan:
         width = max((len(step) for step in self.steps), default=0)
         for step, names in self.steps.items():
             why = self._most([reason for reason, _ in self.reasons[step].most_common()])
-            what = f"{'group' if step == 'simulate' else 'record'}{'' if len(names) == 1 else 's'}"
+            what = "record" if len(names) == 1 else "records"
             about = f" {len(names)} {what} ({self._most(names)})" if names else ""
             lines.append(f"  {step:{width}}{about}: {why}")
         return "\n".join(lines)
@@ -170,7 +170,7 @@ class Plan:
 
 
 def _about(record: LogRecord) -> tuple[str, Sequence[str], Sequence[str]]:
-    """Step of a job, the records or the group that it is about, and why it would run."""
+    """Step of a job, the records that it is about, and why it would run."""
     rule = str(record.rule_name)  # type: ignore[attr-defined]
     plan, wildcards = workflow.CURRENT, dict(getattr(record, "wildcards", None) or {})
     why = str(getattr(record, "reason", "")).partition(":")[0] or "asked for"

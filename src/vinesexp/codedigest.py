@@ -9,7 +9,6 @@ the time of a change. Of the libraries that are reached, the versions count.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import re
 import sys
@@ -26,11 +25,12 @@ _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(\w[\w.]*)[ \t]+import[ \t]+(?:\(([^)]*)\)|(.*))|import[ \t]+(\w[\w.]*))",
     re.MULTILINE,
 )
+_DEFINED = re.compile(r"(?:def|class)[ \t]+(\w+)")
 _IMPORTED = re.compile(r"(\w+)(?:[ \t]+as[ \t]+\w+)?[ \t]*(?:#.*)?(?:,|$)", re.MULTILINE)
 
 
 def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
-    """Hash of the source of `names`, of all they import from the package, and of `files`, in hex.
+    """Hash of the source of `names`, of all they import, and of `files`, in hex.
 
     Parameters
     ----------
@@ -50,33 +50,16 @@ def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
     """
     digest = hashlib.sha256()
     for name in names:
-        for node in _function(*name.split(":")) if ":" in name else ():
-            digest.update(node.encode())
+        for code in _function(*name.split(":")) if ":" in name else ():
+            digest.update(code.encode())
     for path in sorted(frozenset().union(*map(_reached, names))):
         digest.update(str(path.relative_to(_ROOT)).encode())
         digest.update(_sha256(path))
+    for library in sorted(_libraries(*names)):
+        digest.update(f"{library} {_version(library)}".encode())
     for file in files:
         digest.update(_sha256(Path(file)))
     return digest.hexdigest()[:16]
-
-
-def library_versions(name: str) -> dict[str, str]:
-    """Version of each library that the code behind `name` imports, by the library's name.
-
-    Examples
-    --------
-    >>> sorted(library_versions("vinesexp.theory.manifold"))
-    ['numpy']
-    """
-    own = [part for path in _reached(name) if path.suffix == ".py" for part in _names(path)]
-    roots = {part.partition(".")[0] for part in own} - {_PACKAGE} - sys.stdlib_module_names
-    return {root: found for root in sorted(roots) if (found := _version(root))}
-
-
-@cache
-def code_behind(name: str) -> dict[str, str]:
-    """Digest of the code behind `name`, as ``code``, and the versions of its libraries."""
-    return {"code": code_digest(name), **library_versions(name)}
 
 
 @cache
@@ -87,6 +70,13 @@ def _version(library: str) -> str:
         return version(library)
     except PackageNotFoundError:
         return ""
+
+
+def _libraries(*names: str) -> set[str]:
+    """Libraries that the code behind `names` imports."""
+    files = [path for name in names for path in _reached(name) if path.suffix == ".py"]
+    roots = {name.partition(".")[0] for path in files for name in _names(path)}
+    return roots - {_PACKAGE} - sys.stdlib_module_names
 
 
 def imported_modules(*modules: str) -> list[str]:
@@ -170,26 +160,20 @@ def _named(text: str) -> list[str]:
 
 
 @cache
-def _statements(module: str) -> list[ast.stmt]:
-    source = next(iter(_files(module)), None)
-    return ast.parse(source.read_bytes()).body if source else []
-
-
-@cache
 def _function(module: str, function: str) -> tuple[str, ...]:
-    """Code of a function, of what it uses in its file, and of all there that is no function."""
-    statements = _statements(module)
-    homes = {s.name: s for s in statements if isinstance(s, ast.FunctionDef | ast.ClassDef)}
+    """Code of a function, of what it uses in its file, and of all there that is no function.
+
+    A name that only a docstring holds counts as used.
+    """
+    source = next(iter(_files(module)), None)
+    blocks = re.split(r"\n(?=[^\s)])", source.read_text(encoding="utf-8")) if source else []
+    homes = {found[1]: block for block in blocks if (found := _DEFINED.match(block))}
     if function not in homes:
         raise ImportError(f"no function {function} in {module}")
-    chosen = [s for s in statements if s not in homes.values() and not _for_annotations(s)]
+    own = homes.values()
+    chosen = [b for b in blocks if b not in own and not b.startswith("if TYPE_CHECKING")]
     pending = [homes.pop(function)]
     while pending:
         chosen.append(pending.pop())
-        names = [node.id for node in ast.walk(chosen[-1]) if isinstance(node, ast.Name)]
-        pending += [homes.pop(name) for name in names if name in homes]
-    return tuple(map(ast.unparse, chosen))
-
-
-def _for_annotations(statement: ast.stmt) -> bool:
-    return isinstance(statement, ast.If) and "TYPE_CHECKING" in ast.unparse(statement.test)
+        pending += [homes.pop(name) for name in re.findall(r"\w+", chosen[-1]) if name in homes]
+    return tuple(chosen)

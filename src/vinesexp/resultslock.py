@@ -17,12 +17,10 @@ from vinesexp.whole_files import GROWING
 #: What systems and Snakemake leave in a folder that holds nothing of anybody.
 _NOBODYS = {".snakemake", "lost+found", ".DS_Store"}
 
-
-#: How another folder for results is chosen; of `vinesexp watch` it is ``--results DIR``.
-OPTION = "--config results=DIR"
+ANOTHER = "choose another folder with --config results=DIR (of vinesexp watch: --results DIR)"
 
 
-def require_own_folder(results: Path, *, option: str = OPTION) -> None:
+def require_own_folder(results: Path) -> None:
     """Refuse a folder that holds files and is no results folder: nothing of it may be lost.
 
     Raises
@@ -37,15 +35,13 @@ def require_own_folder(results: Path, *, option: str = OPTION) -> None:
         more = f" and {len(held) - 1} more" if len(held) > 1 else ""
         raise VinesexpError(
             f"holds files that are no results ({held[0]}{more}), which a run could overwrite; "
-            f"choose a new or an empty folder with {option}",
+            f"{ANOTHER}",
             file=results,
         )
 
 
-def hold_results(results: Path, *, campaign: Path, option: str = OPTION) -> IO[str]:
+def hold_results(results: Path, *, campaign: Path) -> IO[str]:
     """Lock the folder `results` for `campaign` until the returned file is closed.
-
-    Mistakes name the `option` by which another folder is chosen.
 
     Raises
     ------
@@ -53,47 +49,39 @@ def hold_results(results: Path, *, campaign: Path, option: str = OPTION) -> IO[s
         Another run is writing there, the folder holds the results of another campaign or files
         that are no results, or nothing can be written there.
     """
-    try:
-        require_own_folder(results, option=option)
-        return _held(results, campaign, option)
-    except OSError as error:
-        raise VinesexpError(
-            f"results cannot be written there ({error.strerror or error}); choose another folder "
-            f"with {option}",
-            file=results,
-        ) from None
-
-
-def _held(results: Path, campaign: Path, option: str) -> IO[str]:
     import fcntl
 
-    results.mkdir(parents=True, exist_ok=True)
-    stream = (results / ".campaign").open("a+", encoding="utf-8")
     try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        stream.close()
-        raise VinesexpError(
-            "another run is writing here; wait for it to end, or choose another folder with "
-            f"{option}",
-            file=results,
-        ) from None
+        require_own_folder(results)
+        results.mkdir(parents=True, exist_ok=True)
+        stream = (results / ".campaign").open("a+", encoding="utf-8")
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            wrong = _owner_of(stream, results, campaign)
+        except BlockingIOError:
+            wrong = "another run is writing here"
+        if wrong:
+            stream.close()
+    except OSError as error:
+        wrong = f"results cannot be written there ({error.strerror or error})"
+    if wrong:
+        raise VinesexpError(f"{wrong}; {ANOTHER}", file=results)
+    return stream
+
+
+def _owner_of(stream: IO[str], results: Path, campaign: Path) -> str:
+    """Write down whose results these are; what is wrong where they are another campaign's."""
     stream.seek(0)
     owner, *near = stream.read().splitlines() or [""]
     here, beside = str(campaign.resolve()), os.path.relpath(campaign, results)
     # A project that was copied as a whole finds its campaign where it was: seen from the results.
     if owner and owner != here and beside not in near and Path(owner).exists():
-        stream.close()
-        raise VinesexpError(
-            f"holds the results of the campaign {owner}; choose another folder for {here} "
-            f"with {option}",
-            file=results,
-        )
+        return f"holds the results of the campaign {owner}, not of {here}"
     stream.seek(0)
     stream.truncate()
     stream.write(f"{here}\n{beside}\n")
     stream.flush()
-    return stream
+    return ""
 
 
 def campaign_of(results: Path) -> Path:

@@ -7,11 +7,16 @@ the one its rule names.
 from __future__ import annotations
 
 import shutil
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.whole_files import whole_file, write_whole
+from vinesexp.whole_files import whole_file
+
+if TYPE_CHECKING:
+    from vinesexp.laboratory.bench import Scene
 
 
 def figures_of_results(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
@@ -25,10 +30,10 @@ def figures_of_records(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 
 def _figures(family: str, campaign: Campaign, paths: ResultPaths) -> list[Path]:
-    from vinesexp.codedigest import code_behind
+    from vinesexp.codedigest import code_digest
     from vinesexp.figures.gallery import draw_family
 
-    code = code_behind(f"vinesexp.showing:figures_of_{family}")
+    code = code_digest(f"vinesexp.showing:figures_of_{family}")
     drawn = draw_family(family, campaign, paths.folder, code=code)
     folder = paths.figures_results.parent
     return [folder / f"{entry.name}.{kind}" for entry in drawn for kind in ("svg", "pdf")]
@@ -51,7 +56,7 @@ def report(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 
 def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
-    """Put report, pages, tables, figures, records and logs into one zip, in a folder of its name.
+    """Put all that others may want into one zip, in a folder of its name.
 
     What only later steps read, and what lies in the folder besides, is left out. The same results
     give the same zip.
@@ -88,22 +93,33 @@ def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 def score(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
     """Hold identified values and impacts of a simulated campaign against its truth."""
-    from vinesexp.laboratory.scene import load_scene
     from vinesexp.laboratory.score import score_campaign
 
     impacts = [paths.impacts(record.id) for record in campaign.records]
-    scene = load_scene(campaign.folder / "scene.yaml")
-    score_campaign(scene, campaign.folder, paths.identified, impacts, paths.truth)
+    score_campaign(_scene(campaign.folder), campaign.folder, paths.identified, impacts, paths.truth)
     return []
 
 
-def simulate(campaign: Campaign, group: str, *, paths: ResultPaths) -> None:
-    """Make the instrument files and the truth of one group of tests of the campaign's scene.
+def simulate(campaign: Campaign, record: Record, *, paths: ResultPaths) -> list[Path]:
+    """Make the instrument file and the truth of a record of a simulated campaign.
 
-    In the results a note says that they are there.
+    The files belong to the campaign, which other runs may read too; those that hold stay.
     """
-    from vinesexp.laboratory.scene import load_scene
+    from vinesexp.laboratory.scene import raw_file, truth_file
     from vinesexp.laboratory.simulated_files import simulate_once
 
-    simulate_once(load_scene(campaign.folder / "scene.yaml"), group, campaign.folder)
-    write_whole(paths.simulated(group), "")
+    scene, named = _scene(campaign.folder), {file.resolve() for file in record.files}
+    made: list[Path] = []
+    for test in scene.tests:
+        raw = campaign.folder / raw_file(test)
+        if raw.resolve() in named:
+            simulate_once(scene, test, campaign.folder)
+            made += [raw, campaign.folder / truth_file(test)]
+    return made
+
+
+@cache
+def _scene(folder: Path) -> Scene:
+    from vinesexp.laboratory.scene import load_scene
+
+    return load_scene(folder / "scene.yaml")

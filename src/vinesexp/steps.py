@@ -7,20 +7,22 @@ imported when it runs: who only plans needs none of it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vinesexp.codedigest import code_behind, named_modules
-from vinesexp.records.campaign.schema import Campaign, Record
-from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text, shortened
+from vinesexp.codedigest import code_digest, named_modules
+from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.supervised import Begin, Deaths, on_all, on_each
-from vinesexp.whole_files import write_whole
+
+if TYPE_CHECKING:
+    from vinesexp.laboratory.bench import Scene
 
 
 @dataclass(frozen=True)
@@ -34,73 +36,68 @@ class Step:
     follows : tuple of str
         Steps whose results it reads.
     makes : tuple of str
-        The outputs of a step on all records, as `ResultPaths` calls them.
-    writes : function of paths and record, optional
-        The files of a step on one record; None for a step on all of them.
-    reads : function of campaign and record
+        Its outputs, as `ResultPaths` calls them.
+    each : bool
+        Whether it is a step on one record.
+    reads : function of study and record
         Files that it reads besides results.
-    loads : tuple of str
-        Modules that it imports only where it uses them, and most often does.
     """
 
     call: str
     follows: tuple[str, ...] = ()
     makes: tuple[str, ...] = ()
-    writes: Callable[[ResultPaths, str], list[Path]] | None = None
-    reads: Callable[[Campaign, Record | None], list[Path]] = lambda campaign, record: []
-    loads: tuple[str, ...] = ("h5py",)
-
-    @property
-    def each(self) -> bool:
-        """Whether it is a step on one record."""
-        return self.writes is not None
+    each: bool = False
+    reads: Callable[[Study, str | None], list[Path]] = lambda study, id: []
 
 
-def _instrument_files(_: Campaign, record: Record | None) -> list[Path]:
+def _instrument_files(study: Study, id: str | None) -> list[Path]:
     from vinesexp.records.readers.source import file_of  # a part of a file is read from its file
 
-    files = record.files if record else ()
+    files = study.records[id or ""].files
     return [file if file.is_file() else file_of(file) for file in files]
 
 
-def _description(campaign: Campaign, _: Record | None) -> list[Path]:
-    return [campaign.folder / "campaign.yaml", campaign.sheet]
+def _description(study: Study, _: str | None) -> list[Path]:
+    return [study.campaign.folder / "campaign.yaml", study.campaign.sheet]
 
 
-def _truth(campaign: Campaign, _: Record | None) -> list[Path]:
-    return [campaign.folder / "scene.yaml", *sorted((campaign.folder / "truth").glob("*.csv"))]
+def _scene(study: Study, _: str | None) -> list[Path]:
+    tests = study.scene.tests if study.scene else ()
+    measured = {str(test.base_record.file) for test in tests if test.base_record}
+    return [study.campaign.folder / name for name in ("scene.yaml", *sorted(measured))]
+
+
+def _truth(study: Study, id: str | None) -> list[Path]:
+    return [*_scene(study, id), *sorted((study.campaign.folder / "truth").glob("*.csv"))]
 
 
 _EACH = ("ingest", "condition", "impacts", "estimate")
 _TABLES = ("regimes", "identify", "compare", "replay")
-_NUMBA = ("h5py", "vinesexp.solver.ready")
-_MATPLOTLIB = (
-    *("h5py", "matplotlib.figure"),
-    *("matplotlib.backends.backend_svg", "matplotlib.backends.backend_pdf"),
-)
-
 STEPS: Mapping[str, Step] = {
+    "simulate": Step(  # of a simulated campaign: makes files of the campaign, not results
+        "vinesexp.showing:simulate", each=True, reads=_scene
+    ),
     "ingest": Step(
         "vinesexp.pipeline:ingest_record",
-        writes=lambda paths, id: [paths.record(id), paths.ingest_checks(id)],
+        ("simulate",),
+        makes=("record", "ingest_checks"),
+        each=True,
         reads=_instrument_files,
-        loads=("h5py", "pandas"),
     ),
     "condition": Step(
-        "vinesexp.pipeline:condition_record",
-        ("ingest",),
-        writes=lambda paths, id: [paths.conditioned(id)],
+        "vinesexp.pipeline:condition_record", ("ingest",), makes=("conditioned",), each=True
     ),
     "impacts": Step(
         "vinesexp.pipeline:find_impacts",
         ("ingest", "condition"),
-        writes=lambda paths, id: [paths.impacts(id), paths.regime(id)],
+        makes=("impacts", "regime"),
+        each=True,
     ),
     "estimate": Step(
         "vinesexp.pipeline:estimate_from_record",
         ("ingest", "condition", "impacts"),
-        writes=lambda paths, id: [paths.estimates(id), paths.decay(id)],
-        loads=_NUMBA,
+        makes=("estimates", "decay"),
+        each=True,
     ),
     "regimes": Step(
         "vinesexp.pipeline:collect_regimes",
@@ -124,7 +121,6 @@ STEPS: Mapping[str, Step] = {
         "vinesexp.pipeline:replay_records",
         ("ingest", "condition", "impacts", "identify", "regimes"),
         makes=("replay", "replay_cycles", "replay_checks"),
-        loads=_NUMBA,
     ),
     "checks": Step(
         "vinesexp.pipeline:collect_checks",
@@ -141,26 +137,22 @@ STEPS: Mapping[str, Step] = {
         "vinesexp.showing:figures_of_results",
         ("condition", "impacts", "estimate", *_TABLES),
         makes=("figures_results",),
-        loads=_MATPLOTLIB,
     ),
     "figures_records": Step(
         "vinesexp.showing:figures_of_records",
         ("ingest", "condition", "impacts"),
         makes=("figures_records",),
-        loads=_MATPLOTLIB,
     ),
     "pages": Step(
         "vinesexp.showing:pages",
         (*_EACH, "identify", "regimes", "replay", "checks"),
         makes=("records_page",),
-        loads=("h5py", "jinja2"),
     ),
     "report": Step(
         "vinesexp.showing:report",
         (*_EACH[:3], *_TABLES, "checks", "score", "figures_results", "figures_records"),
         makes=("report",),
         reads=_description,
-        loads=("h5py", "jinja2"),
     ),
     "bundle": Step(
         "vinesexp.showing:bundle",
@@ -169,14 +161,21 @@ STEPS: Mapping[str, Step] = {
     ),
 }
 
-#: Makes files of the campaign, not results.
-SIMULATE = Step("vinesexp.showing:simulate", loads=_NUMBA)
+
+#: Libraries that steps import only where they use them, and those that numba loads when it starts.
+LIBRARIES = (
+    *("h5py", "pandas", "jinja2", "vinesexp.solver.ready", "matplotlib.figure"),
+    *("matplotlib.backends.backend_svg", "matplotlib.backends.backend_pdf"),
+)
 
 
-def modules_of(step: str) -> list[str]:
-    """Modules that a step needs; some are names in a module."""
-    of = STEPS.get(step, SIMULATE)
-    return [*named_modules(of.call), *of.loads]
+def loads(step: str, later: Collection[str] = ()) -> list[str]:
+    """Modules to load before a step and those that come later; some are names in a module.
+
+    Where a step on records comes later all others do, and all libraries are needed.
+    """
+    named = [name for one in (step, *later) for name in named_modules(STEPS[one].call)]
+    return [*named, *(LIBRARIES if any(STEPS[one].each for one in later) else ())]
 
 
 class Study:
@@ -186,31 +185,39 @@ class Study:
     ----------
     campaign : Campaign
     paths : ResultPaths
-    keeps_channels : bool
-        Whether a missing file of channels is one to be made again.
+
+    Attributes
+    ----------
+    may_be_gone : collection of str
+        Folders whose missing files are none to be made again.
     """
 
-    def __init__(
-        self, campaign: Campaign, paths: ResultPaths, *, keeps_channels: bool = True
-    ) -> None:
+    def __init__(self, campaign: Campaign, paths: ResultPaths) -> None:
         self.campaign = campaign
         self.paths = paths
         self.records = {record.id: record for record in campaign.records}
         self.roots = {"results": paths.folder, "campaign": campaign.folder}
-        channels = paths.record("any").parent, paths.conditioned("any").parent
-        self.derivable = set() if keeps_channels else {str(path.absolute()) for path in channels}
+        self.may_be_gone: Collection[str] = ()
         self._notes: dict[tuple[str, str | None], Notes] = {}
         self._outcomes: dict[str, str] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """For the process of a job, which looks at results itself and needs all channels."""
-        return {**self.__dict__, "derivable": set(), "_notes": {}, "_outcomes": {}}
+        """For the process of a job, which looks at results itself."""
+        return {**self.__dict__, "_notes": {}, "_outcomes": {}}
+
+    @cached_property
+    def scene(self) -> Scene | None:
+        """Of a simulated campaign."""
+        from vinesexp.laboratory.scene import load_scene
+
+        file = self.campaign.folder / "scene.yaml"
+        return load_scene(file) if file.is_file() else None
 
     @cached_property
     def _same(self) -> dict[str, dict[str, str]]:
         """What each step uses on whichever record: of campaign.yaml, of the code."""
         return {
-            name: campaign_text(name, self.campaign) | code_behind(step.call)
+            name: {**campaign_text(name, self.campaign), "code": code_digest(step.call)}
             for name, step in STEPS.items()
         }
 
@@ -226,11 +233,12 @@ class Study:
             self._notes[key] = Notes(self.paths.notes(step, id), self.roots)
         return self._notes[key]
 
-    def why(self, step: str, id: str | None = None, *, with_channels: bool = False) -> list[str]:
+    def why(self, step: str, id: str | None = None) -> list[str]:
         """Reasons to run a step, on record `id` where it is one on records; empty if it holds."""
-        absent = () if with_channels else self.derivable
-        used = self.used(step, id)
-        return self.notes(step, id).why_outdated(step, used, derivable=absent)
+        reads = STEPS[step].reads(self, id)
+        return self.notes(step, id).why_outdated(
+            step, self.used(step, id), reads=reads, derivable=self.may_be_gone
+        )
 
     def remember(self) -> None:
         """Write down new times of files, which spares the next call to hash them."""
@@ -239,10 +247,27 @@ class Study:
 
     def outputs(self, step: str, id: str | None = None) -> list[Path]:
         """The files of a step, on record `id` where it is one on records."""
-        named = STEPS[step]
-        if named.writes and id is not None:
-            return named.writes(self.paths, id)
-        return [getattr(self.paths, name) for name in named.makes]
+        places = [getattr(self.paths, name) for name in STEPS[step].makes]
+        return [place(id) if callable(place) else place for place in places]
+
+    def log(self, step: str, batch: str) -> Path:
+        """What a job as a whole printed, and what it took."""
+        return self.paths.log(f"{step}.{batch}".rstrip("."))
+
+    def work(self, step: str, batch: str, died: Deaths, begin: Begin) -> int:
+        """Do a step on a batch of records, or on all; exit code of the process of its job."""
+        if not batch:
+            return 0 if on_all(partial(self.run, step), log=self.log(step, batch)) else 1
+        done = on_each(
+            step,
+            [id for id in members(list(self.records), batch) if self.why(step, id)],
+            work=partial(self.run, step),
+            refuse=partial(self.refuse, step),
+            died=died,
+            begin=begin,
+            log_of=partial(self.paths.log, step),
+        )
+        return 0 if done else 1
 
     def run(self, step: str, id: str | None = None) -> None:
         """Run a step and note what it was made from."""
@@ -265,17 +290,15 @@ class Study:
             write_checks(self.paths.ingest_checks(id), [Check(id, "ingest", "refused", reason)])
             written += self.outputs("ingest", id)
         for other in (*STEPS[step].follows, step):
-            if other != "ingest":
+            if other not in ("simulate", "ingest"):
                 self.run(other, id)
 
     @contextmanager
-    def _noted(self, step: str, id: str | None) -> Iterator[list[Path]]:
+    def _noted(self, step: str, id: str | None = None) -> Iterator[list[Path]]:
         """Note what a step used, read and wrote, which is added to the list."""
-        written: list[Path] = []
-        notes, used = self.notes(step, id), self.used(step, id)
-        notes.begin(step, reads=STEPS[step].reads(self.campaign, self.records.get(id or "")))
-        yield written
-        notes.finish(step, used, writes=written)
+        reads = STEPS[step].reads(self, id)
+        with self.notes(step, id).making(step, self.used(step, id), reads=reads) as written:
+            yield written
         self._outcomes.clear()
 
     def used(self, step: str, id: str | None) -> dict[str, str]:
@@ -288,11 +311,11 @@ class Study:
     def _outcome(self, step: str, id: str | None) -> str:
         """Digest of what a step wrote, on all records where `id` is None."""
         if id is not None:
-            return shortened(self.notes(step, id).outcome(step))
+            return self.notes(step, id).outcome(step)
         if step not in self._outcomes:
             ids = self.records if STEPS[step].each else (None,)
             parts = [(i, self.notes(step, i).outcome(step)) for i in ids]
-            self._outcomes[step] = shortened(repr(parts))
+            self._outcomes[step] = repr(parts)
         return self._outcomes[step]
 
 
@@ -310,61 +333,3 @@ def members(records: Sequence[str], batch: str) -> list[str]:
         return [batch.removeprefix("only.")]
     k, _, n = batch.partition("of")
     return list(records[int(k) - 1 :: int(n)])
-
-
-@dataclass(frozen=True)
-class Job:
-    """A step as a process does it: on a batch of records, on all of them, or a simulation.
-
-    Parameters
-    ----------
-    study : Study
-    step : str
-    batch : str
-        Of a step on records, as `members` takes it.
-    group : str
-        Of a simulation, which makes files of the campaign.
-    """
-
-    study: Study
-    step: str
-    batch: str = ""
-    group: str = ""
-
-    @property
-    def log(self) -> Path:
-        """What the job as a whole printed, and what it took."""
-        named = f"{self.step}.{self.batch}" if self.batch else self.step
-        return self.study.paths.log(named, self.group or None)
-
-    def __call__(self, died: Deaths, begin: Begin) -> int:
-        """Exit code of the job."""
-        if self.batch:
-            return 0 if self._on_records(died, begin) else 1
-        work = partial(self._simulate) if self.group else partial(self.study.run, self.step)
-        return 0 if on_all(work, log=self.log) else 1
-
-    def _simulate(self) -> None:
-        from vinesexp.showing import simulate
-
-        simulate(self.study.campaign, self.group, paths=self.study.paths)
-
-    def _on_records(self, died: Deaths, begin: Begin) -> bool:
-        study, paths = self.study, self.study.paths
-        alone = self.batch.startswith(
-            "only."
-        )  # a result asked for by its name brings what it needs
-        done = all(
-            on_each(
-                step,
-                [id for id in members(list(study.records), self.batch) if study.why(step, id)],
-                work=partial(study.run, step),
-                refuse=partial(study.refuse, step),
-                died=died,
-                begin=begin,
-                log_of=partial(paths.log, step),
-            )
-            for step in (*(STEPS[self.step].follows if alone else ()), self.step)
-        )
-        done_file = paths.batch(self.step, self.batch)
-        return done and (alone or on_all(partial(write_whole, done_file, ""), log=self.log))

@@ -66,8 +66,10 @@ def run_apart(name: str, work: Work, *, log: Path, loads: Collection[str] = ()) 
     died: dict[str, list[str]] = {}
     while True:
         told = _told_by_process(work, died, loads)
-        if "took" in told:
-            _append(log, f"process: {told['took']}")
+        with suppress(OSError):
+            log.parent.mkdir(parents=True, exist_ok=True)
+            with log.open("a", encoding="utf-8") as stream:
+                stream.write(f"process: {told.get('took', 'is gone')}\n")
         if "code" in told or "ended" not in told:
             return int(told.get("code", 1))
         of_this = died.setdefault(told.get("record", ""), [])
@@ -233,20 +235,9 @@ def _one_line(error: Exception) -> str:
             return unexpected
         error = error.__context__
     if "errno = " in str(error):  # HDF5 fails again for all that it has open, in tracebacks
-        sys.excepthook = sys.unraisablehook = _say_nothing
+        sys.unraisablehook = lambda _: None
     file = getattr(error, "filename", None)
     return f"{f'{file}: ' if file else ''}{reason_of_machine(error)}; {_OF_THE_MACHINE}"
-
-
-def _say_nothing(*_: object) -> None:
-    pass
-
-
-def _append(path: Path, line: str) -> None:
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a", encoding="utf-8") as stream:
-            stream.write(f"{line}\n")
 
 
 def _say(line: str) -> None:

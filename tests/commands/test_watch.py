@@ -37,8 +37,8 @@ def test_a_time_that_is_none(bench, capsys):
     assert not (bench.parent / "results").exists()
 
 
-def test_the_option_that_chooses_another_folder_is_that_of_watch(bench, capsys):
+def test_the_option_that_chooses_another_folder_is_named(bench, capsys):
     with hold_results(bench.parent / "held", campaign=bench):
-        assert said(capsys, "--results", "held").endswith("with --results DIR")
+        assert said(capsys, "--results", "held").endswith("(of vinesexp watch: --results DIR)")
     assert main(["watch", "nowhere"]) == 1
     assert "nowhere: no such folder" in capsys.readouterr().err

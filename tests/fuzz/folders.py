@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import random
 from pathlib import Path
 
@@ -87,9 +86,8 @@ def _results(folder: Path) -> tuple[Campaign, ResultPaths]:
         ) as writer:  # fmt: skip
             writer.append({"base": np.zeros(3)})
         write_rows(paths.impacts(id), IMPACTS, [])
-        notes = Notes(paths.notes("ingest", id), roots)
-        notes.begin("ingest")
-        notes.finish("ingest", {}, writes=[paths.record(id), paths.impacts(id)])
+        with Notes(paths.notes("ingest", id), roots).making("ingest", {}) as written:
+            written += [paths.record(id), paths.impacts(id)]
     regimes = [{**dict.fromkeys(RECORD_REGIMES.names), "record": id} for id in IDS]
     write_rows(paths.regimes, RECORD_REGIMES, regimes)
     value = {"parameter": "M", "value": 4.7, "std_error": 0.1, "unit": "kg", "method": "combined"}
@@ -97,9 +95,8 @@ def _results(folder: Path) -> tuple[Campaign, ResultPaths]:
     write_rows(paths.clearances, CLEARANCES, [])
     write_checks(paths.checks, [Check("a", "ingest", "ok", "fine")])
     paths.report.write_text("report", encoding="utf-8")
-    notes = Notes(paths.notes("report"), roots)
-    notes.begin("report")
-    notes.finish("report", {}, writes=[paths.report])
+    with Notes(paths.notes("report"), roots).making("report", {}) as written:
+        written.append(paths.report)
     return campaign, paths
 
 
@@ -108,14 +105,14 @@ def _spoil(notes: Path, rng: random.Random) -> None:
     if rng.random() < 0.5:
         notes.write_bytes(damaged(notes.read_bytes(), rng))
         return
-    found = json.loads(notes.read_text(encoding="utf-8"))
-    step = next(name for name in found if name != "format")
+    found = Notes(notes, {})
+    step = next(iter(found.steps))
     name = rng.choice(
         ("results:../elsewhere/treasure.csv", "campaign:raw.csv", ":/etc/passwd", "results:", "x",
          "results:records/../../elsewhere/treasure.csv", "nowhere:a.csv")
     )  # fmt: skip
-    found[step]["writes"][name] = rng.choice((None, [1, 2, 3, "0"], [], "x"))
-    notes.write_text(json.dumps(found), encoding="utf-8")
+    found.steps[step]["writes"][name] = rng.choice((None, "0", "", "x"))
+    found._write()
 
 
 def _use(
@@ -137,10 +134,10 @@ def _use(
             Notes(other, roots).remove()
         assert not paths.record("gone").exists(), "the result of a removed record stays"
         for id in IDS:
-            Notes(paths.notes("ingest", id), roots).finish(
-                "ingest", {}, writes=[paths.record(id), paths.impacts(id)]
-            )
-        Notes(paths.notes("report"), roots).finish("report", {}, writes=[paths.report])
+            with Notes(paths.notes("ingest", id), roots).making("ingest", {}) as written:
+                written += [paths.record(id), paths.impacts(id)]
+        with Notes(paths.notes("report"), roots).making("report", {}) as written:
+            written.append(paths.report)
     showing.bundle(campaign, paths=paths)
     assert MARK not in paths.bundle.read_bytes(), "the bundle holds a file of a person"
     compared = compare_results(paths.folder, paths.folder)

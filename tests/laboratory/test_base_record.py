@@ -9,7 +9,7 @@ from vinesexp.commands.simulate import write_description
 from vinesexp.errors import CampaignError
 from vinesexp.excitation import Harmonic, Measured, SteppedSweep, Sweep
 from vinesexp.laboratory.experiment import motion_of
-from vinesexp.laboratory.scene import group_text, load_scene, simulate_group
+from vinesexp.laboratory.scene import load_scene, simulate_group, text_of
 
 HEAD = """\
 title: Base motions
@@ -118,7 +118,8 @@ def test_the_file_is_part_of_what_a_group_depends_on_and_its_folder_is_not(tmp_p
         folder = tmp_path / name
         folder.mkdir()
         shaker(folder, seconds)
-        texts.append(group_text(scene_of(folder, RECORD), "driven"))
+        scene = scene_of(folder, RECORD)
+        texts.append(text_of(scene, scene.groups["driven"][0]))
     assert texts[0] == texts[1] != texts[2]
 
 

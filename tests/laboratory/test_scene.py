@@ -1,4 +1,4 @@
-"""Scenes: read strictly, cut into groups that depend on nothing else, made the same every time."""
+"""Scenes: read strictly, of tests that depend on nothing else, made the same every time."""
 
 from pathlib import Path
 
@@ -7,14 +7,7 @@ import pytest
 
 from vinesexp.errors import CampaignError
 from vinesexp.laboratory.experiment import motion_of
-from vinesexp.laboratory.scene import (
-    group_files,
-    group_text,
-    load_scene,
-    raw_file,
-    simulate_group,
-    truth_file,
-)
+from vinesexp.laboratory.scene import load_scene, raw_file, simulate_group, text_of, truth_file
 
 SCENE = """\
 title: A small scene
@@ -104,7 +97,7 @@ def test_every_group_writes_the_files_it_says_and_the_truth(tmp_path):
     scene = scene_of(tmp_path)
     for group in scene.groups:
         made = simulate_group(scene, group, tmp_path / "out")
-        assert made == [tmp_path / "out" / path for path in group_files(scene, group)]
+        assert made == [tmp_path / "out" / raw_file(test) for test in scene.groups[group]]
         for test in scene.groups[group]:
             assert (tmp_path / "out" / raw_file(test)).stat().st_size > 1000
             assert (tmp_path / "out" / truth_file(test)).exists()
@@ -118,22 +111,23 @@ def test_same_seed_same_bytes_and_another_seed_others(tmp_path):
     for group in scene.groups:
         for folder, of in (("a", scene), ("b", scene), ("c", other)):
             simulate_group(of, group, tmp_path / folder)
-        for path in group_files(scene, group):
+        for path in map(raw_file, scene.groups[group]):
             first = (tmp_path / "a" / path).read_bytes()
             assert first == (tmp_path / "b" / path).read_bytes()
             assert first != (tmp_path / "c" / path).read_bytes()
 
 
-def test_adding_a_record_changes_no_other_record_and_no_other_group(tmp_path):
+def test_adding_a_record_changes_no_other_record(tmp_path):
     scene = scene_of(tmp_path)
     more = scene_of(
         tmp_path, SCENE.replace("      free_1:", "      free_0: {release: 9 mm}\n      free_1:")
     )
-    assert group_text(scene, "driven") == group_text(more, "driven")
-    assert group_text(scene, "free") != group_text(more, "free")
+    texts = {test.record: text_of(scene, test) for test in scene.tests}
+    after = {test.record: text_of(more, test) for test in more.tests}
+    assert texts == {record: text for record, text in after.items() if record != "free_0"}
     simulate_group(scene, "free", tmp_path / "a")
     simulate_group(more, "free", tmp_path / "b")
-    for path in group_files(scene, "free"):
+    for path in map(raw_file, scene.groups["free"]):
         assert (tmp_path / "a" / path).read_bytes() == (tmp_path / "b" / path).read_bytes()
 
 
@@ -149,9 +143,14 @@ def test_adding_a_record_changes_no_other_record_and_no_other_group(tmp_path):
         ("0.6}", "0.6, coulomb_damping: 0.1 N}", {"free", "driven", "fall"}),
     ],
 )
-def test_group_text_tells_what_a_group_depends_on(tmp_path, old, new, changed):
+def test_its_text_tells_what_a_test_depends_on(tmp_path, old, new, changed):
     before, after = scene_of(tmp_path), scene_of(tmp_path, SCENE.replace(old, new))
-    differ = {g for g in before.groups if group_text(before, g) != group_text(after, g)}
+    differ = {
+        group
+        for group in before.groups
+        for one, other in zip(before.groups[group], after.groups[group], strict=True)
+        if text_of(before, one) != text_of(after, other)
+    }
     assert differ == changed
 
 
@@ -307,7 +306,7 @@ def test_the_truth_is_drawn_around_the_sheet(tmp_path):
             assert 0.0 < abs(ball.m - 0.032) < 4e-4
         assert 0.0 < abs(test.oscilloscope.clock_error) < 4e-4
     moved = scene_of(tmp_path, SHEET.replace("seed: 3", "seed: 4"))
-    assert group_text(moved, "driven") != group_text(scene, "driven")
+    assert text_of(moved, moved.groups["driven"][0]) != text_of(scene, scene.groups["driven"][0])
 
 
 def test_the_files_of_a_campaign_state_the_sheet_and_its_uncertainties(tmp_path):
@@ -414,7 +413,7 @@ def test_a_missing_scene_and_an_unknown_group_are_reported(tmp_path):
     with pytest.raises(CampaignError, match="is missing"):
         load_scene(Path(tmp_path) / "scene.yaml")
     with pytest.raises(CampaignError, match=r"no group 'fre'.*did you mean 'free'"):
-        group_files(scene_of(tmp_path), "fre")
+        simulate_group(scene_of(tmp_path), "fre", tmp_path)
 
 
 def test_reading_a_scene_is_quick_and_imports_nothing_heavy(tmp_path):
@@ -424,8 +423,8 @@ def test_reading_a_scene_is_quick_and_imports_nothing_heavy(tmp_path):
     scene_of(tmp_path)
     code = (
         "import sys; from vinesexp.laboratory.scene import *; from pathlib import Path;"
-        f"s = load_scene(Path({str(tmp_path / 'scene.yaml')!r})); group_text(s, 'free');"
-        "group_files(s, 'free');"
+        f"s = load_scene(Path({str(tmp_path / 'scene.yaml')!r})); text_of(s, s.tests[0]);"
+        "raw_file(s.tests[0]);"
         "print([m for m in ('numba', 'scipy', 'pandas', 'h5py', 'xarray') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

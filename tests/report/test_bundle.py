@@ -26,8 +26,8 @@ def test_files_of_others_are_not_handed_on(tmp_path):
         ("report", None, [paths.report]),
     ):
         notes = Notes(paths.notes(step, id), roots)
-        notes.begin(step)
-        notes.finish(step, {}, writes=[write(file) for file in files])
+        with notes.making(step, {}) as written:
+            written += [write(file) for file in files]
         write(paths.log(step, id))
     write(paths.folder / "salaries.csv")
     write(paths.folder / "logs/diary.txt")

@@ -9,7 +9,7 @@ import pytest
 
 from vinesexp.errors import VinesexpError
 from vinesexp.resultslock import hold_results
-from vinesexp.workflow import batches_of, keeps_channels, read_config
+from vinesexp.workflow import read_config
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
@@ -69,7 +69,7 @@ def test_a_dry_run_says_in_a_dozen_lines_what_would_run_and_why(finished):
         ({"campaign": 1e3}, "campaign=./1000.0"),
         ({"results": "a{b}c"}, "cannot hold { or }"),
         ({"batches": 0}, "expected a whole number of 1 or more"),
-        ({"keep": "tables"}, "found 'tables'; final removes the channels"),
+        ({"keep": "tables"}, "found 'tables', expected all, or final, which removes"),
         ({"results": "site"}, "holds files that are no results (pages and 1 more)"),
         ({"results": "data/tiny"}, "cannot go into the campaign's own folder"),
     ],
@@ -81,7 +81,7 @@ def test_a_mistake_in_config_is_said(workflow, config, words, monkeypatch):
     monkeypatch.chdir(workflow.folder)
     given = {"campaign": "data/tiny"} | config
     with pytest.raises(VinesexpError, match=re.escape(words)):
-        _ = read_config(given), keeps_channels(given), batches_of(given, cores=1, records=2)
+        read_config(given)
 
 
 def test_a_mistake_in_config_is_one_line_at_the_console(workflow):

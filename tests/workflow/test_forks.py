@@ -3,6 +3,7 @@
 import shutil
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from multiprocessing import forkserver
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import pytest
 
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.steps import Job, Study, modules_of
+from vinesexp.steps import Study, loads
 from vinesexp.supervised import run_apart
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
@@ -24,8 +25,8 @@ def run(finished, monkeypatch):
     study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
 
     def run(step):
-        job = Job(study, step, batch="1of1")
-        return run_apart(step, job, log=job.log, loads=modules_of(step))
+        work, log = partial(study.work, step, "1of1"), study.log(step, "1of1")
+        return run_apart(step, work, log=log, loads=loads(step, ["condition"]))
 
     forkserver._forkserver._stop()
     yield run
@@ -47,7 +48,6 @@ def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(run, finished, ca
     shutil.rmtree(records)
     assert run("ingest") == 0
     assert {path.name for path in records.iterdir()} == {"added.nc", "bare.nc"}
-    assert (finished.folder / "results/tiny/steps/batches/ingest.1of1").is_file()
     (records / "bare.nc").unlink()
     (raw / "bare.csv").rename(raw / "elsewhere.csv")
     assert run("ingest") == 0, "a record without its file is refused"
@@ -65,7 +65,7 @@ def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(run, finished, ca
 def test_libraries_are_loaded_once_for_all_steps(run):
     assert run("ingest") == 0
     loaded = {part for one in server().memory_maps() for part in Path(one.path).parts}
-    assert {"numpy", "h5py", "pandas"} <= loaded, "what the step names and what it asks for later"
+    assert {"numpy", "h5py", "pandas", "numba"} <= loaded, "what it and later ones ask for"
 
 
 def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_place(run):

@@ -193,7 +193,9 @@ def test_a_single_result_is_brought_by_its_name_with_what_it_needs_and_no_more(o
     assert "up to date" in finished.run(*asked).stderr
     kept = (raw / "bare.csv").read_bytes()
     shutil.copyfile(raw / "added.csv", raw / "bare.csv")
-    assert "1 job would run" in finished.run("-n", *asked).stderr
+    plan = finished.run("-n", *asked).stderr
+    assert "3 jobs would run" in plan
+    assert re.search(r"ingest +1 record \(bare\): .*bare.csv changed", plan)
     (raw / "bare.csv").write_bytes(kept)
     shutil.rmtree(results)
     run = finished.run(*asked)
@@ -243,6 +245,6 @@ def test_a_report_is_redrawn_when_the_score_of_a_simulation_changes(finished):
     )
     assert study.why("report") == []
     study.paths.truth.write_text("a score", encoding="utf-8")
-    with study._noted("score", None) as written:
+    with study._noted("score") as written:
         written.append(study.paths.truth)
     assert study.why("report") == ["result of score changed"]

@@ -87,7 +87,7 @@ rule checks:
         PLAN.run("checks")
 
 
-if PLAN.scene:
+if PLAN.study.scene:
 
     rule score:
         "Simulated campaigns only: what was found against the truth."

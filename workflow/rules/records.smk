@@ -2,21 +2,20 @@
 # estimates. Each job goes through a batch of records and passes over those whose results hold.
 
 
-# The files of a group depend on its own part of scene.yaml: editing one group re-runs one. They
-# belong to the campaign, which other runs may read too: Snakemake, which removes what it is about
-# to make, gets a note that they are there instead.
-rule simulate:
-    "Simulated campaigns only: the instrument files of a group of tests, made from scene.yaml."
-    input:
-        PLAN.before("simulate"),
-    output:
-        PATHS.simulated("{group}"),
-    log:
-        PATHS.log("simulate", "{group}"),
-    message:
-        "simulate   {wildcards.group}"
-    run:
-        PLAN.run("simulate", group=wildcards.group)
+if PLAN.study.scene:
+
+    # These files belong to the campaign, which other runs may read too: Snakemake, which removes what
+    # it is about to make, does not know them.
+    rule simulate:
+        "Simulated campaigns only: the instrument file of each record, made from scene.yaml: raw/*."
+        output:
+            temp(touch(PATHS.batch("simulate", "{batch}"))),
+        log:
+            PATHS.log("simulate.{batch}"),
+        message:
+            "simulate   {wildcards.batch}"
+        run:
+            PLAN.run("simulate", batch=wildcards.batch)
 
 
 rule ingest:
@@ -24,7 +23,7 @@ rule ingest:
     input:
         PLAN.before("ingest"),
     output:
-        temp(PATHS.batch("ingest", "{batch}")),
+        temp(touch(PATHS.batch("ingest", "{batch}"))),
     log:
         PATHS.log("ingest.{batch}"),
     message:
@@ -38,7 +37,7 @@ rule condition:
     input:
         PLAN.before("condition"),
     output:
-        temp(PATHS.batch("condition", "{batch}")),
+        temp(touch(PATHS.batch("condition", "{batch}"))),
     log:
         PATHS.log("condition.{batch}"),
     message:
@@ -52,7 +51,7 @@ rule impacts:
     input:
         PLAN.before("impacts"),
     output:
-        temp(PATHS.batch("impacts", "{batch}")),
+        temp(touch(PATHS.batch("impacts", "{batch}"))),
     log:
         PATHS.log("impacts.{batch}"),
     message:
@@ -66,7 +65,7 @@ rule estimate:
     input:
         PLAN.before("estimate"),
     output:
-        temp(PATHS.batch("estimate", "{batch}")),
+        temp(touch(PATHS.batch("estimate", "{batch}"))),
     log:
         PATHS.log("estimate.{batch}"),
     message:

@@ -6,7 +6,6 @@ import argparse
 import shutil
 import sys
 import time
-from itertools import count
 from pathlib import Path
 
 from vinesexp.commands.options import Bar, add_options
@@ -24,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write raw/, truth/ and, where they are missing, scene.yaml, campaign.yaml, records.csv."""
-    from vinesexp.laboratory.scene import group_files, load_scene
+    from vinesexp.laboratory.scene import load_scene, raw_file
     from vinesexp.laboratory.simulated_files import refuse_measured, simulate_once
 
     scene = load_scene(args.scene)
@@ -41,30 +40,30 @@ def run(args: argparse.Namespace) -> int:
     seconds = sum(test.settle + test.duration for test in tests)
     print(f"{len(tests)} records, {seconds:,.0f} s of motion", file=sys.stderr, flush=True)
     for group in groups:
-        started = time.perf_counter()
+        started, made = time.perf_counter(), []
+        bar = Bar(f"records of {group}")
         try:
-            bar = Bar(f"records of {group}")
-            done, total = count(1), len(scene.groups[group])
-            files = simulate_once(
-                *(scene, group, args.out),
-                force=args.force,
-                progress=lambda: bar(next(done), total),  # noqa: B023
-            )
+            for number, test in enumerate(scene.groups[group], 1):
+                if simulate_once(scene, test, args.out, force=args.force):
+                    made.append(args.out / raw_file(test))
+                bar(number, len(scene.groups[group]))
             bar.end()
         except KeyboardInterrupt:
             print(
-                f"vinesexp simulate: stopped in {group}; the groups before it are complete, and "
-                "the same command continues with it",
+                f"vinesexp simulate: stopped in {group}; the records before are complete, and "
+                "the same command continues with the next",
                 file=sys.stderr,
             )
             return 130
-        if not files:
+        if not made:
             print(f"{group:20} is there already, from this scene", flush=True)
             continue
-        megabytes = sum(path.stat().st_size for path in files) / 1e6
+        megabytes = sum(path.stat().st_size for path in made) / 1e6
         seconds = time.perf_counter() - started
-        records = f"{len(group_files(scene, group))} records"
-        print(f"{group:20} {records:>11} {megabytes:8.1f} MB {seconds:6.2f} s", flush=True)
+        print(
+            f"{group:20} {f'{len(made)} records':>11} {megabytes:8.1f} MB {seconds:6.2f} s",
+            flush=True,
+        )
     return 0
 
 

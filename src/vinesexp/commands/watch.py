@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
         raise ParameterError(f"found {args.quiet:g}, expected 0 s or more", where="--quiet")
     session = Session(args.folder, results, quiet=args.quiet)
     session.begin()
-    lock = hold_results(results, campaign=args.folder, option="--results DIR")
+    lock = hold_results(results, campaign=args.folder)
     try:
         served = serve(session, port=args.port)
     except (OSError, OverflowError) as error:

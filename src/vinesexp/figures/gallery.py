@@ -12,7 +12,7 @@ import io
 import json
 import pickle
 import textwrap
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
@@ -168,7 +168,7 @@ FAMILIES: dict[str, Callable[[CampaignResults], Iterator[tuple[Figure, Drawn]]]]
 
 
 def draw_family(
-    family: str, campaign: Campaign, results: Path, *, code: Mapping[str, str] | None = None
+    family: str, campaign: Campaign, results: Path, *, code: str | None = None
 ) -> list[Drawn]:
     """Draw one family into results/figures and list it in figures/<family>.json.
 
@@ -179,8 +179,8 @@ def draw_family(
     campaign : Campaign
     results : Path
         The campaign's results folder.
-    code : mapping, optional
-        Digest of the code and versions of libraries: with them a figure whose files are still those
+    code : str, optional
+        Digest of the code: with it a figure whose files are still those
         of its content is not laid out and written again, which is most of the work.
 
     Returns
@@ -196,13 +196,11 @@ def draw_family(
     drawn = []
     notes = Notes(ResultPaths(results).notes(f"drawn_{family}"), {"results": results})
     for figure, entry in FAMILIES[family](CampaignResults(results, campaign)):
-        used = {"caption": entry.caption, "content": _digest(figure), **(code or {})}
+        used = {"caption": entry.caption, "content": _digest(figure), "code": code or ""}
         if code is None or notes.why_outdated(entry.name, used):
-            notes.begin(entry.name)
-            written = save(
-                figure, folder / entry.name, title=entry.title, description=entry.caption
-            )
-            notes.finish(entry.name, used, writes=written)
+            place, caption = folder / entry.name, entry.caption
+            with notes.making(entry.name, used) as written:
+                written += save(figure, place, title=entry.title, description=caption)
         drawn.append(entry)
     notes.renew()
     elsewhere = {

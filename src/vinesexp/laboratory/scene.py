@@ -1,7 +1,7 @@
-"""A scene: scene.yaml to instrument files and their truth, group by group.
+"""A scene: scene.yaml to instrument files and their truth, test by test.
 
-A group of tests is the unit of work: it is simulated by one job, and depends on nothing but
-what `group_text` says. Truth goes to its own folder, which no step of the analysis reads.
+A test depends on nothing but what `text_of` says. Truth goes to its own folder, which no step of
+the analysis reads.
 """
 
 from __future__ import annotations
@@ -561,20 +561,24 @@ def truth_file(test: Test) -> Path:
     return Path("truth") / f"{test.record}.csv"
 
 
-def group_files(scene: Scene, group: str) -> list[Path]:
-    """Raw files that a group writes, relative to the campaign folder."""
-    return [raw_file(test) for test in _tests(scene, group)]
+def text_of(scene: Scene, test: Test) -> str:
+    """All that the files of a test depend on, as one text: rig, seed, the test with its sensors."""
+    rig = scene.oscillator, scene.damping, scene.balls
+    return repr((scene.seed, *rig, scene.sheet, replace(test, note="")))
 
 
-def group_text(scene: Scene, group: str) -> str:
-    """All that the files of a group depend on, as one text: rig, seed, tests with their sensors."""
-    tests = tuple(replace(test, note="") for test in _tests(scene, group))
-    return repr((scene.seed, scene.oscillator, scene.damping, scene.balls, scene.sheet, tests))
+def simulate_test(scene: Scene, test: Test, folder: Path) -> list[Path]:
+    """Simulate one test; its raw file and its truth, in `raw` and `truth` of a campaign folder."""
+    from vinesexp.laboratory.experiment import perform
+
+    raw, truth = folder / raw_file(test), folder / truth_file(test)
+    for file in (raw, truth):
+        file.parent.mkdir(parents=True, exist_ok=True)
+    perform(scene, test, raw=raw, truth=truth)
+    return [raw, truth]
 
 
-def simulate_group(
-    scene: Scene, group: str, folder: Path, *, progress: Callable[[], None] | None = None
-) -> list[Path]:
+def simulate_group(scene: Scene, group: str, folder: Path) -> list[Path]:
     """Simulate the tests of a group and write their raw files and truth.
 
     Parameters
@@ -584,8 +588,6 @@ def simulate_group(
         One of `Scene.groups`.
     folder : Path
         The campaign folder; `raw` and `truth` are made in it.
-    progress : callable, optional
-        Called after each test.
 
     Returns
     -------
@@ -597,18 +599,6 @@ def simulate_group(
     CampaignError
         No such group.
     """
-    from vinesexp.laboratory.experiment import perform
-
-    for name in ("raw", "truth"):
-        (folder / name).mkdir(parents=True, exist_ok=True)
-    for test in _tests(scene, group):
-        perform(scene, test, raw=folder / raw_file(test), truth=folder / truth_file(test))
-        if progress is not None:
-            progress()
-    return [folder / path for path in group_files(scene, group)]
-
-
-def _tests(scene: Scene, group: str) -> tuple[Test, ...]:
     if group not in scene.groups:
         raise CampaignError(f"no group '{group}' in the scene; {nearest(group, scene.groups)}")
-    return scene.groups[group]
+    return [simulate_test(scene, test, folder)[0] for test in scene.groups[group]]

@@ -9,108 +9,53 @@ sheets, what was set on the bench.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.laboratory.bench import Scene, Test, stated
-from vinesexp.laboratory.scene import (
-    group_files,
-    group_text,
-    raw_file,
-    simulate_group,
-    truth_file,
-)
+from vinesexp.laboratory.scene import raw_file, simulate_test, text_of
 from vinesexp.laboratory.sensors import Accelerometer
 from vinesexp.records.campaign.records_csv import sheet_text
-from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.units import STANDARD_GRAVITY
 
 
-def made_by_simulation(folder: Path, group: str) -> Path:
-    """Note of what the files of a group were made from (`vinesexp.records.stored.freshness`)."""
-    return folder / "truth" / ".made" / f"{group}.json"
-
-
-def what_files_depend_on(scene: Scene, group: str) -> Mapping[str, str]:
-    """All that the files of a group depend on, by name."""
-    return {"scene": group_text(scene, group), "code": code_digest("vinesexp.laboratory.scene")}
-
-
-def why_simulate(scene: Scene, group: str, folder: Path) -> list[str]:
-    """Reasons to make the files of a group; empty where they hold."""
-    notes = Notes(made_by_simulation(folder, group), {"campaign": folder})
-    return notes.why_outdated("simulate", what_files_depend_on(scene, group))
-
-
-def records_of_groups(scene: Scene, campaign: Campaign) -> dict[str, set[str]]:
-    """Records of a simulated campaign whose files each group of its scene makes."""
-    folder = campaign.folder
-    made = {
-        (folder / path).resolve(): group
-        for group in scene.groups
-        for path in group_files(scene, group)
-    }
-    groups: dict[str, set[str]] = {group: set() for group in scene.groups}
-    for record in campaign.records:
-        for file in record.files:
-            if file.resolve() in made:
-                groups[made[file.resolve()]].add(record.id)
-    return groups
-
-
-def simulate_once(
-    scene: Scene,
-    group: str,
-    folder: Path,
-    *,
-    force: bool = False,
-    progress: Callable[[], None] | None = None,
-) -> list[Path]:
-    """Simulate the tests of a group where their files do not hold already.
+def simulate_once(scene: Scene, test: Test, folder: Path, *, force: bool = False) -> bool:
+    """Simulate a test where its files do not hold already; whether this was done.
 
     Parameters
     ----------
     scene : Scene
-    group : str
-        One of `Scene.groups`.
+    test : Test
+        One of its tests.
     folder : Path
         The campaign folder; `raw` and `truth` are made in it.
     force : bool
         Simulate in any case, over whatever files are there.
-    progress : callable, optional
-        Called after each test.
-
-    Returns
-    -------
-    list of Path
-        The raw files that were written; empty where they held.
 
     Raises
     ------
     VinesexpError
         A file is there that no simulation has made.
     """
-    if not force and not why_simulate(scene, group, folder):
-        return []
-    made = made_by_simulation(folder, group)
-    files = [folder / path for path in group_files(scene, group)]
+    noted = folder / "truth" / ".made" / f"{test.record}.json"
+    used = {"scene": text_of(scene, test), "code": code_digest("vinesexp.laboratory.scene")}
+    notes = Notes(noted, {"campaign": folder})
+    if not force and not notes.why_outdated("simulate", used):
+        return False
     if not force:
         refuse_measured(folder)
-    made.parent.mkdir(parents=True, exist_ok=True)
-    with _alone(made.parent / "lock"):
-        if not force and not why_simulate(scene, group, folder):
-            return []
-        notes = Notes(made, {"campaign": folder})
-        notes.begin("simulate")
-        simulate_group(scene, group, folder, progress=progress)
-        truths = [folder / truth_file(test) for test in scene.groups[group]]
-        used = what_files_depend_on(scene, group)
-        notes.finish("simulate", used, writes=[*files, *truths])
-    return files
+    noted.parent.mkdir(parents=True, exist_ok=True)
+    with _alone(noted.with_suffix(".lock")):
+        notes.read()
+        if not force and not notes.why_outdated("simulate", used):
+            return False
+        with notes.making("simulate", used) as written:
+            written += simulate_test(scene, test, folder)
+    return True
 
 
 def refuse_measured(folder: Path) -> None:
@@ -126,7 +71,7 @@ def refuse_measured(folder: Path) -> None:
 
 @contextmanager
 def _alone(lock: Path) -> Iterator[None]:
-    """Wait until no other process simulates into this folder."""
+    """Wait until no other process simulates the same test."""
     import fcntl
 
     with lock.open("w") as stream:

@@ -22,7 +22,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from vinesexp.codedigest import code_behind
+from vinesexp.codedigest import code_digest
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.live.views import (
@@ -324,7 +324,7 @@ class Session:
         self._new_values: Values | None = None  # found, and not written yet
         self._found = self._looked = ""  # what of the campaign was last used for either
         self._stop = threading.Event()
-        self._code = code_behind("vinesexp.pipeline:analyse_record")
+        self._code = code_digest("vinesexp.pipeline:analyse_record")
 
     # -- the loop -------------------------------------------------------------------------------
 
@@ -537,8 +537,8 @@ class Session:
         self._say(f"analysing {record.id}")
         note = Notes(self.results / "finished" / f"{record.id}.json", {"results": self.results})
         if note.why_outdated("analyse", {"key": key}):  # by an earlier session, too
-            analyse_record(campaign, record, paths=self.paths)
-            note.finish("analyse", {"key": key}, writes=[])
+            with note.making("analyse", {"key": key}):
+                analyse_record(campaign, record, paths=self.paths)
         seen.view = look_at_record(record, paths=self.paths)
         seen.state = "done"
         self._say("")

@@ -335,17 +335,19 @@ def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str
         paths.notes("traces", record.id), {"results": paths.folder, "campaign": campaign.folder}
     )
     used = {"code": code, "test": record.test, "balls": str(len(record.clearance))}
-    if notes.why_outdated("traces", used):
-        sources = (paths.record, paths.conditioned, paths.impacts, paths.decay)
-        notes.begin("traces", reads=[source(record.id) for source in sources])
-        content = traces_of(record.id, test=record.test, balls=len(record.clearance), paths=paths)
-        write_whole(page, script("vinesexp.traces", record.id, content))
-        written = [page]
-        for number, chunk in enumerate(samples_of(record.id, paths=paths)):
-            samples.mkdir(parents=True, exist_ok=True)
-            written.append(samples / f"{number}.js")
-            write_whole(written[-1], script("vinesexp.samples", f"{record.id}/{number}", chunk))
-        notes.finish("traces", used, writes=written)
+    sources = (paths.record, paths.conditioned, paths.impacts, paths.decay)
+    reads = [source(record.id) for source in sources]
+    if notes.why_outdated("traces", used, reads=reads):
+        with notes.making("traces", used, reads=reads) as written:
+            content = traces_of(
+                record.id, test=record.test, balls=len(record.clearance), paths=paths
+            )
+            write_whole(page, script("vinesexp.traces", record.id, content))
+            written.append(page)
+            for number, chunk in enumerate(samples_of(record.id, paths=paths)):
+                samples.mkdir(parents=True, exist_ok=True)
+                written.append(samples / f"{number}.js")
+                write_whole(written[-1], script("vinesexp.samples", f"{record.id}/{number}", chunk))
     notes.renew()
     return notes.files("traces")
 

@@ -1,9 +1,9 @@
 """Whether a result is still that of its inputs: by content, not by the times of files.
 
-Each step leaves a note beside its results: the text of everything it used, and size, times and
-digest of each file that it read and wrote. A later run compares. A file whose size and times
-are those of the note is taken for the same; any other is hashed, so that touching, copying or
-moving files costs nothing but the hashing. A result that was damaged or removed is made again. A
+Each step leaves a note beside its results: the text of everything it used, and the digest of each
+file that it read and wrote. A later run compares. A file whose size and times are those of the
+note is taken for the same; any other is hashed, so that touching, copying or moving files costs
+nothing but the hashing. A result that was damaged or removed is made again. A
 file that a step noted as its own and does not make any more goes, and no other file does.
 
 A step gets the campaign with everything blank but the fields that it may use. So what a step uses
@@ -15,9 +15,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import stat
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import fields, replace
 from operator import attrgetter
 from pathlib import Path
@@ -28,9 +27,8 @@ from vinesexp.whole_files import digest_of_file, write_whole
 
 #: Names of folders, so that notes on results hold when both are moved.
 Roots = Mapping[str, Path]
-States = dict[str, list[Any] | None]
 
-_FORMAT = 2
+_VERSION = 3
 
 
 def shortened(text: str) -> str:
@@ -45,7 +43,7 @@ def shortened(text: str) -> str:
 
 
 class Notes:
-    """What the steps on one thing, such as a record, used, read and wrote.
+    """What the steps on one thing, such as a record, used and wrote.
 
     Parameters
     ----------
@@ -58,34 +56,40 @@ class Notes:
     --------
     >>> import tempfile
     >>> here = Path(tempfile.mkdtemp())
-    >>> _ = (here / "in.txt").write_text("1"), (here / "out.txt").write_text("2")
+    >>> source = here / "in.txt"
+    >>> _ = source.write_text("1")
     >>> notes = Notes(here / "made.json", {"here": here})
-    >>> notes.begin("add", reads=[here / "in.txt"])
-    >>> notes.finish("add", {"by": "1"}, writes=[here / "out.txt"])
-    >>> os.utime(here / "in.txt"), notes.why_outdated("add", {"by": "1"})
+    >>> with notes.making("add", {"by": "1"}, reads=[source]) as written:
+    ...     _ = (here / "out.txt").write_text("2")
+    ...     written.append(here / "out.txt")
+    >>> os.utime(source), notes.why_outdated("add", {"by": "1"}, reads=[source])
     (None, [])
-    >>> notes.why_outdated("add", {"by": "2"})
+    >>> notes.why_outdated("add", {"by": "2"}, reads=[source])
     ['by changed']
     """
 
     def __init__(self, path: Path, roots: Roots) -> None:
         self.path = path
         self.roots = {name: os.path.abspath(folder) for name, folder in roots.items()}
-        self.steps: dict[str, Any] = {}
-        self.new_times = False
-        self._begun: States = {}
         self.read()
 
     def read(self) -> None:
         """Take what the file says; nothing where it is missing, damaged or of another version."""
-        self.steps = {}
+        self.steps: dict[str, dict[str, Any]] = {}
+        self._digests: dict[str, list[Any]] = {}  # size, times and digest of each file
+        self._new_times = False
         with suppress(OSError, ValueError):
-            found = json.loads(self.path.read_bytes())
-            if isinstance(found, dict) and found.pop("format", None) == _FORMAT:
-                self.steps = {step: made for step, made in found.items() if _is_whole(made)}
+            seal, _, text = self.path.read_text(encoding="utf-8").partition("\n")
+            if seal == _seal(text):
+                self.steps, self._digests = json.loads(text.removesuffix("]\n"))
 
     def why_outdated(
-        self, step: str, used: Mapping[str, str], *, derivable: Collection[str] = ()
+        self,
+        step: str,
+        used: Mapping[str, str],
+        *,
+        reads: Iterable[Path] = (),
+        derivable: Collection[str] = (),
     ) -> list[str]:
         """Reasons to run a step again, each a few words; empty where its result still holds.
 
@@ -94,66 +98,54 @@ class Notes:
         step : str
         used : mapping
             Everything besides files that the result depends on now, by name.
+        reads : iterable of Path
+            Files that it depends on.
         derivable : collection of str
             Folders whose files may be gone: they were removed on purpose and come back the same.
         """
         if step not in self.steps:
             return ["not made yet"]
-        made = self.steps[step]
-        if made["used"] is None:
+        noted = self.steps[step]["used"]
+        if noted is None:
             return ["was not finished"]
-        reasons = []
-        if used != made["used"]:  # short texts, and most often the same
-            names = dict.fromkeys([*used, *made["used"]])
-            now = {name: shortened(text) for name, text in used.items()}
-            reasons = [f"{n} changed" for n in names if now.get(n) != made["used"].get(n)]
-        for kind, change in (("reads", "changed"), ("writes", "is not as the step left it")):
-            for name, state in made[kind].items():
-                if reason := self._difference(made[kind], name, state, derivable):
-                    words = change if reason == "differs" else reason
-                    reasons.append(f"{os.path.basename(self._place(name))} {words}")
+        now = self._used(used, reads)
+        names = dict.fromkeys([*now, *noted]) if now != noted else ()
+        reasons = [f"{n.rpartition(':')[2]} changed" for n in names if now.get(n) != noted.get(n)]
+        for name, wanted in self._written(step).items():
+            place, found = self._place(name), self._digest(name)
+            if found is None and wanted is not None and os.path.dirname(place) not in derivable:
+                reasons.append(f"{os.path.basename(place)} is missing")
+            elif found not in (None, wanted):
+                reasons.append(f"{os.path.basename(place)} is not as the step left it")
         return reasons
 
-    def _difference(
-        self, states: States, name: str, state: Sequence[Any] | None, derivable: Collection[str]
-    ) -> str:
-        """How a file differs from its noted state; where it does not, its new times are noted."""
-        file = self._place(name)
-        now = _stat(file)
-        if now is None or state is None:
-            gone = now is None and os.path.dirname(file) in derivable
-            return "" if gone or now == state else "is missing" if now is None else "is new"
-        if now == state[:-1]:
-            return ""
-        if now[0] != state[0] or digest_of_file(file) != state[-1]:
-            return "differs"
-        states[name] = [*now, state[-1]]
-        self.new_times = True
-        return ""
+    @contextmanager
+    def making(
+        self, step: str, used: Mapping[str, str], *, reads: Iterable[Path] = ()
+    ) -> Iterator[list[Path]]:
+        """Note what a step uses, and what it writes: the block adds it to the list.
 
-    def begin(self, step: str, *, reads: Iterable[Path] = ()) -> None:
-        """Have the note vouch for nothing while the step runs: it may be killed.
-
-        What the step wrote before stays listed, for `finish` and `remove` to clear away. Of the
-        files that it reads, what they are now counts, not what they are when it ends.
+        Of the files that it reads, what they are at the beginning counts. What the step wrote
+        before stays listed until the block has ended well; of this, what it now did not write is
+        removed.
         """
-        self.read()
-        self._begun = self._states(reads)
-        if step in self.steps:
-            self.steps[step] |= {"used": None, "reads": {}}
-            self._write()
-
-    def finish(self, step: str, used: Mapping[str, str], *, writes: Iterable[Path]) -> None:
-        """Note what a step used, read and wrote; remove what it wrote before and now did not."""
-        self.read()
-        made: dict[str, dict[str, Any]] = {
-            "used": {name: shortened(text) for name, text in used.items()},
-            "reads": self._begun,
-            "writes": self._states(writes),
-        }
-        self._remove(self._written(step).keys() - made["writes"].keys())
-        self.steps[step] = made
+        written: list[Path] = []
+        self.doubt(step)
+        now = self._used(used, reads)
+        yield written
+        names = [self._name(file) for file in written]
+        for name in names:
+            self._digests.pop(name, None)  # written a moment ago: times are too coarse for that
+        self._remove(self._written(step).keys() - names)
+        self.steps[step] = {"used": now, "writes": {name: self._digest(name) for name in names}}
         self._write()
+
+    def doubt(self, step: str) -> None:
+        """Have the note vouch for nothing of a step: it is to run, and may be killed."""
+        self.read()
+        if step in self.steps:
+            self.steps[step]["used"] = None
+            self._write()
 
     def remove(self) -> None:
         """Remove what steps noted as their own on a thing that is no more, and the notes."""
@@ -164,8 +156,7 @@ class Notes:
 
     def outcome(self, step: str) -> str:
         """Digest of what a step wrote, for the steps that follow it."""
-        written = self._written(step)
-        return repr([(name, state and state[-1]) for name, state in sorted(written.items())])
+        return repr(sorted(self._written(step).items()))
 
     def files(self, step: str) -> list[Path]:
         """The files that a step wrote."""
@@ -174,30 +165,45 @@ class Notes:
 
     def renew(self) -> None:
         """Write down new times of files whose content is the same: spares hashing them again."""
-        if self.new_times:
+        if self._new_times:
             self._write()
-            self.new_times = False
 
-    def _written(self, step: str) -> States:
-        written: States = self.steps.get(step, {}).get("writes", {})
+    def _used(self, used: Mapping[str, str], reads: Iterable[Path]) -> dict[str, str | None]:
+        texts = {name: shortened(text) for name, text in used.items()}
+        return texts | {name: self._digest(name) for name in map(self._name, reads)}
+
+    def _written(self, step: str) -> dict[str, str | None]:
+        """Digest of each file that a step wrote, by name; None for one that was not there."""
+        written: dict[str, str | None] = self.steps.get(step, {}).get("writes", {})
         return written
+
+    def _digest(self, name: str) -> str | None:
+        """Digest of a file, None where there is none; the one noted for the same size and times."""
+        file = self._place(name)
+        if not os.path.isfile(file):
+            return None
+        try:
+            status = os.stat(file)
+            now = [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
+            if self._digests.get(name, [])[:-1] != now:
+                self._digests[name] = [*now, digest_of_file(file)]
+                self._new_times = True
+        except OSError:  # nobody may read it, or it went this moment
+            return None
+        return str(self._digests[name][-1])
 
     def _remove(self, names: Iterable[str]) -> None:
         for name in names:
             root, _, rest = name.partition(":")
-            if root == "results" and ".." not in Path(rest).parts and _stat(self._place(name)):
-                os.unlink(self._place(name))
+            file = self._place(name)
+            if root == "results" and ".." not in Path(rest).parts and os.path.isfile(file):
+                os.unlink(file)
+            self._digests.pop(name, None)
 
     def _write(self) -> None:
-        write_whole(self.path, json.dumps({"format": _FORMAT, **self.steps}, indent=1) + "\n")
-
-    def _states(self, files: Iterable[Path]) -> States:
-        """Size, times and digest of files by name; None for one that is not there."""
-        states: States = {}
-        for file in files:
-            now = _stat(file)
-            states[self._name(file)] = None if now is None else [*now, digest_of_file(file)]
-        return states
+        text = json.dumps([self.steps, self._digests], indent=1) + "]\n"
+        write_whole(self.path, f"{_seal(text)}\n{text}")
+        self._new_times = False
 
     def _name(self, file: Path) -> str:
         absolute = os.path.abspath(file)
@@ -211,27 +217,9 @@ class Notes:
         return os.path.join(self.roots.get(root, ""), rest)
 
 
-def _is_whole(made: Any) -> bool:
-    """Whether a note on a step says what it used, read and wrote."""
-    if not isinstance(made, dict) or made.keys() != {"used", "reads", "writes"}:
-        return False
-    files = made["reads"], made["writes"]
-    return (made["used"] is None or isinstance(made["used"], dict)) and all(
-        isinstance(states, dict)
-        and all(s is None or (isinstance(s, list) and len(s) == 4) for s in states.values())
-        for states in files
-    )
-
-
-def _stat(file: str | Path) -> list[int] | None:
-    """Size and times of a file; None where there is none."""
-    try:
-        status = os.stat(file)
-    except OSError:
-        return None
-    if not stat.S_ISREG(status.st_mode):
-        return None
-    return [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
+def _seal(text: str) -> str:
+    """First line of a file of notes: a damaged one, or one of another version, has another."""
+    return f'["{hashlib.sha256(f"{_VERSION}{text}".encode()).hexdigest()}",'
 
 
 _ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
@@ -295,10 +283,7 @@ def _parts(thing: Campaign | Record, names: tuple[str, ...]) -> dict[str, Any]:
 
 def campaign_text(step: str, campaign: Campaign) -> dict[str, str]:
     """What `step` uses of campaign.yaml, field by field; nothing in it names a folder."""
-    return {
-        f"{name} of campaign.yaml": shortened(repr(attrgetter(name)(campaign)))
-        for name in _seen(step)[0]
-    }
+    return {f"{name} of campaign.yaml": repr(attrgetter(name)(campaign)) for name in _seen(step)[0]}
 
 
 def row_text(campaign: Campaign, record: Record) -> dict[str, str]:
@@ -317,7 +302,7 @@ def rows_text(
     if id is not None:
         return {name: rows[id][name] for name in names}
     seen = [(i, {name: row[name] for name in names}) for i, row in rows.items()]
-    return {"records": shortened(repr(seen))}
+    return {"records": repr(seen)}
 
 
 _FIELDS = {name: attrgetter(name) for _, row in _SEES.values() for name in row}

@@ -132,10 +132,6 @@ class ResultPaths:
         """What a step printed."""
         return self.folder / "logs" / (f"{step}.log" if id is None else f"{step}/{id}.log")
 
-    def simulated(self, group: str) -> Path:
-        """Says that the instrument files of a group of a scene are there."""
-        return self.folder / "steps" / "simulate" / f"{group}.txt"
-
     @property
     def bundle(self) -> Path:
         """Everything for others in one zip, made on request."""
