@@ -18,7 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from benchmarks.memory import peak_memory
+from benchmarks.scale import peak_memory
 
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign.load import load_campaign

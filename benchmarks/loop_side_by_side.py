@@ -25,19 +25,12 @@ from vinesexp.solver.arrays import ball_table, closed_form, parameters
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.arrays import drive_table
 from vinesexp.solver.kernel import run
+from vinesexp.solver.lanes import amplitudes, row_of
 from vinesexp.solver.series import ORDER
 
 o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 def over_map(cells, duration):
     levels, clearances = np.linspace(0.05e-3, 0.40e-3, cells), np.linspace(5e-3, 60e-3, cells)
-    try:
-        from vinesexp.solver.lanes import amplitudes, row_of
-    except ImportError:  # the older tree
-        from benchmarks.amplitude_map import amplitude_map
-        return amplitude_map(
-            Rig(o, nes=[NES(m=0.032, b=0.03, r=0.6)]), frequency=o.f0, clearances=clearances,
-            levels=levels, duration=duration, workers=1,
-        ).impacts.sum()
     return amplitudes(np.array([
         row_of(Rig(o, nes=[NES(m=0.032, b=b, r=0.6)]), Harmonic(G, o.f0),
                Release(y0=[0.99 * b]), settle=0.0, duration=duration)
@@ -76,11 +69,6 @@ for b, r in ((0.030, 0.6), (0.036, 0.6), (0.040, 0.6), (0.060, 0.6), (0.002, 0.2
     best = math.inf
     for _ in range(3):
         begin = time.process_time_ns()
-        try:
-            from vinesexp.solver.lanes import amplitudes, row_of
-        except ImportError:
-            best = math.nan
-            break
         rows = [row_of(Rig(o, nes=[NES(m=0.032, b=b, r=r)]), base, start, settle=0.0,
                        duration=200.0) for start in starts]
         hits = amplitudes(np.array(rows)).impacts.sum()

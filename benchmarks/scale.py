@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
+import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
-from benchmarks.memory import peak_memory
 
 from vinesexp.pipeline import condition_record, estimate_from_record, find_impacts, ingest_record
 from vinesexp.records.campaign.load import load_campaign
@@ -75,6 +75,27 @@ def write_record(folder: Path, *, minutes: float, rate: float, roles: list[str])
     head = "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz"
     (folder / "records.csv").write_text(f"{head}\n{row}\n", encoding="utf-8")
     return folder
+
+
+def peak_memory() -> float | None:
+    """Largest memory that this process has held, MiB, where the system says it.
+
+    The usual `ru_maxrss` outlives the start of a new program on Linux, and would show what the
+    parent had held; VmHWM is of this program alone. Of the processes that it started and that have
+    ended the largest counts too.
+    """
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    size = 2**20 if sys.platform == "darwin" else 2**10
+    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / size
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        kilobytes = next(line.split()[1] for line in status.splitlines() if "VmHWM" in line)
+        return max(int(kilobytes) / 2**10, children)
+    except (OSError, StopIteration):
+        return max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / size, children)
 
 
 def measured(step: str, folder: Path, results: Path) -> tuple[float, float]:
