@@ -212,7 +212,11 @@ def _return_rate(path: Path, drive: Drive, bare: float) -> float | None:
     a = np.linalg.lstsq(rows * weight[:, np.newaxis], d[2:] * weight, rcond=None)[0]
     factor = float(np.abs(np.roots([1.0, -a[0], -a[1]])).max())
     rate = math.log(factor)
-    return rate if rate < -_LASTS else None
+    if rate < -_LASTS:
+        return rate
+    # A return by three factors may look like one by two of which one is above 1: what has died away
+    # has returned.
+    return -math.inf if moving[-1] < scale.size - _FEWEST else None
 
 
 def _bare(body: Body, drive: Drive) -> float:

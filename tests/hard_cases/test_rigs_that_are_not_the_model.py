@@ -472,6 +472,15 @@ def test_off_the_resonance_the_orbit_ends_where_b_c_says(share, missed):
     assert not stays(Body(), drive, missed)
 
 
+def test_a_motion_that_dies_away_to_the_orbit_stays():
+    """It returns by three factors, and a fit of two of them finds one above 1."""
+    from benchmarks.robustness.end_of_orbit import stays
+    from benchmarks.robustness.rig import Body, Drive
+
+    assert stays(Body(friction=0.05), Drive(0.25e-3, 7.862), 33.5e-3)
+    assert not stays(Body(friction=0.05), Drive(0.25e-3, 7.862), 34.5e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["r falls by 0.05 per m/s", "contact of 0.9 ms", "frequency 1 % off the sheet"]
