@@ -26,7 +26,6 @@ from numpy.typing import ArrayLike
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError
 from vinesexp.figures import style
-from vinesexp.figures.invariant_manifold import sized_figure
 from vinesexp.theory import (
     boundaries,
     manifold,
@@ -489,7 +488,7 @@ def method_map(
         *(style.COLOURS[name] for name in ("published", "two asymmetric", "exact")),
         style.COLOURS["impact"],
     ][: len(names) + 1]
-    figure, axes = sized_figure(2.6 * grid.shape[0] + 0.8, 3.2, columns=grid.shape[0])
+    figure, axes = style.new_figure(1, grid.shape[0], height=3.2, width=2.6 * grid.shape[0] + 0.8)
     norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
     for axis, panel, title in zip(axes, grid, titles, strict=True):
         axis.grid(False)

@@ -12,7 +12,35 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from vinesexp.figures.invariant_manifold import COLOURS, draw_sim, sized_figure
+from vinesexp.figures.invariant_manifold import draw_sim
+from vinesexp.figures.style import COLOURS, new_figure
+from vinesexp.theory import manifold
+
+PUBLISHED_A_2 = 0.6  # as the paper reads it off
+
+
+def sim_figure(*, r: float) -> Figure:
+    """Figure 2 of the paper: the SIM with T1, T2, and the A_2 that the paper reads off."""
+    figure, (axis,) = new_figure(height=4.0, width=5.6)
+    draw_sim(axis, r=r, top=1.0)
+    C = float(manifold.upper_branch(PUBLISHED_A_2, r=r))
+    axis.plot(C, PUBLISHED_A_2, "x", ms=8, mew=2, color=COLOURS["published"], zorder=5)
+    axis.annotate(
+        f"T2 as published, A = {PUBLISHED_A_2}",
+        (C, PUBLISHED_A_2),
+        textcoords="offset points",
+        xytext=(-8, 6),
+        ha="right",
+        color=COLOURS["published"],
+    )
+    axis.set(xlabel="ball amplitude C (clearances)", ylabel="amplitude A (clearances)")
+    axis.set(xlim=(0, 2.1), ylim=(0, 1.05))
+    axis.set_title(
+        f"SIM, r = {r:g}: A$_1$ = {float(manifold.A_1(r)):.4f}, "
+        f"A$_2$ = {float(manifold.A_2(r)):.4f}"
+    )
+    axis.legend(frameon=False, loc="lower left")
+    return figure
 
 
 def motion_on_sim(motions: Sequence[Mapping[str, Any]], *, r: float, title: str = "") -> Figure:
@@ -22,18 +50,18 @@ def motion_on_sim(motions: Sequence[Mapping[str, Any]], *, r: float, title: str 
     and `C`, `A` (clearances; the projection at each impact).
     """
     rows = len(motions)
-    figure, axes = sized_figure(10.0, 3.0 * rows, rows=rows, columns=3)
+    figure, axes = new_figure(rows, 3, height=3.0 * rows, width=10.0)
     for k, motion in enumerate(motions):
         row = axes[3 * k : 3 * k + 3]
         b = 1e3 * float(motion["b"])
-        row[0].plot(motion["t"], 1e3 * np.asarray(motion["x"]), lw=0.6, color=COLOURS["simulated"])
-        row[1].plot(motion["t"], 1e3 * np.asarray(motion["w"]), lw=0.6, color=COLOURS["simulated"])
+        row[0].plot(motion["t"], 1e3 * np.asarray(motion["x"]), lw=0.6, color=COLOURS["measured"])
+        row[1].plot(motion["t"], 1e3 * np.asarray(motion["w"]), lw=0.6, color=COLOURS["measured"])
         for side in (-b, b):
-            row[1].axhline(side, lw=0.8, ls=":", color=COLOURS["unstable"])
+            row[1].axhline(side, lw=0.8, ls=":", color=COLOURS["base"])
         row[0].set(xlabel="time (s)", ylabel="x (mm)", title=str(motion["label"]))
         row[1].set(xlabel="time (s)", ylabel="x − y (mm)")
         C, A = b * np.asarray(motion["C"]), b * np.asarray(motion["A"])
-        row[2].plot(C, A, ".", ms=2, alpha=0.6, color=COLOURS["motion"], label="each impact")
+        row[2].plot(C, A, ".", ms=2, alpha=0.6, color=COLOURS["impact"], label="each impact")
         draw_sim(row[2], r=r, scale=b, top=max(1.05 * float(A.max()) / b, 0.8) if A.size else 1.0)
         row[2].set(xlabel="C b (mm)", ylabel="A b (mm)")
         row[2].set_xlim(0, 2.2 * b)
@@ -56,7 +84,7 @@ def response_over_clearance(
     bare: float,
 ) -> Figure:
     """Figure 4: mean and maximum amplitude over the clearance, the exact orbit and both b_c."""
-    figure, (axis,) = sized_figure(6.6, 4.2)
+    figure, (axis,) = new_figure(height=4.2, width=6.6)
     axis.plot(
         1e3 * np.asarray(orbit_b),
         1e3 * np.asarray(orbit),
@@ -70,7 +98,7 @@ def response_over_clearance(
         1e3 * np.asarray(mean),
         "o",
         ms=4,
-        color=COLOURS["simulated"],
+        color=COLOURS["measured"],
         label="simulated, mean amplitude",
     )
     axis.plot(
@@ -78,7 +106,7 @@ def response_over_clearance(
         1e3 * np.asarray(largest),
         "^",
         ms=4,
-        color=COLOURS["motion"],
+        color=COLOURS["impact"],
         label="simulated, maximum",
     )
     axis.axhline(1e3 * bare, color=COLOURS["bare"], ls="--", lw=1, label="without ball")
@@ -108,11 +136,11 @@ def regimes_of_release(panels: Sequence[Mapping[str, Any]], *, title: str = "") 
     """
     columns = 2
     rows = -(-len(panels) // columns)
-    figure, axes = sized_figure(9.0, 2.4 * rows, rows=rows, columns=columns)
+    figure, axes = new_figure(rows, columns, height=2.4 * rows, width=9.0)
     for axis, panel in zip(axes, panels, strict=False):
-        axis.plot(panel["t"], 1e3 * np.asarray(panel["w"]), lw=1.0, color=COLOURS["simulated"])
+        axis.plot(panel["t"], 1e3 * np.asarray(panel["w"]), lw=1.0, color=COLOURS["measured"])
         for side in (-1e3 * panel["b"], 1e3 * panel["b"]):
-            axis.axhline(side, lw=0.8, ls=":", color=COLOURS["unstable"])
+            axis.axhline(side, lw=0.8, ls=":", color=COLOURS["base"])
         axis.set(xlabel="time (s)", ylabel="x − y (mm)")
         axis.set_title(str(panel["label"]), fontsize=9)
     for axis in axes[len(panels) :]:

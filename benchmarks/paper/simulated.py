@@ -19,7 +19,6 @@ from benchmarks.paper.rig import (
 
 from vinesexp import Motion
 from vinesexp.figures import style
-from vinesexp.figures.invariant_manifold import sim_figure
 from vinesexp.theory import boundaries, manifold, orbits
 from vinesexp.theory.manifold import project
 from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
@@ -52,7 +51,7 @@ def on_sim(motion: Motion, label: str, *, show: float) -> dict[str, object]:
 
 
 def figure_2() -> tuple[list[str], Verdicts]:
-    style.write_figure(sim_figure(r=R), FIGURES / "figure_2.svg")
+    style.write_figure(figures.sim_figure(r=R), FIGURES / "figure_2.svg")
     C = np.linspace(0.05, 2.0, 400)
     stable = C[manifold.is_stable(C, r=R)]
     lines = [

@@ -33,6 +33,7 @@ from vinesexp.records.stored.result_columns import IMPACTS, TABLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_dataset
 from vinesexp.records.stored.tables import Row, read_frame, read_rows
+from vinesexp.units import counted
 
 if TYPE_CHECKING:
     import pandas
@@ -110,7 +111,8 @@ class RecordResults(Mapping[str, "xarray.DataArray"]):
         regime = self.regime.dropna().to_frame("").T
         parts = [
             f"<h4>{escape(self.id)}</h4><p>channels: {escape(', '.join(self))}; "
-            f"{self.measured.sizes.get('time', 0)} samples; {len(self.impacts)} impacts</p>",
+            f"{self.measured.sizes.get('time', 0)} samples; "
+            f"{counted(len(self.impacts), 'impact')}</p>",
             regime.drop(columns="record", errors="ignore").to_html(index=False, border=0),
         ]
         if len(self.estimates):
@@ -147,7 +149,9 @@ class Results:
     def _repr_html_(self) -> str:
         """Shown at the end of a cell of a notebook: combined values and clearances."""
         values = self.identified[self.identified["method"] == "combined"]
-        parts = [f"<h4>{escape(self.folder.name)}: {len(self.record_names)} records</h4>"]
+        parts = [
+            f"<h4>{escape(self.folder.name)}: {counted(len(self.record_names), 'record')}</h4>"
+        ]
         parts.append(values.drop(columns=["method", "records"]).to_html(index=False, border=0))
         if (self.folder / "clearances.csv").is_file() and len(self.clearances):
             shown = self.clearances.drop(columns="records", errors="ignore")

@@ -33,6 +33,17 @@ def with_error(value: float, half: float, *, sign: str = "+-", digits: int = 2) 
     return f"{value:.{places}f} {sign} {half:.{places}f}"
 
 
+def counted(number: int, what: str) -> str:
+    """How many of something, in words.
+
+    Examples
+    --------
+    >>> counted(1, "record"), counted(3, "clearance")
+    ('1 record', '3 clearances')
+    """
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 #: Units by what they measure, each with its size in SI.
 UNITS: dict[str, dict[str, float]] = {
     "displacement": {

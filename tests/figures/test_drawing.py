@@ -15,8 +15,6 @@ from vinesexp.figures.identified_values import estimates_by_method
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.regime_strips import Strip, cycle_edges, regime_strips
 from vinesexp.figures.single_records import (
-    Loaded,
-    Marks,
     Trace,
     added_mass_line,
     amplitude_trace,
@@ -26,6 +24,7 @@ from vinesexp.figures.single_records import (
     sequence,
 )
 from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts
 from vinesexp.signals.means import equal_parts, extremes_of_parts
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.units import COVERAGE_95
@@ -213,7 +212,8 @@ def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
     t = np.linspace(0.0, 1.0, 1000)
     shown = {"sound": "sound (uncalibrated)", "acceleration": "acceleration (m/s²)"}[role]
     hits = np.array([0.2, 0.5, 0.7, 0.84])
-    marks = Marks(hits, np.zeros(4, dtype=np.int64), np.full(4, np.nan))
+    columns = dict.fromkeys(COLUMNS, np.full(4, np.nan))
+    marks = Impacts(**{**columns, "time_s": hits, "side": np.zeros(4, dtype=np.int64)})
     traces = Trace(shown, t, np.sin(50 * t)), Trace(shown, t, np.sin(50 * t))
     figure = impacts_on_acceleration(*traces, marks, title="d: drop, 4 impacts")
     labels = " ".join(axis.get_ylabel() for axis in figure.axes)
@@ -223,13 +223,14 @@ def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
 def test_an_added_mass_that_is_wrong_by_10_g_is_seen():
     """Residuals have an axis of their own; on the line itself 10 g of 5 kg are no width of it."""
     M, k1, stated, true = 4.7, 1e4, np.array([0.0, 0.2, 0.4]), np.array([0.0, 0.2, 0.39])
-    loaded = Loaded(["a", "b", "c"], stated, (M + true) / k1, np.full(3, 0.001), M, k1)
-    assert loaded.off == pytest.approx([0.0, 0.0, -0.010], abs=1e-12)
-    residuals = added_mass_line(loaded, title="M = 4.7 kg").axes[1]
-    points = [line for line in residuals.lines if line.get_url()]
-    assert sorted(float(point.get_ydata()[0]) for point in points) == pytest.approx(
-        [-10.0, 0.0, 0.0], abs=1e-9
+    figure = added_mass_line(
+        ["a", "b", "c"], stated, (M + true) / k1, np.full(3, 0.001), M=M, title="M = 4.7 kg"
     )
+    residuals = figure.axes[1]
+    points = [line for line in residuals.lines if line.get_url()]
+    wrong, right, other = sorted(float(point.get_ydata()[0]) for point in points)
+    assert right - wrong == pytest.approx(9.8, abs=0.1)  # k1 is the mean of all three
+    assert other - right == pytest.approx(0.0, abs=0.2)
     (bars,) = residuals.containers
     lengths = [float(np.ptp(ends[:, 1])) for ends in bars.lines[2][0].get_segments()]
     assert lengths == pytest.approx([2.0, 2.0, 2.0])

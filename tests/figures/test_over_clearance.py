@@ -3,31 +3,42 @@
 import numpy as np
 import pytest
 
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.figures.over_clearance import DrawnLevel, amplitude_over_clearance
+from vinesexp.units import COVERAGE_95, Quantity
+
+NO_CURVE = np.empty(0), np.empty(0)
+
+
+def drawn(tests, *, errors, curve=NO_CURVE):
+    """Tests at 0.25 mm; the largest amplitude of each is 2 % above its mean."""
+    rows = [
+        {"amplitude_max_m": 1.02 * test.value, "amplitude_error_m": error, "cycles": 300}
+        for test, error in zip(tests, errors, strict=True)
+    ]
+    level = PeriodicLevel(0.25e-3, LevelBase(Quantity(0.25e-3), None), tests)
+    return DrawnLevel(level, rows, curve, lowest={}, end={})
 
 
 def test_each_point_has_the_bar_of_its_error():
-    half = np.array([0.02, 0.3, np.nan])
-    level = DrawnLevel(
-        name="G = 0.25 mm", G=0.25, clearance=np.array([30.0, 33.0, 36.0]),
-        mean=np.array([5.2, 5.0, 7.5]), largest=np.array([5.3, 5.1, 9.0]), half=half,
-        cycles=(300, 310, 5), regime=("two symmetric", "two symmetric", "strongly modulated"),
-        curve=(np.empty(0), np.empty(0)), records=("a", "b", "c"),
-    )  # fmt: skip
-    (axis,) = amplitude_over_clearance([level]).axes
+    means, errors = (5.2e-3, 5.0e-3, 7.5e-3), (1e-5, 1.5e-4, None)
+    tests = [
+        Tested(b, mean, "two symmetric", f"b{b}")
+        for b, mean in zip((0.030, 0.033, 0.036), means, strict=True)
+    ]
+    (axis,) = amplitude_over_clearance([drawn(tests, errors=errors)]).axes
     bars = [one.lines[2][0].get_segments()[0] for one in axis.containers]
-    assert [bar[0][0] for bar in bars] == [30.0, 33.0]  # five cycles have no known error
-    for bar, mean, reach in zip(bars, level.mean, half, strict=False):
-        np.testing.assert_allclose(bar[:, 1], [mean - reach, mean + reach])
+    assert [bar[0][0] for bar in bars] == [30.0, 33.0]  # few cycles have no known error
+    for bar, mean, error in zip(bars, means, errors, strict=False):
+        ends = mean - COVERAGE_95 * error, mean + COVERAGE_95 * error
+        np.testing.assert_allclose(bar[:, 1], 1e3 * np.array(ends))
 
 
 @pytest.mark.parametrize("predicted", [True, False])
 def test_the_legend_names_what_is_drawn_and_nothing_else(predicted):
     b = np.array([30.0, 33.0])
-    level = DrawnLevel(
-        name="G", G=0.25, clearance=b, mean=b / 6, largest=b / 6, half=b / 100, cycles=(300, 300),
-        regime=("two symmetric",) * 2, curve=(b, b / 6) if predicted else (np.empty(0),) * 2,
-    )  # fmt: skip
+    tests = [Tested(1e-3 * one, 1e-3 * one / 6, "two symmetric", "a") for one in b]
+    level = drawn(tests, errors=(1e-5, 1e-5), curve=(b, b / 6) if predicted else NO_CURVE)
     (legend,) = amplitude_over_clearance([level]).legends
     named = [text.get_text() for text in legend.get_texts()]
     line = ["predicted for two impacts per cycle"] * predicted

@@ -129,4 +129,6 @@ def test_the_sentence_counts():
     told = [row("mass", "", 4.7, 4.7, verdict) for verdict in ("ok", "not tested", "ok", "ok")]
     assert stated_sentence(told).endswith("4 values. The records agree with 3 and do not test 1.")
     assert stated_sentence(told[:1] * 2).endswith("2 values. The records agree with all 2.")
-    assert stated_sentence(told[1:2]).endswith("The records test none of them.")
+    assert stated_sentence(told[1:2] * 2).endswith("The records test none of them.")
+    assert stated_sentence(told[1:2]).endswith("1 value. The records do not test it.")
+    assert stated_sentence(told[:1]).endswith("1 value. The records agree with it.")

@@ -21,6 +21,7 @@ from vinesexp.clearance.levels import Tested
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.theory.regime_definitions import SWINGS as LOSES_THE_BALL
+from vinesexp.units import counted
 
 #: Regime of a record in which no impact was found: the ball may rest, or was not seen.
 UNSEEN = "no impact"
@@ -82,8 +83,8 @@ def _points(tests: Sequence[Tested]) -> list[_Point]:
             permanent = all(regime in PERMANENT for regime in regimes) if regimes else None
             found.append(_Point(clearance, sum(values) / len(values), permanent))
     if len(found) < FEWEST:
-        tried = f"{len(found)} clearance{'' if len(found) == 1 else 's'} tried"
-        raise AnalysisError(f"{tried}, expected {FEWEST} or more to have one between two")
+        tried = counted(len(found), "clearance")
+        raise AnalysisError(f"{tried} tried, expected {FEWEST} or more to have one between two")
     return found
 
 

@@ -30,6 +30,7 @@ from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check, checks_of_regime
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
+from vinesexp.units import counted
 
 #: Size and name of the unit that a bench speaks in.
 _BENCH = {
@@ -58,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     if problems:
         for problem in problems:
             print(problem)
-        print(f"{_count(len(problems), 'problem')}; the records were not read")
+        print(f"{counted(len(problems), 'problem')}; the records were not read")
         return 1
     campaign = load_campaign(args.path)
     outcomes: Counter[str] = Counter()
@@ -167,10 +168,6 @@ def _advice(path: Path, outcomes: Counter[str], *, missing: bool) -> str:
 
 
 def _summary(campaign: Campaign, outcomes: Counter[str]) -> str:
-    reported = f"{_count(len(campaign.records), 'record')}: {outcomes['ok']} good"
+    reported = f"{counted(len(campaign.records), 'record')}: {outcomes['ok']} good"
     reported += f", {outcomes['refused']} refused, {outcomes['excluded']} excluded"
-    return f"{reported}; {_count(outcomes['warning'], 'warning')}"
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    return f"{reported}; {counted(outcomes['warning'], 'warning')}"

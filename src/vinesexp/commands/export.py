@@ -23,6 +23,7 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.results import open_results
 from vinesexp.resultslock import campaign_of
+from vinesexp.units import counted
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         files += _records(args, names) if campaign is None else _figures(args, campaign)
         write_crate(args.out, files=files, **said)
     megabytes = sum(file.path.stat().st_size for file in files) / 1e6
-    print(f"{args.out}: {len(files)} files, {megabytes:.1f} MB, described in {NAME}")
+    print(f"{args.out}: {counted(len(files), 'file')}, {megabytes:.1f} MB, described in {NAME}")
     return 0
 
 

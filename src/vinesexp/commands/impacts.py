@@ -25,6 +25,7 @@ from vinesexp.records.instrument.ingest import (
 )
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
+from vinesexp.units import counted
 from vinesexp.whole_files import write_whole
 
 #: Probability that a repetition would find the impact again, from which on it is certain.
@@ -80,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
         else:
             with writing(table):
                 write_whole(table, text)
-            print(f"{path}: {found.n} impacts")
+            print(f"{path}: {counted(found.n, 'impact')}")
         if remark := _reservation(found):
             print(f"vinesexp impacts: {path}: {remark}", file=sys.stderr)
     return 1 if failed else 0

@@ -10,6 +10,7 @@ import argparse
 import json
 import shlex
 import sys
+from collections import Counter
 from pathlib import Path
 
 from vinesexp.commands.options import add_options
@@ -28,7 +29,7 @@ from vinesexp.records.campaign.description import schema_text
 from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.campaign.records_xlsx import new_workbook
 from vinesexp.records.campaign.schema import SHEETS
-from vinesexp.units import UNITS
+from vinesexp.units import UNITS, counted
 from vinesexp.whole_files import write_whole
 
 _OUTPUT = {
@@ -179,7 +180,7 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
             others.append(f"left out: {error}")
             continue
         if view.parts:
-            print(f"{path.relative_to(folder)}: {len(view.parts)} records")
+            print(f"{path.relative_to(folder)}: {counted(len(view.parts), 'record')}")
             for part in view.parts:
                 try:
                     views.append(view_file(path.with_name(f"{path.name}#{part}")))
@@ -188,7 +189,8 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
             continue
         views.append(view)
         rate = "rate unknown" if view.rate is None else f"{view.rate:g} Hz"
-        print(f"{path.relative_to(folder)}: {view.format}, {rate}, {len(view.signals)} signals")
+        signals = counted(len(view.signals), "signal")
+        print(f"{path.relative_to(folder)}: {view.format}, {rate}, {signals}")
     return views, others
 
 
@@ -222,11 +224,8 @@ def _report(folder: Path, proposal: Proposal, others: list[str], sheet: str) -> 
     for record in proposal.records:
         if record.readings:
             print(f"{record.file}: {', '.join(map(str, record.readings))}")
-    counted: dict[str, int] = {}
-    for record in proposal.records:
-        counted[record.test] = counted.get(record.test, 0) + 1
-    tests = ", ".join(f"{count} {'unclear' if t == OPEN else t}" for t, count in counted.items())
-    many = "s" if len(proposal.records) != 1 else ""
-    print(f"{len(proposal.records)} record{many}: {tests}")
+    kinds = Counter(record.test for record in proposal.records)
+    tests = ", ".join(f"{count} {'unclear' if t == OPEN else t}" for t, count in kinds.items())
+    print(f"{counted(len(proposal.records), 'record')}: {tests}")
     print(f"written: {folder / 'campaign.yaml'}, {folder / sheet}; fill in what is marked,")
     print(f"then: vinesexp check {shlex.quote(str(folder))}")

@@ -34,7 +34,7 @@ from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 from vinesexp.rig import Oscillator
-from vinesexp.units import Quantity, parse_quantity
+from vinesexp.units import Quantity, counted, parse_quantity
 
 _OPTIONS = (*RIG, *(option for option in EXCITATION if option.symbol != "v0"))
 #: Relative standard uncertainty of a value that states none, in a first plan.
@@ -116,7 +116,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
     state = "its lowest amplitude is at the edge of what was tried"
     if now is not None:
         state = f"lowest amplitude bracketed within {100 * now:.2g} %"
-    lines = ["", f"{plan.name}: {len(plan.tested)} clearances tested, {state}"]
+    lines = ["", f"{plan.name}: {counted(len(plan.tested), 'clearance')} tested, {state}"]
     if plan.valley is None:
         lines.append("  the rig is not identified far enough to say where the minimum lies")
     else:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from vinesexp.arrays import FloatArray
@@ -208,62 +207,46 @@ _MARKS = {
 }
 
 
-@dataclass(frozen=True)
-class StatedValue:
-    """One input that was stated.
-
-    Attributes
-    ----------
-    name : ``clearance, b34``.
-    away, error : found minus stated and its standard error, in standard uncertainties of what was
-        stated.
-    words : the same in its unit.
-    verdict : ``ok`` or ``off``.
-    record : id to which the point leads; empty for none.
-    """
-
-    name: str
-    away: float
-    error: float
-    words: str
-    verdict: str
-    record: str = ""
-
-
-def found_minus_stated(values: Sequence[StatedValue]) -> Figure:
+def found_minus_stated(rows: Sequence[Row]) -> Figure:
     """A row an input: found minus stated with its 95 % interval, beside that of what was stated.
 
     Parameters
     ----------
-    values : sequence of StatedValue
-        The first at the top.
+    rows : sequence of mappings
+        Of inputs.csv, tested ones with an error of what was stated; the first at the top.
     """
-    figure, (axis,) = new_figure(height=1.3 + 0.21 * len(values))
+    figure, (axis,) = new_figure(height=1.3 + 0.21 * len(rows))
     axis.axvspan(-COVERAGE_95, COVERAGE_95, color=FAINT, alpha=0.45, linewidth=0, zorder=0)
     axis.axvline(0.0, color=FAINT, linewidth=1.0, zorder=0)
-    for row, value in enumerate(values):
-        _, colour = _MARKS[value.verdict]
-        half = COVERAGE_95 * value.error
-        drawn = axis.errorbar(
-            value.away, row, xerr=half, fmt="o", color=colour, capsize=2, markersize=4
-        )
-        if value.record:
-            link(drawn.lines[0], value.record, f"{value.name}: {value.words}")
-    axis.set_yticks(range(len(values)), [value.name for value in values])
-    axis.set_ylim(len(values) - 0.4, -0.6)
-    most = max([abs(v.away) + COVERAGE_95 * v.error for v in values], default=1.0)
-    reach = 1.15 * max(most, 2.2)
+    reach, names = 2.2, [named(row, short) for row in rows]
+    words = [difference(_away(row), row["found_error"] or 0.0, row["unit"]) for row in rows]
+    for place, row in enumerate(rows):
+        away = _away(row) / row["stated_error"]
+        half = COVERAGE_95 * (row["found_error"] or 0.0) / row["stated_error"]
+        reach, ink = max(reach, abs(away) + half), _MARKS[row["verdict"]][1]
+        drawn = axis.errorbar(away, place, xerr=half, fmt="o", color=ink, capsize=2, markersize=4)
+        ids = ids_of(row["record"])
+        if len(ids) == 1:
+            link(drawn.lines[0], ids[0], f"{names[place]}: {words[place]}")
+    axis.set_yticks(range(len(rows)), names)
+    axis.set_ylim(len(rows) - 0.4, -0.6)
+    reach *= 1.15
     if reach > _LINEAR:
         axis.set_xscale("symlog", linthresh=_LINEAR / 10.0)
     axis.set_xlim(-reach, reach)
     axis.set_xlabel("found minus stated\n(in stated standard uncertainties)")
-    for row, value in enumerate(values):
-        colour = _MARKS[value.verdict][1]
-        label(axis, value.words, (reach, row), colour, (6, 0), fontsize=7.5)
-    shown = {value.verdict for value in values}
+    for place, row in enumerate(rows):
+        at, ink = (reach, place), _MARKS[row["verdict"]][1]
+        label(axis, words[place], at, ink, (6, 0), fontsize=7.5)
+    shown = {row["verdict"] for row in rows}
     entries = [("o", ink, name) for verdict, (name, ink) in _MARKS.items() if verdict in shown]
     key(figure, axis, [*entries, ("#", FAINT, "95 % of what was stated")], columns=4)
     return figure
+
+
+def _away(row: Row) -> float:
+    """Found minus stated, in the unit of the row."""
+    return float(row["found"] - row["stated"])
 
 
 def input_rows(results: Results) -> list[Row]:
@@ -279,7 +262,7 @@ def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
     if not known:
         return
     far = sorted(known, key=_distance)[:_MOST]
-    figure = found_minus_stated([_value(row) for row in known if row in far])
+    figure = found_minus_stated([row for row in known if row in far])
     text = (
         "Found minus stated, "
         "with the 95 % interval of what was found, as a multiple of the standard uncertainty of "
@@ -299,20 +282,7 @@ def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
 
 def _distance(row: Row) -> tuple[int, float]:
     """Contradicted values first, then those farthest from what was stated."""
-    return _ORDER[row["verdict"]], -abs(row["found"] - row["stated"]) / row["stated_error"]
-
-
-def _value(row: Row) -> StatedValue:
-    away, error, size = row["found"] - row["stated"], row["found_error"] or 0.0, row["stated_error"]
-    ids = ids_of(row["record"])
-    return StatedValue(
-        name=named(row, short),
-        away=away / size,
-        error=error / size,
-        words=difference(away, error, row["unit"]),
-        verdict=row["verdict"],
-        record=ids[0] if len(ids) == 1 else "",
-    )
+    return _ORDER[row["verdict"]], -abs(_away(row)) / row["stated_error"]
 
 
 def named(row: Row, written: Callable[[str], str] = str) -> str:

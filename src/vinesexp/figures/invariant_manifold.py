@@ -11,9 +11,8 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.figures import style
 from vinesexp.figures.record_words import short
-from vinesexp.figures.style import FAINT, Drawn, label, link
+from vinesexp.figures.style import COLOURS, FAINT, Drawn, label, link, new_figure
 from vinesexp.identification.flights import flights_of
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -28,27 +27,8 @@ if TYPE_CHECKING:
 #: Motions in the figure: the ones that show most of the manifold.
 _MOST = 3
 _FEWEST = 20  # impacts with a free flight
-_PUBLISHED_A_2 = 0.6  # as the paper reads it off
-
-#: The package's colours (`style`) under the names of the theory.
-COLOURS = {
-    "stable": style.COLOURS["two symmetric"],
-    "unstable": style.COLOURS["base"],
-    "walls": style.COLOURS["base"],
-    "motion": style.COLOURS["impact"],
-    "published": style.COLOURS["published"],
-    "exact": style.COLOURS["exact"],
-    "simulated": style.COLOURS["measured"],
-    "bare": style.COLOURS["base"],
-}
-
-
-def sized_figure(
-    width: float = 6.4, height: float = 4.0, *, rows: int = 1, columns: int = 1
-) -> tuple[Figure, list[Axes]]:
-    figure, axes = style.new_figure(rows, columns, height=height)
-    figure.set_size_inches(width, height)
-    return figure, axes
+#: Colours of the parts of the SIM.
+_PARTS = {"stable": COLOURS["two symmetric"], "unstable": COLOURS["base"]}
 
 
 def sim_parts(r: float, top: float) -> list[tuple[str, FloatArray, FloatArray]]:
@@ -67,37 +47,13 @@ def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> N
         width, dashes = (2.2, "-") if kind == "stable" else (1.4, (0, (4, 2)))
         name = names.pop(kind, None)
         axis.plot(
-            scale * C, scale * A, color=COLOURS[kind], lw=width, ls=dashes, label=name, zorder=2
+            scale * C, scale * A, color=_PARTS[kind], lw=width, ls=dashes, label=name, zorder=2
         )
     for name, at in (("T1", float(manifold.C_1(r))), ("T2", float(manifold.C_2()))):
         point = (scale * at, scale * float(manifold.amplitude(at, r=r)))
-        axis.plot(*point, "o", ms=6, color=COLOURS["stable"], zorder=4)
+        axis.plot(*point, "o", ms=6, color=_PARTS["stable"], zorder=4)
         offset = (4, -16) if name == "T1" else (18, -6)
         axis.annotate(name, point, textcoords="offset points", xytext=offset, ha="center")
-
-
-def sim_figure(*, r: float) -> Figure:
-    """Figure 2 of the paper: the SIM with T1, T2, and the A_2 that the paper reads off."""
-    figure, (axis,) = sized_figure(5.6, 4.0)
-    draw_sim(axis, r=r, top=1.0)
-    C = float(manifold.upper_branch(_PUBLISHED_A_2, r=r))
-    axis.plot(C, _PUBLISHED_A_2, "x", ms=8, mew=2, color=COLOURS["published"], zorder=5)
-    axis.annotate(
-        f"T2 as published, A = {_PUBLISHED_A_2}",
-        (C, _PUBLISHED_A_2),
-        textcoords="offset points",
-        xytext=(-8, 6),
-        ha="right",
-        color=COLOURS["published"],
-    )
-    axis.set(xlabel="ball amplitude C (clearances)", ylabel="amplitude A (clearances)")
-    axis.set(xlim=(0, 2.1), ylim=(0, 1.05))
-    axis.set_title(
-        f"SIM, r = {r:g}: A$_1$ = {float(manifold.A_1(r)):.4f}, "
-        f"A$_2$ = {float(manifold.A_2(r)):.4f}"
-    )
-    axis.legend(frameon=False, loc="lower left")
-    return figure
 
 
 def sim_with_working_points(
@@ -113,13 +69,13 @@ def sim_with_working_points(
         Name -> (clearance in m, amplitude in m at which it works or None).
     """
     columns = max(len(points), 1)
-    figure, axes = sized_figure(4.8 * columns, 3.6, columns=columns)
+    figure, axes = new_figure(1, columns, height=3.6, width=4.8 * columns)
     words = {"b_c": "periodic: end of two impacts per cycle", "b_t": "release: starts at T2"}
     for axis, (name, (b, x)) in zip(axes, points.items(), strict=False):
         draw_sim(axis, r=r, scale=1e3 * b)
         if x is not None:
             C = float(manifold.upper_branch(max(x / b, float(manifold.A_1(r))), r=r))
-            axis.plot(1e3 * b * C, 1e3 * x, "*", ms=15, color=COLOURS["motion"], zorder=6)
+            axis.plot(1e3 * b * C, 1e3 * x, "*", ms=15, color=COLOURS["impact"], zorder=6)
         symbol = name.replace("_c", "$_c$").replace("_t", "$_t$")
         where = "" if x is None else f", x = {1e3 * x:.2f} mm (star)"
         axis.set_title(f"{symbol} = {1e3 * b:.2f} mm{where}\n{words.get(name, '')}", fontsize=10)
@@ -142,13 +98,13 @@ class Projected:
 
 def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
     """The SIM with the points of each motion, a panel each."""
-    figure, axes = style.new_figure(1, len(motions), height=3.1, sharey=True)
+    figure, axes = new_figure(1, len(motions), height=3.1, sharey=True)
     top = max(float(np.nanmax(motion.A)) for motion in motions)
     for axis, motion in zip(axes, motions, strict=True):
         draw_sim(axis, r=r, top=1.05 * top)
         axis.plot(motion.C, motion.A, color=FAINT, linewidth=0.6, zorder=2.5)
-        axis.plot(motion.C, motion.A, ".", color=COLOURS["simulated"], markersize=3.0, zorder=3)
-        axis.plot(motion.C[0], motion.A[0], "o", color=COLOURS["simulated"], mfc="none", zorder=5)
+        axis.plot(motion.C, motion.A, ".", color=COLOURS["measured"], markersize=3.0, zorder=3)
+        axis.plot(motion.C[0], motion.A[0], "o", color=COLOURS["measured"], mfc="none", zorder=5)
         title = axis.set_title(motion.name, fontsize=9)
         if motion.record:
             link(title, motion.record, f"page of {motion.record}")
@@ -160,7 +116,7 @@ def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
     for name, C, kind in (("unstable", low, "unstable"), ("stable", 1.45, "stable")):
         place = (C, float(manifold.amplitude(C, r=r)))
         shift = (5.0, 4.0) if kind == "unstable" else (5.0, -6.0)
-        label(axes[0], name, place, COLOURS[kind], shift)
+        label(axes[0], name, place, _PARTS[kind], shift)
     return figure
 
 

@@ -31,46 +31,38 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_NO_CURVE: tuple[FloatArray, FloatArray] = (np.empty(0), np.empty(0))
-
 #: Value, low, high; mm. A measured one that is a bound has an end at infinity.
 Interval = tuple[float, float, float]
+
+#: Clearance, mm, and what is predicted there; empty where nothing is.
+Curve = tuple[FloatArray, FloatArray]
 
 _PANELS = 3  # in a row
 
 
 @dataclass(frozen=True)
 class DrawnLevel:
-    """Periodic tests at one base amplitude, and what is predicted for it; mm.
+    """Periodic tests at one base amplitude, and what is predicted for it.
 
     Attributes
     ----------
-    name : ``G = 0.25 mm``.
-    G : base amplitude.
-    clearance, mean, largest : of each record.
-    half : half of the 95 % interval of each mean, NaN where it is not known.
-    cycles : over which each mean is taken.
-    regime : of each record.
-    curve : predicted amplitude over clearance (two arrays, empty where unknown).
-    records : ids, to which the points lead.
-    lowest, end : measured clearance of lowest amplitude and end of permanent impacts.
-    published, exact : predicted b_c, the exact one with its interval.
+    level : PeriodicLevel
+    rows : of regimes.csv, in the order of its tests.
+    curve : predicted amplitude, mm.
+    lowest, end : rows of clearances.csv, empty without one: clearance of lowest amplitude, and end
+        of permanent impacts.
     """
 
-    name: str
-    G: float
-    clearance: FloatArray
-    mean: FloatArray
-    largest: FloatArray
-    half: FloatArray
-    cycles: tuple[int, ...]
-    regime: tuple[str, ...]
-    curve: tuple[FloatArray, FloatArray]
-    records: tuple[str, ...] = ()
-    lowest: Interval | None = None
-    end: Interval | None = None
-    published: float | None = None
-    exact: Interval | None = None
+    level: PeriodicLevel
+    rows: Sequence[Row]
+    curve: Curve
+    lowest: Row
+    end: Row
+
+    @property
+    def G(self) -> float:
+        """Base amplitude, mm."""
+        return 1e3 * self.level.nominal
 
 
 def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
@@ -96,54 +88,49 @@ def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
 
 def _panel(axis: Axes, valley: DrawnLevel) -> None:
     axis.plot(*valley.curve, color=COLOURS["exact"], linewidth=1.6, zorder=2)
-    points = zip(
-        *(valley.clearance, valley.mean, valley.half, valley.largest, valley.regime), strict=True
-    )
-    for i, (b, mean, half, largest, regime) in enumerate(points):
-        colour = regime_colour(regime)
+    for test, row in zip(valley.level.tests, valley.rows, strict=True):
+        b, mean = 1e3 * test.clearance, 1e3 * (test.value or 0.0)
+        largest = 1e3 * row["amplitude_max_m"]
+        half = 1e3 * COVERAGE_95 * (row.get("amplitude_error_m") or np.nan)
+        colour, known = regime_colour(test.regime), ""
         axis.plot(b, largest, "_", color=colour, markersize=6, alpha=0.6, zorder=3)
         if np.isfinite(half):
             axis.errorbar(b, mean, half, color=colour, elinewidth=1.0, capsize=2.5, zorder=3)
+            known = f" ± {half:.2g}"
         (point,) = axis.plot(b, mean, "o", color=colour, zorder=4)
-        if valley.records:
-            known = f" ± {half:.2g}" if np.isfinite(half) else ""
-            words = (
-                f"{valley.records[i]}: b = {b:g} mm, mean {mean:.4g}{known} mm over "
-                f"{valley.cycles[i]} cycles, largest {largest:.3g} mm"
-            )
-            link(point, valley.records[i], f"{words}, {regime}")
-    top = 1.3 * float(valley.largest.max())
+        words = (
+            f"{test.record}: b = {b:g} mm, mean {mean:.4g}{known} mm over "
+            f"{int(row.get('cycles') or 0)} cycles, largest {largest:.3g} mm"
+        )
+        link(point, test.record, f"{words}, {test.regime}")
+    top = 1.3e3 * max(row["amplitude_max_m"] for row in valley.rows)
     axis.set_ylim(0.0, top)
-    axis.set_title(valley.name)
+    axis.set_title(valley.level.name)
     axis.set_xlabel("clearance b (mm)")
     axis.margins(x=0.08)
-    _predicted(axis, valley, top)
-    _measured(axis, valley, top)
+    _predicted(axis, valley.lowest, top)
+    axis.set_xlim(axis.get_xlim())  # brackets do not widen it
+    for row, share, name, colour in (
+        (valley.lowest, 0.10, "lowest", "measured"),
+        (valley.end, 0.03, "end", "strongly modulated"),
+    ):
+        if interval := _interval(row, "measured"):
+            _bracket(axis, interval, share * top, name, colour)
 
 
-def _predicted(axis: Axes, valley: DrawnLevel, top: float) -> None:
+def _predicted(axis: Axes, row: Row, top: float) -> None:
     """Both b_c as lines; their names on either side, so that near ones do not overlap."""
-    if valley.exact:
-        value, low, high = valley.exact
-        axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0, zorder=0)
-        axis.axvline(value, color=COLOURS["exact"], linewidth=1.0, zorder=0)
+    ink = COLOURS["exact"]
+    if exact := _interval(row, "predicted", "exact_mm"):
+        value, low, high = exact
+        axis.axvspan(low, high, color=ink, alpha=0.25, linewidth=0, zorder=0)
+        axis.axvline(value, color=ink, linewidth=1.0, zorder=0)
         words, at = f"exact $b_c$\n{value:.1f}", (value, 0.99 * top)
         label(axis, words, at, "exact", (-3, 0), ha="right", va="top")
-    if valley.published is not None:
-        axis.axvline(
-            valley.published, color=COLOURS["published"], linewidth=1.0, linestyle="--", zorder=0
-        )
-        words, at = f"published\n{valley.published:.1f}", (valley.published, 0.99 * top)
+    if (formula := row.get("published_mm")) is not None:
+        axis.axvline(formula, color=COLOURS["published"], linewidth=1.0, linestyle="--", zorder=0)
+        words, at = f"published\n{formula:.1f}", (formula, 0.99 * top)
         label(axis, words, at, "published", (3, 0), va="top")
-
-
-def _measured(axis: Axes, valley: DrawnLevel, top: float) -> None:
-    """Brackets of the two measured clearances, near the axis."""
-    axis.set_xlim(axis.get_xlim())  # brackets do not widen it
-    if valley.lowest:
-        _bracket(axis, valley.lowest, 0.10 * top, "lowest", "measured")
-    if valley.end:
-        _bracket(axis, valley.end, 0.03 * top, "end", "strongly modulated")
 
 
 def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: str) -> None:
@@ -169,12 +156,13 @@ def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: s
 
 def _key(figure: Figure, axis: Axes, valleys: Sequence[DrawnLevel]) -> None:
     """What is drawn in any panel, and nothing else."""
-    regimes = {regime.split(" | ")[0] for valley in valleys for regime in valley.regime}
+    tests = [test for valley in valleys for test in valley.level.tests]
+    regimes = {test.regime.split(" | ")[0] for test in tests}
     entries = [("o", name, f"mean, {name}") for name in COLOURS if name in regimes]
     entries.append(("_", "measured", "largest"))
-    if any(valley.lowest for valley in valleys):
+    if any(_interval(valley.lowest, "measured") for valley in valleys):
         entries.append(("|-", "measured", "lowest: clearance of the lowest mean"))
-    if any(valley.end for valley in valleys):
+    if any(_interval(valley.end, "measured") for valley in valleys):
         entries.append(("|-", "strongly modulated", "end: of two impacts per cycle"))
     if any(valley.curve[0].size for valley in valleys):
         entries.append(("-", "exact", "predicted for two impacts per cycle"))
@@ -190,17 +178,16 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
         With an exact b_c each.
     """
     figure, (axis,) = new_figure(height=3.2)
-    known = [valley for valley in valleys if valley.exact is not None]
-    beyond = 0.25 * (known[-1].G - known[0].G or 1.0)
-    for valley in known:
-        exact, low, high = valley.exact or (1.0, 1.0, 1.0)
-        G = valley.G
-        width = 0.02 * max(v.G for v in valleys)
-        span = [G - width, G + width]
+    beyond = 0.25 * (valleys[-1].G - valleys[0].G or 1.0)
+    width = 0.02 * max(valley.G for valley in valleys)
+    for valley in valleys:
+        row = valley.lowest
+        span, exact = [valley.G - width, valley.G + width], row["exact_mm"]
+        _, low, high = _interval(row, "predicted", "exact_mm") or (1.0, 1.0, 1.0)
         low, high = (100.0 * (end / exact - 1.0) for end in (low, high))
         axis.fill_between(span, low, high, color=COLOURS["exact"], alpha=0.3, linewidth=0)
-        if valley.published is not None:
-            away = 100.0 * (valley.published / exact - 1.0)
+        if row["published_mm"] is not None:
+            away = 100.0 * (row["published_mm"] / exact - 1.0)
             axis.plot(span, [away, away], "--", color=COLOURS["published"])
         _deviation(axis, valley, exact, 0.08 * beyond)
     axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
@@ -213,17 +200,18 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
     key(figure, axis, entries)
     axis.set_xlabel("base amplitude G (mm)")
     axis.set_ylabel("clearance from the exact $b_c$ (%)")
-    axis.set_xlim(known[0].G - beyond, known[-1].G + beyond)
+    axis.set_xlim(valleys[0].G - beyond, valleys[-1].G + beyond)
     axis.margins(y=0.15)
     return figure
 
 
 def _deviation(axis: Axes, valley: DrawnLevel, exact: float, beside: float) -> None:
     """Both measured clearances of one base amplitude, with their brackets."""
-    for kind, marker, colour, place, side in (
+    for row, marker, colour, place, side in (
         (valley.lowest, "o", "measured", 1.0, "left"),
         (valley.end, "s", "strongly modulated", -1.0, "right"),
     ):
+        kind = _interval(row, "measured")
         if kind is None or math.isinf(kind[2] - kind[1]):
             continue  # a bound is no point
         value, low, high = (100.0 * (b / exact - 1.0) for b in kind)
@@ -237,9 +225,6 @@ def _deviation(axis: Axes, valley: DrawnLevel, exact: float, beside: float) -> N
         )
         words = f"{kind[0]:.1f} mm"
         label(axis, words, at, colour, (9.0 * place, 0), ha=side)
-
-
-Curve = tuple[FloatArray, FloatArray]
 
 
 def time_over_clearance(
@@ -330,7 +315,8 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         figure,
         Drawn("clearance_periodic", "clearance", "Amplitude of the mass over clearance", text),
     )
-    if sum(valley.exact is not None for valley in valleys) > 1:
+    predicted = [valley for valley in valleys if valley.lowest.get("exact_mm") is not None]
+    if len(predicted) > 1:
         title = (
             "How far the measured clearances are from the exact b_c, over base amplitude; bars "
             "reach to the clearances tried on either side"
@@ -340,38 +326,26 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
             "cycle; the lowest amplitude lies a little below it."
         )
         drawn = Drawn("clearance_optimum", "clearance", title, text)
-        yield optimum_over_level(valleys), drawn
+        yield optimum_over_level(predicted), drawn
 
 
 def _valley(level: PeriodicLevel, results: CampaignResults) -> DrawnLevel:
-    by_id, compared = results.by_record("regimes"), results.compared
-    clearance = np.array([test.clearance for test in level.tests])
+    tests, compared = level.tests, results.compared
+    first, last = tests[0].clearance, tests[-1].clearance
     # A little beyond the tests on the left, to show where the slope comes from.
-    low = clearance[0] - 0.03 * (clearance[-1] - clearance[0])
     b, amplitude = amplitude_curve(
         results.rig_at(level),
         G=level.G,
         frequency=level.frequency,
-        low=float(low),
-        high=float(clearance[-1]),
+        low=first - 0.03 * (last - first),
+        high=last,
     )
-    row = compared.get(("periodic", level.name), {})
-    own = [by_id[test.record][0] for test in level.tests]
     return DrawnLevel(
-        name=level.name,
-        G=1e3 * level.nominal,
-        clearance=1e3 * clearance,
-        mean=1e3 * np.array([test.value for test in level.tests], dtype=float),
-        largest=1e3 * np.array([row["amplitude_max_m"] for row in own], dtype=float),
-        half=1e3 * COVERAGE_95 * np.array([row.get("amplitude_error_m") or np.nan for row in own]),
-        cycles=tuple(int(row.get("cycles") or 0) for row in own),
-        regime=tuple(test.regime for test in level.tests),
+        level,
+        rows=[results.of_record("regimes", test.record)[0] for test in tests],
         curve=(1e3 * b, 1e3 * amplitude),
-        records=tuple(test.record for test in level.tests),
-        lowest=_interval(row, "measured"),
-        end=_interval(compared.get(("periodic", level.name + END), {}), "measured"),
-        published=row.get("published_mm"),
-        exact=_interval(row, "predicted", "exact_mm"),
+        lowest=compared.get(("periodic", level.name), {}),
+        end=compared.get(("periodic", level.name + END), {}),
     )
 
 
@@ -383,7 +357,8 @@ def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
             continue
         b = np.linspace(own[0].tests[0].clearance, own[0].tests[-1].clearance, 80)
         times = decay_curves(rig, x0=x0, targets=[level.target for level in own], clearances=b)
-        curves = [(1e3 * b, row) for row in times] if times is not None else [_NO_CURVE] * len(own)
+        none = [(np.empty(0), np.empty(0))] * len(own)
+        curves = none if times is None else [(1e3 * b, row) for row in times]
         rows = [compared.get(("transient", level.name), {}) for level in own]
         best = [_interval(of_level, "measured") for of_level in rows]
         text = (

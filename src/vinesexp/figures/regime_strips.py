@@ -11,12 +11,12 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.record_words import clearance_of
-from vinesexp.figures.single_records import marks_of
 from vinesexp.figures.style import COLOURS, Drawn, label, link, new_figure, regime_colour
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.results import CampaignResults
+from vinesexp.signals.impacts.impact_table import read_impacts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -192,5 +192,5 @@ def _impacts_per_cycle(record: Record, results: Path) -> FloatArray:
     with open_record(ResultPaths(results).conditioned(record.id)) as view:
         frequency = float(view.attributes.get("oscillation_hz") or 0.0)
         length, start = view.n / view.sample_rate if view.n else 0.0, view.start
-    times = marks_of(record, results).time
+    times = read_impacts(ResultPaths(results).impacts(record.id)).time_s
     return impacts_per_cycle(times, frequency=frequency, start=start, length=length)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.arrays import FloatArray
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.record_words import settings_of, short, titled
 from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, key, label, link, new_figure
@@ -23,10 +23,10 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.records.stored.tables import Row, columns_of, read_rows
 from vinesexp.results import CampaignResults
-from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import equal_parts, extremes_of_parts
 from vinesexp.theory.regime_definitions import PERMANENT
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -197,47 +197,38 @@ def _misfit(axis: Axes, decay: DrawnDecay, fit: FloatArray, colour: str, *, fain
     axis.plot(decay.time, share, "o-", color=colour, markersize=2, linewidth=0.8, alpha=alpha)
 
 
-@dataclass(frozen=True)
-class Loaded:
-    """Ring-downs with added masses, and the line through them.
-
-    Attributes
-    ----------
-    names : of the records.
-    loads : added masses, kg.
-    periods : 1/(2 pi f)^2, s^2.
-    half : half of the 95 % interval of what each is off the line, kg.
-    M, k1 : the line is (M + load)/k1.
-    """
-
-    names: Sequence[str]
-    loads: FloatArray
-    periods: FloatArray
-    half: FloatArray
-    M: float
-    k1: float
-
-    @property
-    def off(self) -> FloatArray:
-        """How much more mass each frequency shows than the line has, kg."""
-        found: FloatArray = self.k1 * self.periods - (self.M + self.loads)
-        return found
-
-
-def added_mass_line(loaded: Loaded, *, title: str) -> Figure:
+def added_mass_line(
+    names: Sequence[str],
+    loads: FloatArray,
+    periods: FloatArray,
+    half: FloatArray,
+    *,
+    M: float,
+    title: str,
+) -> Figure:
     """Squared period over added mass, a straight line; and how far each point is off it, in grams.
 
     Parameters
     ----------
-    loaded : Loaded
+    names : sequence of str
+        Of the records.
+    loads : ndarray
+        Added masses, kg.
+    periods : ndarray
+        1/(2 pi f)^2, s^2.
+    half : ndarray
+        Half of the 95 % interval of what each is off the line, kg.
+    M : float
+        The identified mass, kg: the line is (M + load)/k1.
     title : str
         With the identified mass.
     """
     figure, (line, off) = new_figure(1, 2, height=2.7, gridspec_kw={"width_ratios": [1.0, 1.35]})
-    M, k1, loads = loaded.M, loaded.k1, loaded.loads
+    k1 = float(np.mean((M + loads) / periods))
+    away = k1 * periods - (M + loads)
     reach = np.array([-M, 1.05 * float(loads.max())])
     line.plot(reach, 1e4 * (M + reach) / k1, color=COLOURS["exact"])
-    line.plot(loads, 1e4 * loaded.periods, "o", color=COLOURS["measured"])
+    line.plot(loads, 1e4 * periods, "o", color=COLOURS["measured"])
     line.plot(-M, 0.0, "o", color=COLOURS["exact"], markerfacecolor="white")
     label(line, f"−M = −{M:.4g} kg", (-M, 0.0), "exact", (6, -1), va="top")
     line.set_xlabel("added mass (kg)")
@@ -247,11 +238,11 @@ def added_mass_line(loaded: Loaded, *, title: str) -> Figure:
     off.axhline(0.0, color=COLOURS["exact"])
     own = COLOURS["measured"]
     off.errorbar(  # all bars at once: a call for each takes as long as all else of the figure
-        1e3 * loads, 1e3 * loaded.off, 1e3 * loaded.half, fmt="none", ecolor=own, capsize=3
+        1e3 * loads, 1e3 * away, 1e3 * half, fmt="none", ecolor=own, capsize=3
     )
-    for name, load, away in zip(loaded.names, loads, loaded.off, strict=True):
-        (point,) = off.plot(1e3 * load, 1e3 * away, "o", color=own)
-        link(point, name, f"{name}: {1e3 * load:g} g, {1e3 * away:+.2g} g off the line")
+    for name, load, far in zip(names, loads, away, strict=True):
+        (point,) = off.plot(1e3 * load, 1e3 * far, "o", color=own)
+        link(point, name, f"{name}: {1e3 * load:g} g, {1e3 * far:+.2g} g off the line")
     off.set_xlabel("added mass (g)")
     off.set_ylabel("off the line (g)")
     off.set_title("distance from the line")
@@ -326,18 +317,15 @@ def _line(results: CampaignResults, found: Mapping[str, Found]) -> Iterator[tupl
     if row is None:
         return
     M = row["value"]
-    loads = np.array([record.added_mass or 0.0 for record in records])
-    periods = np.array([(2.0 * np.pi * found[r.id]["f0"].value) ** -2.0 for r in records])
-    loaded = Loaded(
-        names=[record.id for record in records],
-        loads=loads,
-        periods=periods,
-        half=np.array([_half(campaign, r, found[r.id]["f0"], M) for r in records]),
+    f0 = [found[record.id]["f0"] for record in records]
+    figure = added_mass_line(
+        [record.id for record in records],
+        np.array([record.added_mass or 0.0 for record in records]),
+        np.array([(2.0 * np.pi * f.value) ** -2.0 for f in f0]),
+        np.array([_half(campaign, r, f, M) for r, f in zip(records, f0, strict=True)]),
         M=M,
-        k1=float(np.mean((M + loads) / periods)),
+        title=f"M = {plus_minus(M, row['std_error'] or 0.0, 'kg')}",
     )
-    shown = plus_minus(M, row["std_error"] or 0.0, "kg")
-    figure = added_mass_line(loaded, title=f"M = {shown}")
     text = (
         "Left: the squared period grows with the mass along a straight line, which meets zero at "
         "minus the mass of the oscillator. Right: distance of each ring-down from that line, as a "
@@ -455,17 +443,8 @@ def sequence(n: int) -> list[str]:
     return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(0.0, 0.92, n))]
 
 
-@dataclass(frozen=True)
-class Marks:
-    """Impacts to be drawn: time, s; side +1, -1 or 0; velocity jump, m/s."""
-
-    time: FloatArray
-    side: IntArray
-    jump: FloatArray
-
-
 def impacts_on_acceleration(
-    whole: Trace, zoom: Trace, impacts: Marks, *, title: str, motion: Trace | None = None
+    whole: Trace, zoom: Trace, impacts: Impacts, *, title: str, motion: Trace | None = None
 ) -> Figure:
     """Bandpassed acceleration or sound, the jump of every impact, and a few cycles enlarged.
 
@@ -473,11 +452,13 @@ def impacts_on_acceleration(
     ----------
     whole, zoom : Trace
         Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch.
-    impacts : Marks
+    impacts : Impacts
     motion : Trace, optional
         Displacement in the enlarged stretch, mm.
     """
-    jumps = bool(np.isfinite(impacts.jump).any())  # of a bouncing ball only times are known
+    jumps = bool(
+        np.isfinite(impacts.velocity_jump_m_s).any()
+    )  # of a bouncing ball only times are known
     ratios = [1.0, 0.8, 1.5] if jumps else [1.0, 1.5]
     figure, (above, *middle, below) = new_figure(
         len(ratios), 1, height=5.6 if jumps else 4.4, gridspec_kw={"height_ratios": ratios}
@@ -496,24 +477,25 @@ def impacts_on_acceleration(
     return figure
 
 
-def _jumps(axis: Axes, impacts: Marks) -> None:
-    step = max(-(-impacts.time.size // _IMPACT_SHAPES_MOST_POINTS), 1)
+def _jumps(axis: Axes, impacts: Impacts) -> None:
+    jump = np.abs(impacts.velocity_jump_m_s)
+    step = max(-(-impacts.n // _IMPACT_SHAPES_MOST_POINTS), 1)
     for side, colour in ((1, "impact +1"), (-1, "impact -1"), (0, "impact")):
         chosen = np.flatnonzero(impacts.side == side)[::step]
-        size = 2.2 if impacts.time.size > 100 else 3.5
-        time, jump, ink = impacts.time[chosen], np.abs(impacts.jump[chosen]), COLOURS[colour]
-        axis.plot(time, jump, "o", color=ink, markersize=size, markeredgewidth=0)
-    largest = float(np.nanmax(np.abs(impacts.jump), initial=0.0))
+        size = 2.2 if impacts.n > 100 else 3.5
+        time, ink = impacts.time_s[chosen], COLOURS[colour]
+        axis.plot(time, jump[chosen], "o", color=ink, markersize=size, markeredgewidth=0)
+    largest = float(np.nanmax(jump, initial=0.0))
     axis.set_ylim(0.0, 1.12 * largest if largest > 0.0 else None)
     axis.set_ylabel("velocity jump\n(m/s)")
 
 
-def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> None:
+def _enlarged(axis: Axes, zoom: Trace, impacts: Impacts, motion: Trace | None) -> None:
     draw_trace(axis, zoom)
     top = max(_top(zoom.values), 0.0 if zoom.high is None else _top(zoom.high))
-    inside = (impacts.time >= zoom.time[0]) & (impacts.time <= zoom.time[-1])
+    inside = (impacts.time_s >= zoom.time[0]) & (impacts.time_s <= zoom.time[-1])
     for side, place, marker in ((1, 1.15, "v"), (-1, -1.15, "^"), (0, 1.15, "v")):
-        marks = impacts.time[inside & (impacts.side == side)]
+        marks = impacts.time_s[inside & (impacts.side == side)]
         if not marks.size:
             continue
         colour = COLOURS[f"impact {side:+d}" if side else "impact"]
@@ -634,18 +616,17 @@ def _oscillation(record: Record, results: Path) -> float:
         return float(view.attributes.get("oscillation_hz") or 0.0)
 
 
-def marks_of(record: Record, results: Path) -> Marks:
+def impacts_drawn(record: Record, results: Path) -> Impacts:
     """The impacts of a record as they are drawn; a ball that is dropped meets one wall alone."""
     impacts = read_impacts(ResultPaths(results).impacts(record.id))
-    side = np.zeros_like(impacts.side) if record.test == "drop" else impacts.side
-    return Marks(time=impacts.time_s, side=side, jump=impacts.velocity_jump_m_s)
+    return replace(impacts, side=0 * impacts.side) if record.test == "drop" else impacts
 
 
 def _impacts(record: Record, results: Path, title: str) -> Iterator[tuple[Figure, Drawn]]:
-    marks = marks_of(record, results)
+    marks = impacts_drawn(record, results)
     with open_record(ResultPaths(results).conditioned(record.id)) as view:
         role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
-        if role is None or not marks.time.size:
+        if role is None or not marks.n:
             return
         begin, end = _stretch(view, record, marks)
         zoom = whole_trace(view, role, begin=begin, end=end)
@@ -654,28 +635,29 @@ def _impacts(record: Record, results: Path, title: str) -> Iterator[tuple[Figure
             x = 1e3 * view.read("displacement", begin, end)
             motion = Trace("displacement", view.time(begin, end), x)
         trace = whole_trace(view, role, frequency=_oscillation(record, results))
-    title = f"{title}, {marks.time.size} impacts"
+    title = f"{title}, {counted(marks.n, 'impact')}"
     figure = impacts_on_acceleration(trace, zoom, marks, title=title, motion=motion)
     by_wall = "" if record.test == "drop" else ", coloured by the wall that was hit"
     middle = f"Middle: change of the mass's velocity at each impact{by_wall}. "
+    middle = middle if np.isfinite(marks.velocity_jump_m_s).any() else ""
     text = (
         f"Above: bandpassed {role}, every spike an impact; the shaded stretch is enlarged below. "
-        f"{middle if np.isfinite(marks.jump).any() else ''}Below: the stretch with every impact "
-        "found marked. Each spike should have one mark, and each mark one spike."
+        f"{middle}Below: the stretch with every impact found marked. Each spike should have one "
+        "mark, and each mark one spike."
     )
     yield figure, Drawn(f"impacts_{record.test}", record.test, f"Record {record.id}", text)
 
 
-def _stretch(view: RecordView, record: Record, marks: Marks) -> tuple[int, int]:
+def _stretch(view: RecordView, record: Record, marks: Impacts) -> tuple[int, int]:
     """Samples of a few cycles: from the first impact, or in the middle of a periodic test."""
     if record.test == "drop":
         # All bounces: they come ever faster.
-        length = 1.1 * float(marks.time[-1] - marks.time[0]) + 0.02
+        length = 1.1 * float(marks.time_s[-1] - marks.time_s[0]) + 0.02
     else:
         frequency = view.attributes.get("oscillation_hz")
         length = _ZOOM_CYCLES / float(frequency) if frequency else 0.5
-    middle = marks.time.size // 2 if record.test == "periodic" else 0
-    begin = max(round((marks.time[middle] - view.start - 0.08 * length) * view.sample_rate), 0)
+    middle = marks.n // 2 if record.test == "periodic" else 0
+    begin = max(round((marks.time_s[middle] - view.start - 0.08 * length) * view.sample_rate), 0)
     return begin, min(begin + max(round(1.16 * length * view.sample_rate), 2), view.n)
 
 

@@ -98,14 +98,14 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 
 def new_figure(
-    rows: int = 1, columns: int = 1, *, height: float = 3.0, **subplots: Any
+    rows: int = 1, columns: int = 1, *, height: float = 3.0, width: float = WIDTH, **subplots: Any
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of the report's width (height in inches) and its axes, row by row."""
+    """A figure, in inches, and its axes, row by row."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     mpl.rcParams.update(_SETTINGS)
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **subplots)
     return figure, list(axes.ravel())
 

@@ -26,6 +26,7 @@ from vinesexp.records.campaign.missing_cells import asked_in
 from vinesexp.records.campaign.records_xlsx import head_of
 from vinesexp.records.campaign.schema import TESTS, Record
 from vinesexp.report.rendering import environment, rendered
+from vinesexp.units import counted
 
 _WAIT = 20.0  # s that a page waits for news before it asks again
 _LARGEST = 1 << 16  # bytes of a correction
@@ -131,7 +132,7 @@ def _shown_row(
 
 def _counted(session: Session, records: list[Record]) -> str:
     done = sum(session.seen.get(r.id, Followed()).state == "done" for r in records)
-    return f"{len(records)} records, {done} analysed"
+    return f"{counted(len(records), 'record')}, {done} analysed"
 
 
 def _row_words(record: Record) -> str:

@@ -28,6 +28,7 @@ from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults, open_results
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory.regime_definitions import Regime
+from vinesexp.units import counted
 from vinesexp.whole_files import write_whole
 
 if TYPE_CHECKING:
@@ -77,8 +78,8 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordShown:
     clipped = int(impacts.clipped.sum())
     if clipped and not any(check.check == "saturated" for check in checks):
         words.append(
-            f"the acceleration is clipped in {clipped} of {impacts.n} impacts: measure with a "
-            "wider range"
+            f"the acceleration is clipped in {clipped} of "
+            f"{counted(impacts.n, 'impact')}: measure with a wider range"
         )
     facts = [("length", f"{length:.4g} s at {rate:.6g} Hz"), ("channels", roles)]
     if regime.get("regime"):
@@ -96,7 +97,9 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
     per_cycle = regime.get("impacts_per_cycle")
     if record.test == "drop":
         return (
-            [] if impacts > 2 else [f"{impacts} hits found: repeat the drop from a greater height"]
+            []
+            if impacts > 2
+            else [f"{counted(impacts, 'hit')} found: repeat the drop from a greater height"]
         )
     if not record.clearance:
         return []
@@ -280,7 +283,7 @@ def _next_tests(plans: Sequence[LevelPlan], others: Sequence[OtherPlan]) -> Iter
     for plan in plans:
         now = f"; bracketed within {100 * plan.width_now:.2g} %" if plan.width_now else ""
         next_ = tuple(f"{1e3 * b:.4g} mm" for b in plan.next)
-        yield NextTests(plan.name, f"{len(plan.tested)} clearances tested{now}", next_)
+        yield NextTests(plan.name, f"{counted(len(plan.tested), 'clearance')} tested{now}", next_)
     for other in others:
         tests = tuple(_test_in_words(one.cells) for one in other.next)
         yield NextTests(other.name, other.state, tests)

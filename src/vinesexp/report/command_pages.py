@@ -18,6 +18,7 @@ from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.report.tables_shown import at_the_bench
 from vinesexp.results_differences import Difference, Differences
 from vinesexp.results_repeatability import Repeatability, Repeated
+from vinesexp.units import counted
 from vinesexp.whole_files import write_whole
 
 _KINDS = {
@@ -108,11 +109,11 @@ def lead(found: Differences) -> str:
     numbers = [row for row in rows if row.kind in ("value", "clearance")]
     parts = [f"{row.what} ({_apart(row)})" for row in numbers[:5]]
     if len(numbers) > 5:
-        parts.append(f"{len(numbers) - 5} more values")
+        parts.append(counted(len(numbers) - 5, "more value"))
     for kind, word in (("regime", "record"), ("check", "check")):
         count = sum(row.kind == kind for row in rows)
         if count:
-            parts.append(f"{count} {word}{'' if count == 1 else 's'}")
+            parts.append(counted(count, word))
     return "What differs: " + ", ".join(parts) + "."
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from vinesexp.figures.numbers import millimetres, rounded, significant
 from vinesexp.figures.style import Drawn
+from vinesexp.units import counted
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -99,9 +100,9 @@ def rendered(package: str, template: str, content: dict[str, Any]) -> str:
     package : str
         It has a folder ``templates``.
     template : str
-        Values are escaped; the filters are ``millimetres``, ``rounded``, ``significant`` and
-        ``symbols``. A name
-        that the template uses and `content` lacks is an error, never an empty place on the page.
+        Values are escaped; the filters are ``counted``, ``millimetres``, ``rounded``,
+        ``significant`` and ``symbols``. A name that the template uses and `content` lacks is an
+        error, never an empty place on the page.
     content : dict
     """
     return environment(package).get_template(template).render(**content)
@@ -120,7 +121,11 @@ def environment(package: str) -> Environment:
         lstrip_blocks=True,
     )
     found.filters.update(
-        millimetres=millimetres, rounded=rounded, significant=significant, symbols=symbols
+        counted=counted,
+        millimetres=millimetres,
+        rounded=rounded,
+        significant=significant,
+        symbols=symbols,
     )
     return found
 

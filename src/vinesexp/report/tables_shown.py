@@ -21,7 +21,7 @@ from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, counted
 
 _VALUES = {
     "f0": ("f0_hz", "f0_error_hz"),
@@ -236,17 +236,25 @@ def _found(row: Row) -> dict[str, str]:
 
 
 def stated_sentence(rows: Sequence[Row]) -> str:
-    """How many inputs agree, are contradicted, are not tested; empty where there are none."""
+    """How many inputs agree, are contradicted, are not tested; empty where there are none.
+
+    Examples
+    --------
+    >>> stated_sentence([{"verdict": "ok"}])
+    'campaign.yaml and records.csv state 1 value. The records agree with it.'
+    """
     if not rows:
         return ""
     off, agree = (sum(row["verdict"] == verdict for row in rows) for verdict in ("off", "ok"))
     untested = len(rows) - off - agree
-    counted = (("agree with", agree), ("contradict", off), ("do not test", untested))
-    said = [f"{verb} {n if n < len(rows) else f'all {n}'}" for verb, n in counted if n]
+    verdicts = (("agree with", agree), ("contradict", off), ("do not test", untested))
+    all_of_them = f"all {len(rows)}" if len(rows) > 1 else "it"
+    said = [f"{verb} {n if n < len(rows) else all_of_them}" for verb, n in verdicts if n]
     *first, last = said
     words = f"{', '.join(first)} and {last}" if first else last
-    words = "test none of them" if untested == len(rows) else words
-    return f"campaign.yaml and records.csv state {len(rows)} values. The records {words}."
+    words = "test none of them" if untested == len(rows) > 1 else words
+    stated = counted(len(rows), "value")
+    return f"campaign.yaml and records.csv state {stated}. The records {words}."
 
 
 def _with_unit(row: Row, name: str) -> str:
