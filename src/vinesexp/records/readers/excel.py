@@ -17,7 +17,7 @@ from typing import Any
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.source import file_aside, file_of, part_of
-from vinesexp.records.readers.text import AsideSource
+from vinesexp.records.readers.text import TextSource
 from vinesexp.records.readers.unread import need
 
 NAME = "Excel (.xlsx, .xls)"
@@ -34,7 +34,7 @@ def recognises(head: bytes, suffix: str) -> bool:
     return head.startswith(_XLS)
 
 
-def open_file(path: Path) -> SheetSource:
+def open_file(path: Path) -> TextSource:
     """Read the sheet with most rows; RecordError where none holds columns of numbers."""
     with file_of(path).open("rb") as stream:
         old = stream.read(4) == _XLS
@@ -46,7 +46,10 @@ def open_file(path: Path) -> SheetSource:
     if chosen is None:
         names = ", ".join(f"'{one.name}'" for one in sheets)
         raise RecordError(f"no sheet '{wanted}'; there are {names}")
-    source = SheetSource(path, chosen.name, chosen.rows())
+    aside, text = file_aside()
+    aside.writelines(f"{_line(row)}\n".encode() for row in chosen.rows())
+    source = TextSource(path, aside, text, of=f"sheet '{chosen.name}'", line="row")
+    source.format = "Excel"
     alike = [one.name for one in sheets if _LIKE * one.count >= longest.count]
     if len(alike) > 1 and len({one.head for one in sheets if one.name in alike}) == 1:
         source.parts = tuple(alike)
@@ -63,27 +66,6 @@ class _Sheet:
     count: int
     head: str
     rows: Callable[[], Iterable[Iterable[Any]]]
-
-
-class SheetSource(AsideSource):
-    """One sheet of a workbook."""
-
-    format = "Excel"
-
-    def __init__(self, path: Path, sheet: str, rows: Iterable[Iterable[Any]]) -> None:
-        self._sheet = sheet
-        aside, text = file_aside()
-        for row in rows:
-            aside.write(f"{_line(row)}\n".encode())
-        super().__init__(path, aside, text)
-
-    def _placed(self, where: str) -> str:
-        """``"row 12"`` of the sheet."""
-        return where.replace("line", "row")
-
-    def _meant(self, error: RecordError) -> RecordError:
-        place = ", ".join(filter(None, (f"sheet '{self._sheet}'", self._placed(error.where or ""))))
-        return RecordError(error.problem.replace("line ", "row "), where=place)
 
 
 def _xlsx(openpyxl: Any, path: Path) -> list[_Sheet]:

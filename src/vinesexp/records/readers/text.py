@@ -1,9 +1,9 @@
 """Text files of oscilloscopes, analysers and data loggers: CSV of any kind, plain columns.
 
-Text files with several blocks of rows one after another, each under lines of its own.
-
-LabVIEW writes a file of several segments so, and programs that append record to record. What
-stands above the first block belongs to all of them, but for what a block states itself.
+What is no plain table is laid aside as one first: UTF-16, rows with words around their numbers,
+rows with lines behind them, and one of several blocks of rows. LabVIEW writes a file of several
+segments so, and programs that append record to record. What stands above the first block belongs
+to all of them, but for what a block states itself.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from io import StringIO
 from itertools import islice, pairwise
 from pathlib import Path
 from typing import IO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError, RecordError
@@ -26,7 +27,6 @@ from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_
 from vinesexp.records.readers.layout import Layout, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
-    Column,
     Source,
     file_aside,
     file_of,
@@ -40,142 +40,11 @@ NAME = "text (CSV, TXT, LabVIEW LVM)"
 _MISSING = ["", "NaN", "nan", "NAN", "-NaN", "-nan"]
 _FEWEST = 3  # rows of a block; what follows fewer is a remark
 _MOST = 0.2  # stretches of words for each row: more are rows with text in them
-_WORDS = np.zeros(256, dtype=bool)
-_WORDS[[*range(65, 91), *range(97, 123), *b'#*%"[']] = True
-_NUMBERS, _WORDED, _EMPTY = 0, 1, 2  # kinds of lines
-
-# Whether every row of a text file holds the cells it should, before its numbers are trusted.
-#
-# A row with a cell too many (`0.1,1,5,2` for three columns), a quote that is never closed, or zero
-# bytes left by a logger that lost its power would be read as something else, without a word. Two
-# passes of plain counting over the bytes find them: 2 ns a byte.
+_LISTED = 1 << 20  # lines of words: likewise
+_WORDS = frozenset('ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz#*%"[')
 _CHUNK = 1 << 22
-_LONGEST = 1 << 20  # bytes of one line; more is no row of numbers
-_NEWLINE, _QUOTE, _BLANK = 10, 34, 32
+_LONGEST = 1 << 20  # characters of one line; more is no row of numbers
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # the mark that such a file begins with
-
-
-def require_whole_rows(path: Path, layout: Layout) -> int:
-    """Count the rows of data, refusing the first that is not what its neighbours are.
-
-    Raises
-    ------
-    RecordError
-        A row with more cells than columns, an unbalanced quote, zero bytes; with the line.
-    """
-    count = 0
-    line = 0
-    for chunk in whole_lines(path, layout.end):
-        if line >= layout.first and (alike := _lines_alike(chunk, layout)):
-            count, line = count + alike, line + alike
-            continue
-        codes, ends = codes_and_ends(chunk)
-        cells, filled, odd = _count(codes, ends, layout)
-        lines = np.arange(line, line + len(ends))
-        line += len(ends)
-        data = lines >= layout.first
-        wrong = data & (odd | (cells > layout.width))
-        for k in np.flatnonzero(wrong):
-            begin = int(ends[k - 1]) + 1 if k else 0
-            _judge(layout, chunk[begin : int(ends[k])], int(lines[k]) + 1)
-        count += int(np.count_nonzero(data & filled))
-    return count
-
-
-def _lines_alike(chunk: bytes, layout: Layout) -> int:
-    """How many lines a piece has, where all hold one number of cells that columns allow; else 0."""
-    if layout.delimiter is None or b"\0" in chunk or b'"' in chunk:
-        return 0
-    codes = np.frombuffer(chunk, np.uint8)
-    marks = codes[(codes == ord(layout.delimiter)) | (codes == _NEWLINE)]
-    lines = chunk.count(b"\n")
-    cells = len(marks) // max(lines, 1)
-    even = 1 < cells <= layout.width and len(marks) == cells * lines and chunk.endswith(b"\n")
-    return lines if even and (marks[cells - 1 :: cells] == _NEWLINE).all() else 0
-
-
-def whole_lines(path: Path, end: int = 0) -> Iterator[bytes]:
-    """The file in pieces that end with a line; lone carriage returns become line feeds.
-
-    Up to byte `end`, where that is not 0.
-    """
-    rest = b""
-    lone: bool | None = None
-    left = end or path.stat().st_size
-    with path.open("rb") as stream:
-        while chunk := stream.read(min(_CHUNK, left)):
-            left -= len(chunk)
-            if lone is None:
-                lone = b"\n" not in chunk and b"\r" in chunk
-            chunk = rest + (chunk.replace(b"\r", b"\n") if lone else chunk)
-            cut = chunk.rfind(b"\n") + 1
-            rest = chunk[cut:]
-            if len(rest) > _LONGEST:
-                raise RecordError(
-                    "a line of more than a megabyte; export the record as columns of numbers"
-                )
-            if cut:
-                yield chunk[:cut]
-    if rest:
-        yield rest
-
-
-def codes_and_ends(chunk: bytes) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
-    """Bytes of a piece of a file as numbers, and where each of its lines ends."""
-    codes = np.frombuffer(chunk, np.uint8)
-    ends = np.flatnonzero(codes == _NEWLINE)
-    if not len(ends) or ends[-1] != len(codes) - 1:
-        ends = np.append(ends, len(codes))
-    return codes, ends
-
-
-def _count(
-    codes: NDArray[np.uint8], ends: NDArray[np.int64], layout: Layout
-) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]]:
-    """For every line: its cells, whether it holds any, and whether odd bytes stand in it."""
-    solid, quotes = codes > _BLANK, codes == _QUOTE
-    if layout.delimiter is None:
-        starts = solid.copy()
-        starts[1:] &= ~solid[:-1]
-        cells = _per_line(starts, ends)
-        filled = cells > 0
-    else:
-        parts = codes == ord(layout.delimiter)
-        # The fast reader counts a line of separators as a row; a line of blanks is none.
-        filled = _per_line(solid | parts, ends) > 0
-        if quotes.any():
-            parts &= np.cumsum(quotes) % 2 == 0
-        cells = _per_line(parts, ends) + 1
-    odd = (_per_line(codes == 0, ends) > 0) | (_per_line(quotes, ends) % 2 == 1)
-    return cells, filled, odd
-
-
-def _per_line(marked: NDArray[np.bool_], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    at = np.searchsorted(np.flatnonzero(marked), ends)
-    return np.diff(at, prepend=0)
-
-
-def _judge(layout: Layout, raw: bytes, line: int) -> None:
-    """Refuse a suspicious row, unless only remarks or empty cells are too many."""
-    where = f"line {line}"
-    if b"\0" in raw:
-        raise RecordError(
-            "zero bytes in the text, as a logger leaves them when its power fails; cut the file "
-            "before this line",
-            where=where,
-        )
-    text = raw.decode(layout.encoding, "replace")
-    if text.count('"') % 2:
-        raise RecordError("a quote that is not closed; correct the line", where=where)
-    cells = layout.cells(text)
-    surplus = [cell for cell in cells[layout.width :] if cell]
-    if any(layout.is_number(cell) for cell in surplus):
-        raise RecordError(
-            f"{len(cells)} cells where the rows have {layout.width} ('{text.strip()[:60]}'); "
-            "correct the line, or, if the numbers have decimal commas, export with another "
-            "delimiter",
-            where=where,
-        )
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -185,35 +54,43 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TextSource:
     """Open a text file, or one of its blocks; RecordError where it holds no columns of numbers."""
-    file = file_of(path)
-    layout = None
-    with file.open("rb") as stream:
+    text, aside = file_of(path), None
+    with text.open("rb") as stream:
         wide = stream.read(2) in _UTF_16
-    if not wide:
-        try:
-            layout = find_layout(file)
-            bare = not layout.unpaired and not any(column.name for column in layout.columns)
-        except RecordError:
-            if (laid_aside := _without_words(file, 0)) is None:
-                raise
-            return AsideSource(file, *laid_aside)
-        # Without names above, words in the rows may be the names, and glued to their numbers.
-        if bare and (laid_aside := _without_words(file, layout.held)) is not None:
-            return AsideSource(file, *laid_aside)
-    if layout is not None and (found := find_blocks(file, layout)):
-        return BlockSource(path, layout, found)
+    if wide:
+        aside, text = _narrow(text)
+    try:
+        layout = find_layout(text)
+        bare = not layout.unpaired and not any(column.name for column in layout.columns)
+    except RecordError:
+        if (found := _without_words(text, 0)) is None:
+            raise
+        return TextSource(path, *found)
+    # Without names above, words in the rows may be the names, and glued to their numbers.
+    if bare and (found := _without_words(text, layout.held)) is not None:
+        return TextSource(path, *found)
+    if blocks := find_blocks(text, layout):
+        block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
+        source = TextSource(path, *_laid_aside(lines_of_block(text, layout, block)))
+        source.shift = block.first - source.layout.first
+        source.parts = tuple(str(k + 1) for k in range(len(blocks)))
+        return source
     if part_of(path):
         raise RecordError("holds one block of rows; leave out the # and what follows it")
-    return TextSource(file, layout) if layout is not None else AsideSource(file, *_narrow(file))
+    return TextSource(path, aside, text, layout=layout)
+
+
+def _laid_aside(lines: Iterator[str]) -> tuple[IO[bytes], Path]:
+    aside, text = file_aside()
+    aside.writelines(line.encode("utf-8", "replace") for line in lines)
+    aside.flush()
+    return aside, text
 
 
 def _narrow(file: Path) -> tuple[IO[bytes], Path]:
     """UTF-16 laid aside as UTF-8, of which a line end is one byte and a delimiter another."""
-    aside, text = file_aside()
     with file.open(encoding="utf-16", errors="replace", newline="") as stream:
-        while piece := stream.read(_CHUNK):
-            aside.write(piece.encode("utf-8", "replace"))
-    return aside, text
+        return _laid_aside(iter(lambda: stream.read(_CHUNK), ""))
 
 
 _FIGURE = re.compile(
@@ -303,129 +180,190 @@ def _names_of_form(form: tuple[str, ...]) -> list[str] | None:
 
 
 class TextSource(Source):
-    """A text file: one row a sample."""
+    """Text of one row a sample: a file, or what was laid aside from one.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    aside, text : optional
+        What is read instead, and where: gone when it is closed.
+    shift : int
+        Of its lines against those of the file.
+    layout : Layout, optional
+        Where it is known.
+    of, line : str
+        What of the file it is, and what a line of it is called.
+    """
 
     format: str = "text"
 
-    def __init__(self, path: Path, layout: Layout | None = None) -> None:
-        self.path = path  # for messages
-        self._read_from = path
-        self.layout: Layout = layout or find_layout(path)
-        self.columns: tuple[Column, ...] = self.layout.columns
-        self._rows_found: int | None = None
-        if self.layout.behind:
-            count = len(self.layout.behind)
-            shown = f"('{self.layout.behind[0][:60]}')"
+    def __init__(
+        self,
+        path: Path,
+        aside: IO[bytes] | None = None,
+        text: Path | None = None,
+        shift: int = 0,
+        *,
+        layout: Layout | None = None,
+        of: str = "",
+        line: str = "line",
+    ) -> None:
+        self.path, self._aside, self._text = path, aside, text or path
+        self.shift, self._of, self._line = shift, of, line
+        if aside is not None:
+            aside.flush()
+        with self._told():
+            self.layout: Layout = layout or find_layout(self._text)
+        layout = self.layout
+        self.columns = layout.columns
+        if layout.behind:
+            count, shown = len(layout.behind), f"('{layout.behind[0][:60]}')"
             self.losses = (
                 f"it ends within a row {shown}, which is left out: the file may have been cut; "
                 "copy it again"
-                if self.layout.cut
+                if layout.cut
                 else f"{count} line{'s' * (count > 1)} after the last row hold no data {shown}",
             )
+            self._aside, self._text = _without_end(self._text, layout.end)
         self._first_stamps: dict[int, str] = {}
-        self.time_column, self.stated_rows = self.layout.time_column, self.layout.rows
-        self.sample_interval, self.start = self.layout.interval, self.layout.start
+        self.time_column, self.stated_rows = layout.time_column, layout.rows
+        self.sample_interval, self.start = layout.interval, layout.start
+        self.unpaired = layout.unpaired  # why names cannot be paired with columns
         if len(self.columns) == 1 and self.columns[0].name == CODED:  # GW Instek
-            cells = [self.layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
+            cells = [layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
             if all(cell.lstrip("+-").isdecimal() for cell in cells):
                 self.columns = (replace(self.columns[0], unit=CODES),)
 
-    @property
-    def unpaired(self) -> str:
-        """Why the names of the file cannot be paired with its columns; empty where they are."""
-        return self.layout.unpaired
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Refusals of the text name places of what it is from."""
+        try:
+            yield
+        except RecordError as error:
+            where = ", ".join(filter(None, (self._of, self._placed(error.where or ""))))
+            problem = error.problem.replace("line ", f"{self._line} ")
+            raise RecordError(problem, where=where or None) from None
+
+    def _placed(self, where: str) -> str:
+        """``"line 120"`` of the text as the line of what it is from."""
+        return re.sub(r"line (\d+)", lambda m: f"{self._line} {int(m[1]) + self.shift}", where)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
-        if self._rows_found is None:
-            self._rows_found = require_whole_rows(self._read_from, self.layout)
         wanted = sorted(set(columns))
         order = [wanted.index(column) for column in columns]
-        done = 0
-        for block in self._fast(wanted, rows):
-            if block is None:
-                break
-            done += len(block)
-            yield block[:, order]
-        else:
-            if done != self._rows_found:
-                raise RecordError(
-                    f"{self._rows_found} rows, of which {done} could be read; export the record "
-                    "again without quotes"
-                )
-            return
-        for block in self._patient(wanted, done, rows):
-            yield block[:, order]
+        with self._told():
+            for first, lines in self._pieces(rows):
+                self._require_whole(first, lines)
+                block = self._fast(wanted, lines)
+                if block is None:
+                    block = self._patient(wanted, self._filled(first, lines))
+                if len(block):
+                    yield block[:, order]
 
     def locate(self, row: int) -> str:
         """``"line 12"``, counted as an editor counts; blank lines between rows are no rows."""
         found = next(islice(self._rows(), row, None), None)
-        return f"line {found[0]}" if found else f"row {row}"
+        return self._placed(f"line {found[0]}" if found else f"row {row}")
 
-    def _fast(self, wanted: list[int], rows: int) -> Iterator[FloatArray | None]:
-        """Blocks as the compiled reader gives them; None where it finds a word among numbers."""
+    def _rows(self) -> Iterator[tuple[int, str]]:
+        """Line number (from 1) and text of every row of data."""
+        for first, lines in self._pieces(BLOCK_ROWS):
+            yield from self._filled(first, lines)
+
+    def _pieces(self, rows: int) -> Iterator[tuple[int, list[str]]]:
+        """The lines from the first row of data on, so many at once, and the number of the first."""
+        done = self.layout.first
+        with self._text.open(encoding=self.layout.encoding, errors="replace") as stream:
+            for _ in islice(stream, done):
+                pass
+            while lines := list(islice(stream, rows)):
+                yield done + 1, lines
+                done += len(lines)
+
+    def _filled(self, first: int, lines: Sequence[str]) -> list[tuple[int, str]]:
+        blank = " \n" if self.layout.delimiter == "\t" else " \t\n"
+        return [(n, line) for n, line in enumerate(lines, first) if line.strip(blank)]
+
+    def _require_whole(self, first: int, lines: Sequence[str]) -> None:
+        """Refuse the first row that is not what its neighbours are: read as it stands, a cell too
+        many, an open quote or zero bytes would shift numbers, without a word."""
+        sign, width = self.layout.delimiter, self.layout.width
+        if sign is None:
+            cells = [len(line.split()) for line in lines]
+        else:
+            cells = [line.count(sign) + 1 for line in lines]
+        text = "".join(lines)
+        if max(cells) <= width and '"' not in text and "\0" not in text:
+            return
+        for line, count, number in zip(lines, cells, range(first, first + len(lines)), strict=True):
+            where = f"line {number}"
+            if "\0" in line:
+                raise RecordError(
+                    "zero bytes in the text, as a logger leaves them when its power fails; cut the "
+                    "file before this line",
+                    where=where,
+                )
+            if line.count('"') % 2:
+                raise RecordError("a quote that is not closed; correct the line", where=where)
+            found = self.layout.cells(line) if count > width else []
+            if any(cell and self.layout.is_number(cell) for cell in found[width:]):
+                raise RecordError(
+                    f"{len(found)} cells where the rows have {width} ('{line.strip()[:60]}'); "
+                    "correct the line, or, if the numbers have decimal commas, export with another "
+                    "delimiter",
+                    where=where,
+                )
+
+    def _fast(self, wanted: list[int], lines: Sequence[str]) -> FloatArray | None:
+        """Rows as the compiled reader gives them; None where it finds a word among numbers."""
         import pandas as pd
 
         layout = self.layout
         if set(wanted) & set(layout.stamps):
-            yield None
-            return
+            return None
         try:
-            with pd.read_csv(
-                self._read_from,
+            found = pd.read_csv(
+                StringIO("".join(lines)),
                 sep=r"\s+" if layout.delimiter is None else layout.delimiter,
                 decimal=layout.decimal,
-                encoding=layout.encoding,
-                encoding_errors="replace",
-                compression=None,  # what the name ends with says nothing
                 header=None,
                 names=[f"c{column}" for column in wanted],  # numbers would mean positions
                 usecols=wanted,
-                nrows=self._rows_found,
                 index_col=False,
-                skiprows=layout.first,
                 skipinitialspace=True,
                 na_values=_MISSING,
                 keep_default_na=False,
                 dtype=np.float64,
                 engine="c",
-                chunksize=rows,
-            ) as reader:
-                for chunk in reader:
-                    yield chunk.to_numpy(dtype=np.float64)
+            )
         except (ValueError, TypeError, OverflowError, pd.errors.ParserError):
-            yield None
+            return None
+        whole = len(found) == len(lines) or len(found) == len(self._filled(0, lines))
+        return found.to_numpy(dtype=np.float64) if whole else None
 
-    def _patient(self, wanted: list[int], done: int, rows: int) -> Iterator[FloatArray]:
-        """Blocks from row `done` on, cell by cell: words of overload, dates and times of day."""
-        lines: list[tuple[int, list[str]]] = []
-        for number, line in islice(self._rows(), done, self._rows_found):
-            lines.append((number, self.layout.cells(line)))
-            if len(lines) == rows:
-                yield self._values(wanted, lines)
-                lines = []
-        if lines:
-            yield self._values(wanted, lines)
-
-    def _values(self, wanted: list[int], lines: list[tuple[int, list[str]]]) -> FloatArray:
-        block = np.empty((len(lines), len(wanted)))
+    def _patient(self, wanted: list[int], lines: list[tuple[int, str]]) -> FloatArray:
+        """Rows cell by cell: words of overload, dates and times of day."""
+        rows = [self.layout.cells(line) for _, line in lines]
+        block = np.empty((len(rows), len(wanted)))
         for k, column in enumerate(wanted):
-            cells = [row[column] if column < len(row) else "" for _, row in lines]
+            cells = [row[column] if column < len(row) else "" for row in rows]
+            name = f"column {self.columns[column].name or column}"
             if column in self.layout.stamps:
-                first = self._first_stamps.setdefault(
-                    column, next((cell for cell in cells if cell), "")
-                )
+                filled = next((cell for cell in cells if cell), "")
+                first = self._first_stamps.setdefault(column, filled)
                 try:
                     block[:, k] = seconds_since(cells, first)
                 except ParameterError as error:
-                    where = f"{self.locate(0)} or below, column {self._name(column)}"
+                    where = f"line {lines[0][0]} or below, {name}"
                     raise RecordError(error.problem, where=where) from None
                 continue
             for i, cell in enumerate(cells):
-                block[i, k] = self._value(cell, lines[i][0], column)
+                block[i, k] = self._value(cell, f"line {lines[i][0]}, {name}")
         return block
 
-    def _value(self, cell: str, line: int, column: int) -> float:
+    def _value(self, cell: str, where: str) -> float:
         if cell in _MISSING:
             return float("nan")
         if number := self.layout.number(cell):
@@ -436,66 +374,18 @@ class TextSource(Source):
         raise RecordError(
             f"found '{cell[:40]}', expected a number with decimal {sign}; correct the cell or cut "
             "the record",
-            where=f"line {line}, column {self._name(column)}",
+            where=where,
         )
 
-    def _name(self, column: int) -> str:
-        return self.columns[column].name or str(column)
 
-    def _rows(self) -> Iterator[tuple[int, str]]:
-        """Line number (from 1) and text of every row of data."""
-        blank = " " if self.layout.delimiter == "\t" else " \t"
-        with self._read_from.open(encoding=self.layout.encoding, errors="replace") as stream:
-            for number, line in enumerate(stream, start=1):
-                line = line.rstrip("\n")
-                if number > self.layout.first and line.strip(blank):
-                    yield number, line
-
-
-class AsideSource(TextSource):
-    """Text that a reader laid aside (`file_aside`); what is said of it names where it is from."""
-
-    def __init__(self, path: Path, aside: IO[bytes], text: Path, shift: int = 0) -> None:
-        aside.flush()
-        self._shift = shift  # of its lines
-        self._aside = aside  # what is aside is gone when it is closed
-        try:
-            super().__init__(text)
-        except RecordError as error:
-            raise self._meant(error) from None
-        self._read_from, self.path = self.path, path
-
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
-        """Blocks of the given columns; see `Source.blocks`."""
-        try:
-            yield from super().blocks(columns, rows)
-        except RecordError as error:
-            raise self._meant(error) from None
-
-    def locate(self, row: int) -> str:
-        """Where row `row` stands in what the text is from."""
-        return self._placed(super().locate(row))
-
-    def _placed(self, where: str) -> str:
-        """``"line 120"`` of the text as the line of what it is from."""
-        return re.sub(r"(?<=line )\d+", lambda found: str(int(found[0]) + self._shift), where)
-
-    def _meant(self, error: RecordError) -> RecordError:
-        where = self._placed(error.where) if error.where else None
-        return RecordError(error.problem, where=where)
-
-
-class BlockSource(AsideSource):
-    """One of several blocks of a text file, the first where none is named."""
-
-    def __init__(self, path: Path, layout: Layout, blocks: Sequence[RowBlock]) -> None:
-        file = file_of(path)
-        block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
-        aside, text = file_aside()
-        aside.writelines(line.encode() for line in lines_of_block(file, layout, block))
-        super().__init__(path, aside, text)
-        self._shift = block.first - self.layout.first
-        self.parts = tuple(str(k + 1) for k in range(len(blocks)))
+def _without_end(text: Path, end: int) -> tuple[IO[bytes], Path]:
+    """The first bytes of a text laid aside, without the lines behind its rows."""
+    aside, copy = file_aside()
+    with text.open("rb") as stream:
+        while piece := stream.read(min(_CHUNK, end - stream.tell())):
+            aside.write(piece)
+    aside.flush()
+    return aside, copy
 
 
 @dataclass(frozen=True)
@@ -508,38 +398,42 @@ class RowBlock:
 
 
 def find_blocks(path: Path, layout: Layout) -> list[RowBlock]:
-    """The blocks of rows of a text file; one where the file is as most are.
+    """The blocks of rows of a text file; none where the file is as most are.
 
     Lines between rows divide them if they hold words alone, and either are several, or follow a
     blank line, or repeat what stands above the first block, be it counted (``Track 2``): one bad
     row is none of these.
     """
-    kinds = _kinds_of_lines(path)
-    total = len(kinds)
-    kinds[: layout.first] = _NUMBERS
-    after = np.flatnonzero(kinds == _WORDED)
-    gaps = list(runs_of(kinds != _NUMBERS))
-    if not len(after) or len(gaps) > _MOST * (total - layout.first):
-        return []
-    wanted = {layout.first - 1, *after.tolist()}
+    gaps: dict[int, str] = {}
+    total, names = 0, ""
     with path.open(encoding=layout.encoding, errors="replace") as stream:
-        texts = {i: line for i, line in enumerate(stream) if i in wanted}
-    names = texts.get(layout.first - 1, "")
+        for total, line in enumerate(stream, start=1):
+            if total <= layout.first:
+                names = line
+            elif line[0] in _WORDS or line.isspace():
+                gaps[total - 1] = line
+                if len(gaps) > _LISTED:
+                    return []
+    between = np.zeros(total, dtype=bool)
+    between[list(gaps)] = True
+    runs = runs_of(between)
+    if not any(line[0] in _WORDS for line in gaps.values()):
+        return []
+    if len(runs) > _MOST * (total - layout.first):
+        return []
     starts: list[tuple[int, int]] = []
-    for begin, end in gaps:
-        words = [texts[i] for i in range(begin, end) if i in texts]
+    for begin, end in runs:
+        words = [gaps[i] for i in range(begin, end) if gaps[i][0] in _WORDS]
         cells = [[cell for cell in layout.cells(text) if cell] for text in words]
         plain = any(row and not any(layout.is_value(cell) for cell in row) for row in cells)
-        again = bool(_uncounted(names)) and [_uncounted(text) for text in words] == [
-            _uncounted(names)
-        ]
+        again = _uncounted(names) and [*map(_uncounted, words)] == [_uncounted(names)]
         if (again or (plain and end - begin > 1)) and end < total:
             starts.append((begin, end))
     bounds = [(layout.first, layout.first), *starts, (total, total)]
     found = [
-        RowBlock(bounds[k][0], bounds[k][1], bounds[k + 1][0])
-        for k in range(len(bounds) - 1)
-        if bounds[k + 1][0] - bounds[k][1] >= _FEWEST
+        RowBlock(header, first, end)
+        for (header, first), (end, _) in pairwise(bounds)
+        if end - first >= _FEWEST
     ]
     return found if len(found) > 1 else []
 
@@ -569,20 +463,3 @@ def _merged(layout: Layout, common: list[str], own: list[str]) -> list[str]:
 def _uncounted(line: str) -> str:
     """A heading without the number that counts it."""
     return re.sub(r"\d+", "", line).strip()
-
-
-def _kinds_of_lines(path: Path) -> NDArray[np.uint8]:
-    """Which lines begin with a letter or a mark, and which are blank."""
-    found = [np.zeros(0, np.uint8)]
-    for chunk in whole_lines(path):
-        codes = np.frombuffer(chunk, np.uint8)
-        first = np.append(codes[:1], codes[1:][codes[:-1] == _NEWLINE])
-        kinds = np.where(_WORDS[first], _WORDED, _NUMBERS).astype(np.uint8)
-        if (first <= _BLANK).any():
-            ends = codes_and_ends(chunk)[1]
-            begins = np.concatenate(([0], ends[:-1] + 1))
-            for k in np.flatnonzero((first <= _BLANK) & (ends - begins <= 4)):
-                if not chunk[int(begins[k]) : int(ends[k])].strip():
-                    kinds[k] = _EMPTY
-        found.append(kinds)
-    return np.concatenate(found)
