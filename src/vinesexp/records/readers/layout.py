@@ -11,11 +11,11 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -195,40 +195,24 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     if not whole and len(lines) > 1:
         lines.pop()  # cut short by the end of the head
     filled = [line for line in lines if line.strip()]
-    behind, end = _behind(path, encoding, _is_row)
-
-    def last_rows() -> list[str]:
+    behind: list[str] = []
+    for step in (max(len(filled) // 100, 1), 1):  # at first lines all over: many may stand behind
         above = filled[: -len(behind)] if whole and behind else filled
         if not above:
             raise RecordError("no line of numbers found; export the record as columns of numbers")
-        return above[-min(50, max(3, len(above) // 2)) :]
-
-    tail = last_rows()
-    layout = _delimiter_and_decimal(tail, filled, encoding)
-    numeric, stamps = _columns_of_data(layout, tail)
-    more, before = _behind(path, encoding, partial(_begins_as_row, layout, numeric, stamps))
-    if len(more) > len(behind):
-        behind, end = more, before
+        tail = above[-min(50 * step, max(3, len(above) // 2)) :: step]
+        layout = _delimiter_and_decimal(tail, filled, encoding)
+        data = _columns_of_data(layout, tail)
+        behind, end = _behind(path, layout, *data)
     if cut := not behind:
         behind, end = _begun_row(path, layout)
-    tail = last_rows()
     layout = replace(layout, behind=tuple(behind), end=end, cut=cut and bool(behind))
     return layout, _body(layout, lines, tail)
 
 
-def _begins_as_row(layout: Layout, numeric: set[int], stamps: set[int], line: str) -> bool:
-    """Whether a line has in the first column of data what every row has there.
-
-    A word, a date or a time of day where the rows have a number begins no row: ``Mean,0.01,3.2``.
-    """
-    cells = layout.cells(line)
-    first = min(numeric | stamps, default=0)
-    if first in stamps or len(cells) <= first or not cells[first]:
-        return _is_row(line)
-    return _is_row(line) and layout.is_value(cells[first])
-
-
-def _behind(path: Path, encoding: str, is_row: Callable[[str], bool]) -> tuple[list[str], int]:
+def _behind(
+    path: Path, layout: Layout, numeric: set[int], stamps: set[int]
+) -> tuple[list[str], int]:
     """Lines without data after the last row of data, and the byte at which they begin.
 
     Where no line at the end is a row, words belong to the rows.
@@ -240,8 +224,8 @@ def _behind(path: Path, encoding: str, is_row: Callable[[str], bool]) -> tuple[l
     found: list[str] = []
     end = size
     for line in reversed(raw.splitlines(keepends=True)):
-        text = line.decode("utf-8" if encoding.startswith("utf-8") else encoding, "replace").strip()
-        if text and is_row(text):
+        text = line.decode(layout.encoding, "replace").strip()
+        if text and _is_row(layout, numeric, stamps, text):
             return (found[::-1], end) if found else ([], 0)
         if "\0" in text:  # what a logger leaves that lost its power is no footer
             return [], 0
@@ -287,23 +271,18 @@ def _shape(layout: Layout, line: str) -> tuple[int, int]:
     return len(cells), len(cells[-1].partition(layout.decimal)[2]) if cells else 0
 
 
-def _is_row(line: str) -> bool:
-    """Whether most of a line's cells are numbers or stamps, to some delimiter.
+def _is_row(layout: Layout, numeric: set[int], stamps: set[int], line: str) -> bool:
+    """Whether most of a line's cells are values, that in the first column of data among them.
 
-    Examples
-    --------
-    >>> _is_row("0,12;5,3;"), _is_row("# Completed @Tue Aug 01 23:15:29 GMT+08:00 2017")
-    (True, False)
+    A word, a date or a time of day where the rows have a number begins no row: ``Mean,0.01,3.2``.
     """
-    if line.startswith(("#", "%", "//")):
-        return False
-    for delimiter, decimal in _CANDIDATES:
-        layout = Layout("", delimiter, decimal)
-        cells = [cell for cell in layout.cells(line) if cell]
-        values = sum(layout.is_value(cell) or is_stamp(cell) for cell in cells)
-        if 2 * values > len(cells):
-            return True
-    return False
+    cells = layout.cells(line)
+    first = min(numeric | stamps, default=0)
+    begun = first in stamps or not cells[first : first + 1] or not cells[first]
+    filled = [cell for cell in cells if cell]
+    values = sum(layout.is_value(cell) or is_stamp(cell) for cell in filled)
+    words = line.startswith(("#", "%", "//"))
+    return not words and 2 * values > len(filled) and (begun or layout.is_value(cells[first]))
 
 
 def _decode(raw: bytes) -> tuple[str, str]:
