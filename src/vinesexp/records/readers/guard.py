@@ -8,19 +8,13 @@ gives blocks for as long as the source is used. Its refusals need no file: who a
 It is a copy (fork) of this process where that has a single thread: the copy of one that has several
 may wait for ever on a lock that one of them held. Else, and on macOS, where libraries may not
 survive a fork, it is a new process, which takes an eighth of a second more.
-
-A message between both is two lengths, a pickle, and the samples of a block if there are any.
 """
 
 from __future__ import annotations
 
 import faulthandler
 import os
-import pickle
-import select
 import signal
-import socket
-import struct
 import subprocess
 import sys
 import weakref
@@ -29,6 +23,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
@@ -62,43 +58,12 @@ ONE_THREAD = {
     "ARROW_IO_THREADS": "1",
 }
 
-_HEAD = struct.Struct("<QQ")  # bytes of the pickle, and of the samples beside it
-_HELD = 1 << 20  # bytes that a socket holds: fewer changes between the two processes
 
-
-def send(line: socket.socket, message: Any) -> None:
-    """Write one message; samples go beside the pickle, not through it."""
-    samples: list[pickle.PickleBuffer] = []
-    packed = pickle.dumps(message, protocol=5, buffer_callback=samples.append)
-    raw = [one.raw() for one in samples]
-    line.sendall(_HEAD.pack(len(packed), raw[0].nbytes if raw else 0) + packed)
-    for one in raw[:1]:
-        line.sendall(one)
-
-
-def receive(line: socket.socket) -> Any:
-    """Read one message; EOFError where the other side is gone."""
-    packed, samples = _HEAD.unpack(_read(line, _HEAD.size))
-    words = _read(line, packed)
-    return pickle.loads(words, buffers=[_read(line, samples)])  # of no bytes, too: no rows
-
-
-def _read(line: socket.socket, count: int) -> bytearray:
-    found = bytearray(count)
-    rest = memoryview(found)
-    while rest:
-        got = line.recv_into(rest)
-        if not got:
-            raise EOFError
-        rest = rest[got:]
-    return found
-
-
-def serve_reader(reader: Any, path: Path, limits: Limits, line: socket.socket) -> NoReturn:
+def serve_reader(reader: Any, path: Path, limits: Limits, line: Connection) -> NoReturn:
     """Answer requests until nobody asks any more, then end this process.
 
     Whatever goes wrong in the reader is answered as a refusal with its reason; what cannot be
-    answered ends the process, and who asked sees the socket close.
+    answered ends the process, and who asked sees the line close.
     """
     try:
         faulthandler.disable()  # a crash is reported by who asked
@@ -110,7 +75,7 @@ def serve_reader(reader: Any, path: Path, limits: Limits, line: socket.socket) -
         source: Any = None
         streams: dict[int, Iterator[Any]] = {}
         while True:
-            what, *given = receive(line)
+            what, *given = line.recv()
             try:
                 if what == "open":
                     source = reader.open_file(path)
@@ -125,9 +90,9 @@ def serve_reader(reader: Any, path: Path, limits: Limits, line: socket.socket) -
                     value = streams.pop(given[0], None) and None
                 else:
                     value = source.locate(given[0])
-                send(line, ("ok", value))
+                line.send(("ok", value))
             except Exception as error:  # whatever the broken bytes lead to
-                send(line, ("refused", refusal(error, reader.NAME)))
+                line.send(("refused", refusal(error, reader.NAME)))
     except BaseException:
         os._exit(0)  # nobody asks any more, or nobody can be answered
 
@@ -159,8 +124,8 @@ def _limit(seconds: int, memory: int) -> None:
 
 def serve_in_new_process() -> None:
     """Serve a source in a process that was started, not copied; the first message says which."""
-    line = socket.socket(fileno=int(sys.argv[1]))
-    module, path, limits = receive(line)
+    line = Connection(int(sys.argv[1]))
+    module, path, limits = line.recv()
     serve_reader(import_module(module), path, limits, line)
 
 
@@ -258,10 +223,10 @@ class GuardedSource(Source):
         if self._dead is not None:
             raise self._dead
         try:
-            send(self._child.line, request)
-            if not select.select([self._child.line], [], [], self._limits.patience)[0]:
+            self._child.line.send(request)
+            if not self._child.line.poll(self._limits.patience):
                 raise self._died(f"gives nothing for {self._limits.patience:.0f} s")
-            kind, value = receive(self._child.line)
+            kind, value = self._child.line.recv()
         except (OSError, EOFError):
             raise self._died(None) from None
         if kind == "refused":
@@ -291,7 +256,7 @@ class _Child:
     """A process that serves one source, the socket to it, and what waits for its end."""
 
     pid: int
-    line: socket.socket
+    line: Connection
     end: Callable[[], int]
     status: int | None = None
 
@@ -311,9 +276,8 @@ def threads() -> int:
 
 
 def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
-    ours, theirs = socket.socketpair()
+    ours, theirs = Pipe()
     with theirs:
-        theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _HELD)
         if _may_fork(reader):
             pid = os.fork()
             if pid == 0:  # pragma: no cover
@@ -327,7 +291,7 @@ def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
             stdin=subprocess.DEVNULL,
             env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )
-    send(ours, (reader.__name__, path.absolute(), limits))
+    ours.send((reader.__name__, path.absolute(), limits))
     return _Child(process.pid, ours, process.wait)
 
 

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 import struct
 import tempfile
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,11 +23,14 @@ from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.labels import stated_unit, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.unread import in_words
 
 NAME = "MATLAB .mat"
 LIBRARIES = ("scipy.io", "h5py")
 
-_NUMBERS = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64"}
+#: Kinds of variables that are numbers, or hold some.
+_READ = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64"}
+_READ |= {"struct", "cell"}
 _DEEPEST = 20  # structures inside structures
 _WIDEST = 2000  # columns of a matrix, members of a cell array
 _SWELL = 2000  # zlib packs to a thousandth at best
@@ -56,119 +59,87 @@ def _is_version_4(head: bytes) -> bool:
     return False
 
 
-def open_file(path: Path) -> MatlabSource | hdf5.Hdf5Source:
+def open_file(path: Path) -> TableSource:
     """Open a .mat file; RecordError where it holds no columns of numbers."""
     with path.open("rb") as stream:
-        if stream.read(10) == b"MATLAB 7.3":
-            return hdf5.Hdf5Source(path, scalars=True)
-        stream.seek(0)
-        if hdf5.recognises(stream.read(4096), ".mat"):
-            return hdf5.Hdf5Source(path, scalars=True)
-    return MatlabSource(path)
-
-
-@dataclass(frozen=True)
-class _Place:
-    """Where a column stands: variable (or path inside one) of a file, index across, samples."""
-
-    source: MatlabSource
-    variable: str
-    across: int
-    length: int
-
-    def __len__(self) -> int:
-        return self.length
-
-    def __getitem__(self, rows: slice) -> FloatArray:
-        file = self.source.laid_aside(self.variable, self.length)
-        file.seek(8 * (self.across * self.length + rows.start))
-        return np.frombuffer(file.read(8 * (rows.stop - rows.start)))
-
-
-class MatlabSource(TableSource):
-    """A .mat file up to version 7."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._nested: dict[str, Any] = {}  # arrays inside structures, by their path
-        self._aside: dict[str, IO[bytes]] = {}
-        places: list[_Place] = []
-        names: list[tuple[str, str | None]] = []
-        stated: dict[str, dict[str, list[float]]] = {"": {}}
-        skipped: list[str] = []
-        variables = self._call("whosmat")
-        self._refuse_impossible(variables)
-        for name, shape, kind in variables:
-            if name.startswith("__"):  # MATLAB's own, such as the code of a function handle
+        head = stream.read(4096)
+    if head.startswith(b"MATLAB 7.3") or hdf5.recognises(head, ".mat"):
+        return hdf5.Hdf5Source(path, scalars=True)
+    columns: list[Column] = []
+    series: list[FloatArray] = []
+    stated: dict[str, dict[str, list[float]]] = {"": {}}
+    skipped: list[str] = []
+    damaged: list[Exception] = []
+    for name, kind in _variables(path):
+        try:
+            arrays = list(_arrays(name, _loaded(path, name))) if kind in _READ else []
+        except Exception as error:  # whatever its broken bytes lead to: others may be whole
+            damaged.append(error)
+            arrays, kind = [], in_words(error)
+        if not arrays:
+            skipped.append(f"{name} ({kind})")
+        for place, values, unit in arrays:
+            if values.size == 1:
+                group, _, key = place.rpartition("/")
+                number = float(np.real(values).reshape(-1)[0])
+                stated.setdefault(group, {}).setdefault(key.lower(), []).append(number)
                 continue
-            nested = kind in ("struct", "cell")
-            if not nested and (kind not in _NUMBERS or len(shape) != 2 or not min(shape)):
-                skipped.append(f"{name} ({kind})")
-                continue
-            found: Iterable[tuple[str, Any, str | None]] = [(name, None, None)]
-            if nested or max(shape) == 1:
-                held = self._call("loadmat", variable_names=[name], struct_as_record=False)
-                found = _arrays(name, held[name])
-            for place, values, unit in found:
-                if values is not None and values.size == 1:
-                    group, _, key = place.rpartition("/")
-                    number = float(np.real(values).reshape(-1)[0])
-                    stated.setdefault(group, {}).setdefault(key.lower(), []).append(number)
-                    continue
-                if values is not None:
-                    self._nested[place], shape = values, values.shape
-                across = min(shape)
-                for k in range(across if across <= _WIDEST else 0):
-                    names.append((place if across == 1 else f"{place}/{k}", unit))
-                    places.append(_Place(self, place, k, max(shape)))
-        if not names:
-            raise RecordError(
-                f"holds no vectors of numbers (found {', '.join(skipped) or 'nothing'})"
-            )
-        columns = [
-            Column(
-                name,
-                unit or unit_in_name(name),
-                hdf5.interval_at(name, stated) if "/" in name else None,
-            )
-            for name, unit in names
-        ]
-        interval = hdf5.interval_from(stated[""])
-        super().__init__(path, "MATLAB", columns, places, sample_interval=interval, first=1)
-
-    def laid_aside(self, variable: str, length: int) -> IO[bytes]:
-        """The columns of so many samples of a variable, one behind the other in an unnamed file.
-
-        A compressed variable can only be read whole. So one at a time is, and laid aside: the
-        memory is that of one variable, however many there are.
-        """
-        if variable not in self._aside:
-            values = self._nested.get(variable)
-            if values is None:
-                values = self._call("loadmat", variable_names=[variable])[variable]
             if np.iscomplexobj(values):
-                raise RecordError(
-                    "holds complex numbers, expected real ones", where=f"variable {variable}"
-                )
-            self._aside[variable] = tempfile.TemporaryFile()  # noqa: SIM115
-            for column in values.T if values.shape[0] == length else values:
-                self._aside[variable].write(np.ascontiguousarray(column, np.float64).data)
-        return self._aside[variable]
+                skipped.append(f"{place} (complex)")
+                continue
+            across = min(values.shape)
+            for k, one in enumerate(_laid_aside(values) if across <= _WIDEST else ()):
+                own = place if across == 1 else f"{place}/{k}"
+                columns.append(Column(own, unit or unit_in_name(own)))
+                series.append(one)
+    if not columns and damaged:
+        raise damaged[0]
+    if not columns:
+        raise RecordError(f"holds no vectors of numbers (found {', '.join(skipped) or 'nothing'})")
+    columns = [
+        replace(c, interval=hdf5.interval_at(c.name, stated)) if "/" in c.name else c
+        for c in columns
+    ]
+    interval = hdf5.interval_from(stated[""])
+    source = TableSource(path, "MATLAB", columns, series, sample_interval=interval, first=1)
+    if damaged:
+        source.losses = (f"what is damaged in it is not read: {', '.join(skipped)}",)
+    return source
 
-    def _refuse_impossible(self, variables: Any) -> None:
-        """Sizes that the file cannot hold, before anything makes room for them."""
-        most = _SWELL * self.path.stat().st_size + (1 << 20)
-        for name, shape, _ in variables:
-            if math.prod(max(int(length), 0) for length in shape) > most:
-                sizes = " by ".join(str(length) for length in shape)
-                raise RecordError(
-                    f"variable '{name}' is {sizes}, more than the file can hold; save it again"
-                )
 
-    def _call(self, function: str, **options: Any) -> Any:
-        import scipy.io
+def _laid_aside(values: Any) -> FloatArray:
+    """The columns of a variable, each in one piece, in an unnamed file.
 
-        return getattr(scipy.io, function)(self.path, **options)
+    A compressed variable can only be read whole. So one at a time is, and laid aside: the memory
+    is that of one variable, however many there are.
+    """
+    table = values.T if values.shape[0] >= values.shape[1] else values
+    with tempfile.TemporaryFile() as aside:
+        for column in table:
+            aside.write(np.ascontiguousarray(column, np.float64).data)
+        aside.flush()
+        return np.memmap(aside, np.float64, "r", shape=table.shape)
+
+
+def _variables(path: Path) -> Iterator[tuple[str, str]]:
+    """Name and kind of each; sizes that the file cannot hold are refused before room is made."""
+    from scipy.io import whosmat
+
+    most = _SWELL * path.stat().st_size + (1 << 20)
+    for name, shape, kind in whosmat(path):
+        if math.prod(max(int(length), 0) for length in shape) > most:
+            sizes = " by ".join(str(length) for length in shape)
+            raise RecordError(
+                f"variable '{name}' is {sizes}, more than the file can hold; save it again"
+            )
+        if not name.startswith("__"):  # MATLAB's own, such as the code of a function handle
+            yield name, kind
+
+
+def _loaded(path: Path, name: str) -> Any:
+    from scipy.io import loadmat
+
+    return loadmat(path, variable_names=[name], struct_as_record=False)[name]
 
 
 def _arrays(
@@ -188,8 +159,7 @@ def _arrays(
             own = path if len(members) == 1 else f"{path}/{k}"
             yield from _arrays(own, member, unit, depth + 1)
     elif isinstance(value, np.ndarray) and value.ndim == 2 and value.size:
-        kinds = "iufc" if value.size == 1 else "iuf"
-        yield from [(path, value, unit)] if value.dtype.kind in kinds else []
+        yield from [(path, value, unit)] if value.dtype.kind in "iufc" else []
 
 
 def _word(structure: Any, key: str) -> str:
