@@ -24,8 +24,7 @@ from vinesexp.proposal.campaign_proposal import (
 )
 from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.survey import FileView, view_file
-from vinesexp.records.campaign.description import NAME as SCHEMA_NAME
-from vinesexp.records.campaign.description import schema_text
+from vinesexp.records.campaign.description import SCHEMA
 from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.campaign.records_xlsx import new_workbook
 from vinesexp.records.campaign.schema import SHEETS
@@ -71,8 +70,8 @@ def run(args: argparse.Namespace) -> int:
         "campaign.yaml": proposed_campaign_text(folder, proposal).encode(),
         sheet: new_workbook(rows, proposed=proposed) if args.xlsx else sheet_text(rows).encode(),
     }
-    if not (folder / SCHEMA_NAME).exists():
-        contents[SCHEMA_NAME] = schema_text().encode()
+    if not (folder / SCHEMA.name).exists():
+        contents[SCHEMA.name] = SCHEMA.read_bytes()
     written: list[Path] = []
     try:
         for name, content in contents.items():
@@ -94,7 +93,7 @@ def proposed_campaign_text(folder: Path, proposal: Proposal) -> str:
     """campaign.yaml, with a reason beside every line that is not certain."""
     title = _quoted(shown(folder.resolve().name))
     lines = [
-        f"# yaml-language-server: $schema={SCHEMA_NAME}",
+        f"# yaml-language-server: $schema={SCHEMA.name}",
         "# Proposed by `vinesexp init`: check every line. A `?` stops the run until it is filled",
         "# in. docs/campaign.md explains the keys.",
         f"title: {title}",

@@ -319,10 +319,9 @@ def _voted(
     if len(loud) >= 2:
         first, others = loud[-1], loud[:-1]
         clear = traits[first].rough > 3.0 * traits[others[-1]].rough
-        if clear and may_be(columns[first], "acceleration"):
-            laws = [derivative_of(columns[first], columns[one]) for one in others]
-            if any(law is not None and law.is_second for law in laws):
-                yield "acceleration", first
+        may = clear and may_be(columns[first], "acceleration")
+        if may and any(is_second_derivative(columns[first], columns[one]) for one in others):
+            yield "acceleration", first
     quiet = [label for label, t in traits.items() if t.quiet and not t.doubled]
     if len(quiet) == 1 and loud:
         steadiest = quiet[0]
@@ -480,36 +479,11 @@ def traits_of(file: FileView, column: ColumnView) -> Traits:
     return Traits(rough, _unsteadiness(column.finite), quiet, doubled)
 
 
-@dataclass(frozen=True)
-class Derivative:
-    """How one channel follows another over the frequencies that both show.
+def is_second_derivative(first: ColumnView, other: ColumnView) -> bool:
+    """Whether `first` is -w^2 times the other, of either sign of a sensor.
 
-    Parameters
-    ----------
-    power : float
-        Of the frequency by which their ratio grows: 2 for acceleration over displacement.
-    phase : float
-        Of the ratio, rad.
-    low, high : float
-        The frequencies, Hz (cycles a sample without a rate).
-    """
-
-    power: float
-    phase: float
-    low: float
-    high: float
-
-    @property
-    def is_second(self) -> bool:
-        """Whether it is -w^2 times the other, of either sign of a sensor."""
-        turned = abs(abs(np.angle(np.exp(1j * self.phase))) / np.pi)
-        return abs(self.power - 2.0) < _SLOPE and min(turned, 1.0 - turned) < _TURN
-
-
-def derivative_of(first: ColumnView, other: ColumnView) -> Derivative | None:
-    """The law by which `first` follows `other`; None where too little of both is coherent.
-
-    One line alone tells nothing of the power: frequencies that stand apart by half are asked for.
+    One line alone tells nothing of the power of w: frequencies that stand apart by half are asked
+    for, at which both are coherent.
     """
     from scipy import signal
 
@@ -517,9 +491,8 @@ def derivative_of(first: ColumnView, other: ColumnView) -> Derivative | None:
     a, x = (np.nan_to_num(one.values[:n] - np.nanmean(one.values[:n])) for one in (first, other))
     size = min(max(n // _SEGMENTS, 64), 1 << 14)
     if n < 2 * size:
-        return None
-    rate = float(first.rate or 1.0)
-    options = {"fs": rate, "nperseg": size, "window": "hann"}
+        return False
+    options = {"fs": float(first.rate or 1.0), "nperseg": size, "window": "hann"}
     f, across = signal.csd(x, a, **options)
     with np.errstate(divide="ignore", invalid="ignore"):
         own_x, own_a = signal.welch(x, **options)[1], signal.welch(a, **options)[1]
@@ -527,11 +500,11 @@ def derivative_of(first: ColumnView, other: ColumnView) -> Derivative | None:
     coherent[:_SKIRT] = False
     chosen = np.flatnonzero(coherent)
     if len(chosen) < _FEWEST or f[chosen[-1]] < _APART * f[chosen[0]]:
-        return None
+        return False
     ratio = across[chosen] / own_x[chosen]
-    slope = np.polyfit(np.log(f[chosen]), np.log(np.abs(ratio)), 1)[0]
-    mean = np.angle(np.sum(ratio / np.abs(ratio)))
-    return Derivative(float(slope), float(mean), float(f[chosen[0]]), float(f[chosen[-1]]))
+    power = np.polyfit(np.log(f[chosen]), np.log(np.abs(ratio)), 1)[0]
+    turned = abs(float(np.angle(np.sum(ratio / np.abs(ratio))))) / np.pi
+    return bool(abs(power - 2.0) < _SLOPE and min(turned, 1.0 - turned) < _TURN)
 
 
 def is_pulse(column: ColumnView) -> bool:

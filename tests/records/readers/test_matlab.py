@@ -78,7 +78,7 @@ def test_version_73_is_hdf5_inside(tmp_path):
 def test_complex_numbers_are_reported(tmp_path):
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"CH1": A + 1j})
-    with pytest.raises(RecordError, match=r"CH1 \(complex\)"):
+    with pytest.raises(RecordError, match=r"CH1 \(complex numbers\)"):
         values(open_source(path), [0])
 
 

@@ -3,36 +3,34 @@
 Every key is known or an error that suggests the nearest one; a unit is never guessed. All
 mistakes of the file are collected, each with its line and key.
 
-The JSON schema of campaign.yaml is made from the names that its validation knows. Editors complete
-and check the file with it; the package's own validation is stricter (units, columns, values that
-contradict one another).
+Editors complete and check the file with the JSON schema beside this module; the validation here is
+stricter (units, columns, values that contradict one another).
 """
 
 from __future__ import annotations
 
-import json
-from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.campaign.channel_section import (
-    CHANNEL_KEYS,
-    SETUP_KEYS,
-    SOUND_KEYS,
     read_channels_section,
     read_setups,
     read_time,
 )
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.published_table import read_published
-from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, Campaign, Known, Setup
+from vinesexp.records.campaign.schema import Campaign, Known, Setup
 from vinesexp.records.campaign.uncertainties import Uncertainties, read_uncertainties
 from vinesexp.records.campaign.yamltree import Section, read_yaml
-from vinesexp.settings.overrides import STAGES, changed, numbers_of
+from vinesexp.settings.overrides import STAGES, changed
 from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
+#: Keys of campaign.yaml that the analysis reads.
+KEYS = (
+    *("title", "known", "channels", "time", "sample_rate", "bandpass", "settings"),
+    *("uncertainties", "allow_outside", "setups", "published"),
+)
 KNOWN_KEYS = ("mass", "nes_mass")
 BAND_KEYS = ("low", "high")
 
@@ -40,6 +38,9 @@ BAND_KEYS = ("low", "high")
 PEOPLE_KEYS = (
     "author", "license", "operator", "date", "instrument", "place", "temperature", "notes",
 )  # fmt: skip
+
+#: What editors check campaign.yaml with.
+SCHEMA = Path(__file__).with_name("campaign.schema.json")
 
 
 def read_description(folder: Path, problems: Problems) -> tuple[Campaign, bool]:
@@ -134,98 +135,3 @@ def read_settings(top: Section) -> Settings:
             with numbers.at(name):
                 found = changed(found, stage, name, numbers.value(name))
     return found
-
-
-NAME = "campaign.schema.json"
-
-_TEXT: dict[str, Any] = {"type": ["string", "number"]}
-_ANSWER: dict[str, Any] = {"enum": ["yes", "no", True, False]}
-_COLUMN: dict[str, Any] = {
-    "type": ["string", "integer"],
-    "description": "name, pattern such as Laser*, or number from 0",
-}
-_CHANNEL: dict[str, dict[str, Any]] = {
-    "column": _COLUMN,
-    "unit": {"type": "string", "description": "the file is in this unit"},
-    "radius": {
-        **_TEXT,
-        "description": "of an angle or its rate: the distance from the axis, 0.5 m",
-    },
-    "sensitivity": {"type": "string", "description": "output per measured unit: 100 mV/g"},
-    "offset": {**_TEXT, "description": "output at zero: 2.5 V"},
-    "file_unit": {"type": "string", "description": "what one number of the file is: mV"},
-    "optional": _ANSWER,
-    "accept": {"description": "defects that are warnings: " + ", ".join(ACCEPTABLE)},
-}
-
-
-def campaign_schema() -> dict[str, Any]:
-    """The schema as a dictionary (JSON schema, draft 7)."""
-    return {
-        "$schema": "http://json-schema.org/draft-07/schema#",
-        "title": "campaign.yaml of vinesexp",
-        **_section(_parts() | dict.fromkeys(PEOPLE_KEYS, _TEXT)),
-        "required": ["channels"],
-    }
-
-
-def _parts() -> dict[str, dict[str, Any]]:
-    return {
-        "title": _TEXT,
-        "known": _section({key: {} for key in KNOWN_KEYS}),
-        "channels": _channels(),
-        "time": _time(),
-        "sample_rate": {"type": "string", "description": "10 kHz; not together with time"},
-        "bandpass": _section({key: {"type": "string"} for key in BAND_KEYS}),
-        "settings": _section(
-            {s: _section({n.name: {} for n in numbers_of(s)}) for s in STAGES}, nullable=True
-        ),
-        "uncertainties": _section({one.name: {} for one in fields(Uncertainties)}),
-        "allow_outside": _ANSWER,
-        "setups": {
-            "type": "object",
-            "additionalProperties": _section(
-                {key: {"type": "string"} for key in SETUP_KEYS}
-                | {"channels": _channels(), "time": _time()}
-            ),
-        },
-        "published": _TEXT,
-    }
-
-
-def schema_text() -> str:
-    """The schema as JSON text.
-
-    Examples
-    --------
-    >>> '"displacement"' in schema_text()
-    True
-    """
-    return json.dumps(campaign_schema(), indent=1, sort_keys=True) + "\n"
-
-
-def _section(properties: dict[str, Any], *, nullable: bool = False) -> dict[str, Any]:
-    kind: Any = ["object", "null"] if nullable else "object"
-    return {"type": kind, "properties": properties, "additionalProperties": False}
-
-
-def _channels() -> dict[str, Any]:
-    found = {}
-    for role, quantities in ROLES.items():
-        if role == "sound":
-            keys = {key: _CHANNEL.get(key, {}) for key in SOUND_KEYS}
-            found[role] = {**_section(keys), "required": ["column"]}
-            continue
-        keys = {key: _CHANNEL.get(key, {}) for key in CHANNEL_KEYS}
-        keys["quantity"] = {"enum": list(quantities)}
-        found[role] = {**_section(keys), "required": ["column", "quantity"]}
-        found[role]["oneOf"] = [{"required": ["unit"]}, {"required": ["sensitivity"]}]
-    return _section(found)
-
-
-def _time() -> dict[str, Any]:
-    return {**_section({"column": _COLUMN, "unit": {"type": "string"}}), "required": ["unit"]}
-
-
-#: Keys of campaign.yaml that the analysis reads.
-KEYS = tuple(_parts())

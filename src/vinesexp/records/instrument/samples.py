@@ -532,33 +532,21 @@ class Rows:
 
     def blocks(self) -> Iterator[tuple[int, FloatArray]]:
         """Complete rows with the number of their first; what is missing at the ends is trimmed."""
-        begun, before, hole, done = False, 0, None, 0
+        done, begin, end = 0, None, 0
         for raw in self.source.blocks(self.indexes):
-            if not len(raw):
-                continue
-            row, done = done, done + len(raw)
-            block = self._within_range(raw, row)
-            missing = np.asarray(np.isnan(block).any(axis=1))
-            if missing.any():
-                whole = np.flatnonzero(~missing)
-                if not len(whole):
-                    before, hole = (
-                        (before, hole if hole is not None else row) if begun else (done, None)
-                    )
-                    continue
-                if begun and (hole is not None or whole[0] > 0):
-                    self._refuse_hole(row if hole is None else hole)
+            block = self._within_range(raw, done)
+            known = ~np.isnan(block).any(axis=1)
+            whole = np.flatnonzero(known)
+            if len(whole):
                 first, last = int(whole[0]), int(whole[-1]) + 1
-                if missing[first:last].any():
-                    self._refuse_hole(row + first + int(np.argmax(missing[first:last])))
-                before = before if begun else row + first
-                hole = row + last if last < len(block) else None
-                begun, row, block = True, row + first, block[first:last]
-            elif hole is not None:
-                self._refuse_hole(hole)
-            begun = True
-            yield row, block
-        self.trimmed = (before, done - hole if hole is not None else 0)
+                if begin is not None and done + first > end:
+                    self._refuse_hole(end)
+                if len(whole) < last - first:
+                    self._refuse_hole(done + first + int(np.argmin(known[first:last])))
+                begin, end = done + first if begin is None else begin, done + last
+                yield done + first, block[first:last]
+            done += len(raw)
+        self.trimmed = (done, 0) if begin is None else (begin, done - end)
         self.found = done
 
     def _within_range(self, raw: FloatArray, row: int) -> FloatArray:

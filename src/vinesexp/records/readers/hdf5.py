@@ -19,7 +19,7 @@ dataset of references; words are 16-bit codes; an empty array holds its own size
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -112,22 +112,20 @@ class Hdf5Source(TableSource):
         self._scalars = scalars
         self._found: list[tuple[str, Any]] = []
         self._stated: dict[str, dict[str, list[float]]] = {"": {}}
+        self._elsewhere: list[str] = []
         losses: list[str] = []
         with h5py.File(path, "r") as file:
             _gather(file.attrs, self._stated[""])
-
-            def require_own(name: str, item: Any) -> None:
-                if reason := _elsewhere(file, item):
-                    raise RecordError(f"dataset '{name}' {reason}; copy its samples into this file")
-
-            if scalars:
-                _Walk(file, self._visit, self._units, require_own).down("", file, 0)
-            else:
-                file.visititems(self._visit)
+            self._down(file, "", file, 0)
             for name, item in self._found:
-                require_own(name, item)
+                _require_own(file, name, item)
                 losses += _never_written(name, item)
-            losses += _links_elsewhere(file)
+            if self._elsewhere:
+                more = len(self._elsewhere) - 3
+                losses.append(
+                    f"links to other files are not followed: {', '.join(self._elsewhere[:3])}"
+                    + (f" and {more} more" if more > 0 else "")
+                )
             columns = [c for name, item in self._found for c in self._columns_of(name, item)]
         self._found = []  # of a file that is closed
         super().__init__(path, "HDF5", columns, self._places)
@@ -136,7 +134,50 @@ class Hdf5Source(TableSource):
         self.sample_interval = interval_from(self._stated[""])
         self.losses = tuple(losses)
 
-    def _visit(self, name: str, item: Any) -> None:
+    def _down(self, file: Any, name: str, item: Any, depth: int) -> None:
+        """Into what `item` holds: by the file's own links and references, not by those out of it.
+
+        A soft link is another name of what is seen under its own. MATLAB's names go on into
+        structures and cells: ``ch/0/x`` in an array of structures.
+        """
+        import h5py
+
+        if depth > _DEEPEST:
+            return
+        if hasattr(item, "keys"):
+            if name:
+                self._see(name, item)
+            for key in sorted(item):
+                own = f"{name}/{key}" if name else key
+                link = item.get(key, getlink=True)
+                if isinstance(link, h5py.ExternalLink):
+                    self._elsewhere.append(own)
+                elif isinstance(link, h5py.HardLink) and not key.startswith("#"):  # MATLAB's own
+                    self._down(file, own, item[key], depth + 1)
+            return
+        if not hasattr(item, "shape") or item.attrs.get("MATLAB_empty"):  # a type, or nothing
+            return
+        kind = _text(item.attrs.get("MATLAB_class", b""))
+        group, _, key = name.rpartition("/")
+        if kind == "char":
+            if key.lower() in _UNITS:
+                _require_own(file, name, item)
+                self._units[group] = _word(item)
+            return
+        references = self._scalars and item.dtype.kind == "O" and bool(item.size)
+        if references or (self._scalars and item.size == 1):  # a single number is read at once
+            _require_own(file, name, item)
+        if not references:
+            self._see(name, item)
+            return
+        members = item[()].reshape(-1)[:_WIDEST]
+        for k, reference in enumerate(members):
+            if isinstance(reference, h5py.Reference) and reference:
+                own = f"{name}/{k}" if kind == "cell" else f"{group}/{k}/{key}"
+                inner = file[reference]
+                self._down(file, name if len(members) == 1 else own, inner, depth + 1)
+
+    def _see(self, name: str, item: Any) -> None:
         own: dict[str, list[float]] = {}
         _gather(item.attrs, own)
         dtype, shape = getattr(item, "dtype", None), getattr(item, "shape", None)
@@ -144,7 +185,7 @@ class Hdf5Source(TableSource):
             self._stated[name] = own
         if dtype is None or not shape or dtype.kind not in "iuf" or len(shape) > 2:
             return
-        if name.startswith("#") or not min(shape):  # MATLAB's own bookkeeping, and nothing
+        if not min(shape):
             return
         if item.size > _SWELL * self._size:
             sizes = " by ".join(str(length) for length in shape)
@@ -186,6 +227,12 @@ class Hdf5Source(TableSource):
                 _Series(self._file, item.name, inner, along_first, scale, offset, max(shape))
             )
             yield Column(own, stated_unit(label) or unit_in_name(own), interval)
+
+
+def _require_own(file: Any, name: str, item: Any) -> None:
+    """Refuse a dataset before anything is read from it that stands in another file."""
+    if reason := _elsewhere(file, item):
+        raise RecordError(f"dataset '{name}' {reason}; copy its samples into this file")
 
 
 def _elsewhere(file: Any, item: Any, depth: int = 0) -> str:
@@ -235,30 +282,6 @@ def _never_written(name: str, item: Any) -> Iterator[str]:
             f"dataset '{name}' states {max(item.shape)} samples, {lost} of them were never written "
             f"and are read as {np.asarray(item.fillvalue).reshape(-1)[0]:g}"
         )
-
-
-def _links_elsewhere(file: Any) -> Iterator[str]:
-    """Links to other files, which are not followed."""
-    import h5py
-
-    found: list[str] = []
-
-    def see(group: Any, path: str) -> None:
-        for key in group:
-            try:
-                link = group.get(key, getlink=True)
-            except (OSError, RuntimeError, ValueError, TypeError, KeyError):
-                continue  # of a kind that only its program knows
-            if isinstance(link, h5py.ExternalLink):
-                found.append(f"{path}{key}")
-
-    see(file, "")
-    file.visititems(
-        lambda name, item: see(item, f"{name}/") if isinstance(item, h5py.Group) else None
-    )
-    if found:
-        more = f" and {len(found) - 3} more" if len(found) > 3 else ""
-        yield f"links to other files are not followed: {', '.join(found[:3])}{more}"
 
 
 def _gather(attributes: Any, stated: dict[str, list[float]]) -> None:
@@ -318,71 +341,6 @@ def interval_from(stated: Mapping[str, Sequence[float]]) -> float | None:
         reported = ", ".join(f"{key} = {value:g}" for key, value, _ in found)
         raise RecordError(f"states its sampling as {reported}; correct the file")
     return low
-
-
-@dataclass(frozen=True)
-class _Walk:
-    """A way through all that a file holds, as MATLAB names it.
-
-    Parameters
-    ----------
-    file : h5py.File
-        Open.
-    see : function
-        Called with the name (``ch/0/x`` in an array of structures) and the group or dataset.
-    units : dict
-        Filled with the words called unit, by the name of what they stand in.
-    require_own : function
-        Of the same, before anything is read from it: raises where it stands in another file.
-    """
-
-    file: Any
-    see: Callable[[str, Any], None]
-    units: dict[str, str]
-    require_own: Callable[[str, Any], None]
-
-    def down(self, name: str, item: Any, depth: int) -> None:
-        """Into what `item` holds: by the file's own links and references, not by those out of it.
-
-        A soft link is another name of what is seen under its own.
-        """
-        import h5py
-
-        if depth > _DEEPEST:
-            return
-        if hasattr(item, "keys"):
-            if name:
-                self.see(name, item)
-            for key in item:
-                own = f"{name}/{key}" if name else key
-                hard = isinstance(item.get(key, getlink=True), h5py.HardLink)
-                if hard and not key.startswith("#"):  # MATLAB's own bookkeeping
-                    self.down(own, item[key], depth + 1)
-            return
-        if not hasattr(item, "shape"):  # a type that the file names
-            return
-        kind = _text(item.attrs.get("MATLAB_class", b""))
-        if item.attrs.get("MATLAB_empty"):
-            return
-        group, _, key = name.rpartition("/")
-        if kind == "char":
-            if key.lower() in _UNITS:
-                self.require_own(name, item)
-                self.units[group] = _word(item)
-            return
-        if item.dtype.kind != "O" or not item.size:
-            if item.size == 1:  # a single number is read at once
-                self.require_own(name, item)
-            self.see(name, item)
-            return
-        self.require_own(name, item)
-        references = item[()].reshape(-1)[:_WIDEST]
-        for k, reference in enumerate(references):
-            if not isinstance(reference, h5py.Reference) or not reference:
-                continue
-            own = f"{name}/{k}" if kind == "cell" else f"{group}/{k}/{key}"
-            inner = self.file[reference]
-            self.down(name if len(references) == 1 else own, inner, depth + 1)
 
 
 def _word(item: Any) -> str:

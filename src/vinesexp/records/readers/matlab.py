@@ -69,13 +69,15 @@ def open_file(path: Path) -> TableSource:
     series: list[FloatArray] = []
     stated: dict[str, dict[str, list[float]]] = {"": {}}
     skipped: list[str] = []
-    damaged: list[Exception] = []
+    lost: list[str] = []
+    damaged: Exception | None = None
     for name, kind in _variables(path):
         try:
             arrays = list(_arrays(name, _loaded(path, name))) if kind in _READ else []
         except Exception as error:  # whatever its broken bytes lead to: others may be whole
-            damaged.append(error)
-            arrays, kind = [], in_words(error)
+            damaged = error
+            lost.append(f"{name} ({in_words(error)})")
+            continue
         if not arrays:
             skipped.append(f"{name} ({kind})")
         for place, values, unit in arrays:
@@ -85,7 +87,7 @@ def open_file(path: Path) -> TableSource:
                 stated.setdefault(group, {}).setdefault(key.lower(), []).append(number)
                 continue
             if np.iscomplexobj(values):
-                skipped.append(f"{place} (complex)")
+                lost.append(f"{place} (complex numbers)")
                 continue
             across = min(values.shape)
             for k, one in enumerate(_laid_aside(values) if across <= _WIDEST else ()):
@@ -93,17 +95,18 @@ def open_file(path: Path) -> TableSource:
                 columns.append(Column(own, unit or unit_in_name(own)))
                 series.append(one)
     if not columns and damaged:
-        raise damaged[0]
+        raise damaged
     if not columns:
-        raise RecordError(f"holds no vectors of numbers (found {', '.join(skipped) or 'nothing'})")
+        found = ", ".join([*skipped, *lost]) or "nothing"
+        raise RecordError(f"holds no vectors of real numbers (found {found})")
     columns = [
         replace(c, interval=hdf5.interval_at(c.name, stated)) if "/" in c.name else c
         for c in columns
     ]
     interval = hdf5.interval_from(stated[""])
     source = TableSource(path, "MATLAB", columns, series, sample_interval=interval, first=1)
-    if damaged:
-        source.losses = (f"what is damaged in it is not read: {', '.join(skipped)}",)
+    if lost:
+        source.losses = (f"not read: {', '.join(lost)}",)
     return source
 
 
