@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from vinesexp.excitation import Base, Harmonic, Release, SteppedSweep, Sweep, WeakDamping
+from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.sensors import Sensor
@@ -116,12 +116,8 @@ class Test:
         One-sided clearance of each NES, m.
     clearance_minus : tuple of float
         That to the wall of side -1 where it differs; else empty.
-    base_amplitude, frequency : float, (start, end)
-        m, Hz; of the base motion; of a stepped sweep its first and last frequency.
-    steps : SteppedSweep, optional
-        The base motion where the frequency dwells.
-    base_record : BaseRecord, optional
-        The base motion where it was measured.
+    driven : base motion or BaseRecord, optional
+        Of the base; of a record the samples are read when the test is performed. None: at rest.
     release : float
         Displacement that the mass is let go from, at rest, m.
     ball_start : tuple of float
@@ -144,10 +140,7 @@ class Test:
     settle: float = 0.0
     clearance: tuple[float, ...] = ()
     clearance_minus: tuple[float, ...] = ()
-    base_amplitude: float = 0.0
-    frequency: tuple[float, float] | None = None
-    steps: SteppedSweep | None = None
-    base_record: BaseRecord | None = None
+    driven: Base | BaseRecord | None = None
     release: float = 0.0
     ball_start: tuple[float, ...] = ()
     added_mass: float = 0.0
@@ -158,17 +151,10 @@ class Test:
 
     def base(self) -> Base | None:
         """The base motion; None: at rest. A measured one is read from its file here."""
-        if self.base_record is not None:
+        if isinstance(self.driven, BaseRecord):
             needed = self.settle + self.duration
-            return self.base_record.measured(needed=needed, record=self.record)
-        if self.steps is not None:
-            return self.steps
-        if self.frequency is None:
-            return None
-        start, end = self.frequency
-        if self.kind == "sweep":
-            return Sweep(self.base_amplitude, start, end, duration=self.duration)
-        return Harmonic(self.base_amplitude, start)
+            return self.driven.measured(needed=needed, record=self.record)
+        return self.driven
 
     def release_state(self) -> Release:
         """The state the rig starts from, everything at rest."""
@@ -225,11 +211,10 @@ class Scene:
             self.sheet.off("clearance", self.seed, test.record, f"nes {i + 1}")
             for i in range(len(test.clearance))
         ]
-        both = (
+        clearance, minus = (
             tuple(b + off for b, off in zip(own, offs, strict=False))
             for own in (test.clearance, test.clearance_minus)
         )
-        clearance, minus = both
         release, load = test.release, test.added_mass
         if release:
             release += self.sheet.off("release", self.seed, test.record)

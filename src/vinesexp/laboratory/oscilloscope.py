@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,29 +154,16 @@ def acquire(
         late = start + scope.skew.get(role, 0.0)
         for first in range(0, n, _BLOCK):
             t: FloatArray = late + dt * np.arange(first, min(n, first + _BLOCK), dtype=np.float64)
+            options: Any = {"dt": dt, "noise": noise, "jumps": jumps}
             if isinstance(sensor, Accelerometer):
+                moves = signals["base velocity"]
                 volts = accelerometer_volts(
-                    sensor,
-                    signals[role],
-                    t,
-                    times=times,
-                    jumps=jumps,
-                    dt=dt,
-                    noise=noise,
-                    base_velocity=signals["base velocity"],
+                    sensor, signals[role], t, times=times, base_velocity=moves, **options
                 )
             else:
+                assert isinstance(sensor, Laser)
                 shaken = times if role == "displacement" else times[:0]
-                volts = laser_volts(
-                    sensor,
-                    signals[role],
-                    t,
-                    dt=dt,
-                    noise=noise,
-                    drift=drift,
-                    times=shaken,
-                    jumps=jumps,
-                )
+                volts = laser_volts(sensor, signals[role], t, drift=drift, times=shaken, **options)
             row[first : first + t.size] = quantised(volts, scope)
     names = tuple(f"CH{number}" for number in range(1, len(sensors) + 1))
     return _with_samples_dropped(Capture(names, codes, None, scope), seed=seed, record=record)

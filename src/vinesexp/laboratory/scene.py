@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from itertools import chain
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, ParameterError, VinesexpError, nearest
-from vinesexp.excitation import SteppedSweep, WeakDamping
+from vinesexp.excitation import Base, Harmonic, SteppedSweep, Sweep, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test, read_sheet
 from vinesexp.laboratory.instrument_files import FORMATS
@@ -210,51 +210,33 @@ def read_oscilloscope(layers: Section) -> Oscilloscope | None:
     return scope if len(layers.problems.found) == before else None
 
 
-@dataclass(frozen=True)
-class AskedBase:
-    """The base motion of a test; nothing of it: at rest. m, (first, last) Hz."""
-
-    amplitude: float = 0.0
-    frequency: tuple[float, float] | None = None
-    steps: SteppedSweep | None = None
-    record: BaseRecord | None = None
-
-
-def read_base(entry: Section, *, driven: bool, sweep: bool) -> AskedBase:
-    """The base motion of one record of a scene; its mistakes are noted.
-
-    Parameters
-    ----------
-    entry : Section
-        Record over group.
-    driven, sweep : bool
-        Whether the kind of test has a base motion, and whether its frequency changes.
-    """
-    if not driven:
-        return AskedBase()
+def read_base(entry: Section, kind: str, duration: float | None) -> Base | BaseRecord | None:
+    """The base motion of one record of a scene; its mistakes are noted, and None then."""
+    if "base_record" not in ALLOWED[kind]:
+        return None
     if entry.value("base_record") is not None:
         for key in ("base_amplitude", "frequency", "dwell"):
             if entry.value(key) is not None:
                 entry.complain(key, f"the base moves as base_record says; remove '{key}'")
-        return AskedBase(record=read_base_record(entry.under("base_record")))
-    amplitude = entry.quantity("base_amplitude", "displacement", needed=True) or 0.0
+        return read_base_record(entry.under("base_record"))
+    amplitude = entry.quantity("base_amplitude", "displacement", needed=True)
+    sweep = kind == "sweep"
     if sweep and entry.value("dwell") is not None:
-        steps = _steps(entry, amplitude)
-        if steps is None:
-            return AskedBase()
-        return AskedBase(amplitude, (steps.frequencies[0], steps.frequencies[-1]), steps)
-    expected = (
-        "expected [start, end] of a sweep; more need 'dwell'"
-        if sweep
-        else ("expected one frequency; [start, end] is for a sweep")
-    )
+        return _steps(entry, amplitude or 0.0)
+    expected = "expected one frequency; [start, end] is for a sweep"
+    if sweep:
+        expected = "expected [start, end] of a sweep; more need 'dwell'"
     if isinstance(entry.value("frequency"), Pairs):
         entry.complain("frequency", expected)
-        return AskedBase()
+        return None
     frequency = entry.lengthy("frequency", "frequency", needed=True)
     if frequency and len(frequency) != (2 if sweep else 1):
         entry.complain("frequency", expected)
-    return AskedBase(amplitude, (frequency[0], frequency[-1]) if frequency else None)
+    elif frequency and amplitude and not sweep:
+        return Harmonic(amplitude, frequency[0])
+    elif frequency and amplitude and duration:
+        return Sweep(amplitude, frequency[0], frequency[1], duration)
+    return None
 
 
 def _steps(entry: Section, amplitude: float) -> SteppedSweep | None:
@@ -420,10 +402,11 @@ def _test(name: str, entry: Section, whole: Section, balls: Balls, seed: int) ->
     needed = NEEDED[kind]
     clearance = entry.lengthy("clearance", "displacement", needed="clearance" in needed)
     _require_balls(kind, entry, len(clearance), len(balls))
-    base = read_base(entry, driven="base_record" in ALLOWED[kind], sweep=kind == "sweep")
-    duration = entry.quantity("duration", "time", needed=base.steps is None)
-    if duration is None and base.steps is not None:
-        duration = base.steps.duration
+    stepped = kind == "sweep" and entry.value("dwell") is not None
+    duration = entry.quantity("duration", "time", needed=not stepped)
+    base = read_base(entry, kind, duration)
+    if duration is None and isinstance(base, SteppedSweep):
+        duration = base.duration
     release = entry.quantity("release", "displacement", needed="release" in needed, signed=True)
     height = entry.quantity("height", "displacement", needed="height" in needed)
     minus = _clearance_minus(entry, len(clearance))
@@ -443,10 +426,7 @@ def _test(name: str, entry: Section, whole: Section, balls: Balls, seed: int) ->
         settle=settle,
         clearance=clearance,
         clearance_minus=minus,
-        base_amplitude=base.amplitude,
-        frequency=base.frequency,
-        steps=base.steps,
-        base_record=base.record,
+        driven=base,
         release=release or 0.0,
         ball_start=start,
         added_mass=added_mass,

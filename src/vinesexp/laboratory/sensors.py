@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,29 +130,27 @@ def modal_displacement(
     return found
 
 
+class Grid(TypedDict):
+    """Time of sample 0 and sample interval, s; number of samples."""
+
+    start: float
+    dt: float
+    n: int
+
+
 def modal_acceleration(
-    mode: LocalMode,
-    *,
-    times: FloatArray,
-    jumps: FloatArray,
-    duration: float,
-    start: float,
-    dt: float,
-    n: int,
+    mode: LocalMode, *, times: FloatArray, jumps: FloatArray, duration: float, **grid: Unpack[Grid]
 ) -> FloatArray:
     """q'' of all impacts, averaged over each of the n sample intervals, m/s^2.
 
     Parameters are those of `sensors.contact_acceleration`.
     """
-    return averaged_over_samples(
-        lambda late: modal_velocity(late, mode, duration=duration),
-        *(times, jumps),
-        lasts=duration + mode.lasts,
-        duration=duration,
-        start=start,
-        dt=dt,
-        n=n,
-    )
+
+    def gained(late: FloatArray) -> FloatArray:
+        return modal_velocity(late, mode, duration=duration)
+
+    lasts = duration + mode.lasts
+    return averaged_over_samples(gained, times, jumps, duration=duration, lasts=lasts, **grid)
 
 
 def averaged_over_samples(
@@ -162,9 +160,7 @@ def averaged_over_samples(
     *,
     duration: float,
     lasts: float,
-    start: float,
-    dt: float,
-    n: int,
+    **grid: Unpack[Grid],
 ) -> FloatArray:
     """Mean acceleration in each of n sample intervals, of contacts centred on their times.
 
@@ -177,6 +173,7 @@ def averaged_over_samples(
 
     Others are those of `sensors.contact_acceleration`.
     """
+    start, dt, n = grid["start"], grid["dt"], grid["n"]
     found = np.zeros(n)
     width = math.ceil(lasts / dt) + 2
     # first sample interval that the contact reaches into
@@ -237,9 +234,7 @@ def contact_acceleration(
     duration: float,
     ring: float | None,
     ring_damping: float,
-    start: float,
-    dt: float,
-    n: int,
+    **grid: Unpack[Grid],
 ) -> FloatArray:
     """Acceleration of the impacts, averaged over each sample interval.
 
@@ -277,16 +272,8 @@ def contact_acceleration(
         share[:, 0], share[:, -1] = 0.0, 1.0  # what the window cuts off stays in its last sample
         return share
 
-    return averaged_over_samples(
-        gained,
-        times,
-        jumps,
-        lasts=duration + tail,
-        duration=duration,
-        start=start,
-        dt=dt,
-        n=n,
-    )
+    lasts = duration + tail
+    return averaged_over_samples(gained, times, jumps, duration=duration, lasts=lasts, **grid)
 
 
 def high_passed(
@@ -335,25 +322,21 @@ class Moving(Protocol):
 
 
 @dataclass(frozen=True)
-class Laser:
-    """Contactless displacement sensor.
+class Sensor:
+    """What all sensors have.
 
     Parameters
     ----------
     sensitivity : float
-        V/m.
+        V per SI unit.
     offset : float
-        V at zero displacement, as the data sheet says.
+        V at zero, as the data sheet says.
     noise : float
-        White noise, m rms.
-    drift, drift_time : float
-        Slow wander of the zero: m rms, and the shortest period in it, s.
+        White noise, rms.
     bias : float
-        Error of the zero that nobody knows, m.
-    bandwidth : float or None
-        Corner (-3 dB) of its first-order low-pass, Hz; None: as fast as the motion.
+        Error of the zero that nobody knows.
     range : float or None
-        It measures from -range to +range, m, and says the end value beyond.
+        It measures from -range to +range and says the end value beyond.
     gain, gain_uncertainty : float
         True gain over that of the data sheet; relative standard uncertainty that the sheet states.
     mode : Mode, optional
@@ -363,53 +346,52 @@ class Laser:
     sensitivity: float
     offset: float = 0.0
     noise: float = 0.0
-    drift: float = 0.0
-    drift_time: float = 60.0
     bias: float = 0.0
-    bandwidth: float | None = None
     range: float | None = None
     gain: float = 1.0
     gain_uncertainty: float = 0.0
     mode: LocalMode | None = None
 
 
-@dataclass(frozen=True)
-class Accelerometer:
+@dataclass(frozen=True, kw_only=True)
+class Laser(Sensor):
+    """Contactless displacement sensor.
+
+    Parameters
+    ----------
+    drift, drift_time : float
+        Slow wander of the zero: m rms, and the shortest period in it, s.
+    bandwidth : float or None
+        Corner (-3 dB) of its first-order low-pass, Hz; None: as fast as the motion.
+    """
+
+    drift: float = 0.0
+    drift_time: float = 60.0
+    bandwidth: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Accelerometer(Sensor):
     """Accelerometer on the mass; an impact is a half-sine pulse of the exact momentum.
 
     Parameters
     ----------
-    sensitivity : float
-        V/(m/s^2).
     pulse : float
         Duration of a contact, s; the pulse is centred on the impact time of the rigid model,
         so that outside the contact the motion is that of the model.
     ring, ring_damping : float or None, float
         Mounted resonance (Hz, damping ratio) that every pulse excites; None: none.
-    offset, noise, bias, range, gain, gain_uncertainty, mode
-        As of `Laser`, in V and m/s^2.
     ac_corner : float or None
         Corner of its AC coupling, Hz; None: it shows constant acceleration too.
     cross_axis : float
         Share of the base's acceleration that it shows besides its own.
     """
 
-    sensitivity: float
     pulse: float
-    offset: float = 0.0
-    noise: float = 0.0
-    bias: float = 0.0
     ring: float | None = None
     ring_damping: float = 0.02
-    range: float | None = None
-    gain: float = 1.0
-    gain_uncertainty: float = 0.0
-    mode: LocalMode | None = None
     ac_corner: float | None = None
     cross_axis: float = 0.0
-
-
-Sensor = Laser | Accelerometer
 
 
 def low_passed(
@@ -526,21 +508,13 @@ def accelerometer_volts(
     def sensed(t: FloatArray) -> FloatArray:
         """What moves it, m/s^2: the mass, its contacts, the structure, the base."""
         shown = acceleration(t).astype(np.float64, copy=True)
-        start, n = float(t[0]), t.size
+        grid = Grid(start=float(t[0]), dt=dt, n=t.size)
+        ring, damping = accelerometer.ring, accelerometer.ring_damping
         shown += contact_acceleration(
-            times,
-            jumps,
-            duration=pulse,
-            ring=accelerometer.ring,
-            ring_damping=accelerometer.ring_damping,
-            start=start,
-            dt=dt,
-            n=n,
+            times, jumps, duration=pulse, ring=ring, ring_damping=damping, **grid
         )
         if mode is not None:
-            shown += modal_acceleration(
-                mode, times=times, jumps=jumps, duration=pulse, start=start, dt=dt, n=n
-            )
+            shown += modal_acceleration(mode, times=times, jumps=jumps, duration=pulse, **grid)
         if accelerometer.cross_axis and base_velocity is not None:
             gained = base_velocity(t + 0.5 * dt) - base_velocity(t - 0.5 * dt)
             shown += accelerometer.cross_axis / dt * gained

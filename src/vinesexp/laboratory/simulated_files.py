@@ -15,6 +15,7 @@ from pathlib import Path
 
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
+from vinesexp.excitation import Harmonic, SteppedSweep, Sweep
 from vinesexp.laboratory.bench import Scene, Test, stated
 from vinesexp.laboratory.scene import raw_file, simulate_test, text_of
 from vinesexp.laboratory.sensors import Accelerometer
@@ -115,20 +116,22 @@ def records_text(scene: Scene) -> str:
     return sheet_text(map(_row, scene.tests))
 
 
-def _range(test: Test) -> tuple[float, float]:
+def _frequency(base: object) -> str:
     """First and last frequency; of steps in any order the lowest and the highest."""
-    start, end = test.frequency or (0.0, 0.0)
-    if test.steps is not None:
-        low, high = min(test.steps.frequencies), max(test.steps.frequencies)
-        return (high, low) if end < start else (low, high)
-    return start, end
+    if isinstance(base, Harmonic):
+        return f"{base.frequency:.10g}"
+    if isinstance(base, Sweep):
+        return f"{base.f_start:.10g}:{base.f_end:.10g}"
+    if not isinstance(base, SteppedSweep):
+        return ""
+    start, *_, end = base.frequencies
+    ends = sorted((min(base.frequencies), max(base.frequencies)), reverse=end < start)
+    return ":".join(f"{one:.10g}" for one in dict.fromkeys(ends))
 
 
 def _row(test: Test) -> dict[str, str]:
-    start, end = _range(test)
-    frequency = f"{start:.10g}" if start == end else f"{start:.10g}:{end:.10g}"
     thousandths = {
-        "base_amplitude_mm": test.base_amplitude,
+        "base_amplitude_mm": getattr(test.driven, "amplitude", 0.0),
         "added_mass_g": test.added_mass,
         "release_mm": test.release,
     }
@@ -137,7 +140,7 @@ def _row(test: Test) -> dict[str, str]:
         "file": raw_file(test).as_posix(),
         "test": test.kind,
         "clearance_mm": ";".join(f"{1e3 * b:.10g}" for b in test.clearance),
-        "frequency_hz": frequency if test.frequency else "",
+        "frequency_hz": _frequency(test.driven),
         "note": test.note or (f"dropped from {1e3 * test.height:.10g} mm" if test.height else ""),
         **{column: f"{1e3 * size:.10g}" for column, size in thousandths.items() if size},
     }

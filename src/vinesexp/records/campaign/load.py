@@ -79,16 +79,7 @@ def read_campaign(
     if all((folder / name).exists() for name in SHEETS):
         whole.add("holds records.csv and records.xlsx; keep the one that counts")
     campaign, outside = read_description(folder, described)
-    records = read_table(
-        sheet_of(folder),
-        folder,
-        allow_outside=outside,
-        n_masses=len(campaign.known.nes_mass),
-        setups=tuple(campaign.setups),
-        problems=listed,
-        settings=campaign.settings,
-        known=known,
-    )
+    records = read_table(campaign, allow_outside=outside, problems=listed, known=known)
     of_people = (replace(r, people={**campaign.people, **r.people}) for r in records)
     campaign = replace(campaign, records=tuple(of_people))
     return campaign, [*whole.found, *described.found, *listed.found]

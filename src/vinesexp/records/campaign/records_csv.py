@@ -14,7 +14,7 @@ import io
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
@@ -22,9 +22,8 @@ from typing import TypeVar
 from vinesexp.errors import CampaignError, ParameterError, nearest
 from vinesexp.records.campaign.problems import Problems, named_file
 from vinesexp.records.campaign.records_xlsx import cell_name, edited_workbook, rows_of_workbook
-from vinesexp.records.campaign.schema import MOST_BALLS, SHEET_COLUMNS, TESTS, Record
+from vinesexp.records.campaign.schema import MOST_BALLS, SHEET_COLUMNS, TESTS, Campaign, Record
 from vinesexp.settings.overrides import changed_by_text
-from vinesexp.settings.stages import Settings
 from vinesexp.units import refuse_impossible
 from vinesexp.whole_files import write_whole
 
@@ -96,31 +95,24 @@ class Sheet:
 
 
 def read_table(
-    file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems,
-    settings: Settings | None = None, setups: tuple[str, ...] = (),
+    campaign: Campaign, *, allow_outside: bool, problems: Problems,
     known: MutableMapping[RowText, Record] | None = None,
 ) -> tuple[Record, ...]:  # fmt: skip
     """Read records.csv; what is wrong goes to `problems`, the rows that are right come back.
 
     Parameters
     ----------
-    file, folder : Path
-        records.csv and the campaign folder that its paths start from.
+    campaign : Campaign
+        Without its records. Paths start from its folder; a row may change its settings, name one
+        of its setups, and has as many balls as it gives masses for.
     allow_outside : bool
         Whether instrument files may lie outside the folder.
-    n_masses : int
-        How many NES masses campaign.yaml gives; more than one must suffice for every record.
-    settings : Settings, optional
-        Of the campaign; a row may change them.
-    setups : tuple of str
-        Names under `setups` in campaign.yaml.
     known : mapping, optional
         Rows that were right when they were read before, with the same of all else; those of now
         are added. A table that grows by a row is then read at the cost of that row.
     """
-    settings = Settings() if settings is None else settings
     known = {} if known is None else known
-    sheet = sheet_rows(file, problems)
+    sheet = sheet_rows(campaign.sheet, problems)
     if sheet is None or not _header_is_right(sheet, problems):
         return ()
     records: list[Record] = []
@@ -136,9 +128,7 @@ def read_table(
             continue
         row = sheet.row(cells)
         text = (line, tuple(row.items()))
-        record = known.get(text) or _record(
-            row, line, folder, sheet, allow_outside, n_masses, settings, setups, problems
-        )
+        record = known.get(text) or _record(row, line, sheet, campaign, allow_outside, problems)
         # Names that differ only in case would share a file on many disks.
         key = row.get("record", "").lower()
         if key and key in lines:
@@ -243,15 +233,14 @@ def _header_is_right(sheet: Sheet, problems: Problems) -> bool:
 def _record(
     row: dict[str, str],
     line: int,
-    folder: Path,
     sheet: Sheet,
+    campaign: Campaign,
     allow_outside: bool,
-    n_masses: int,
-    settings: Settings,
-    setups: tuple[str, ...],
     problems: Problems,
 ) -> Record | None:
     before = len(problems.found)
+    folder, settings = campaign.folder, campaign.settings
+    n_masses = len(campaign.known.nes_mass)
 
     def cell(column: str, read: Callable[[str], T], empty: T) -> T:
         text = row.get(column, "")
@@ -287,7 +276,7 @@ def _record(
         note=row.get("note", ""),
         row=line,
         more_files=files[1:] if files else (),
-        setup=cell("setup", lambda text: read_setup(text, setups), ""),
+        setup=cell("setup", lambda text: read_setup(text, tuple(campaign.setups)), ""),
         people={name: text for name, text in row.items() if name not in COLUMNS and text},
     )
     return record if len(problems.found) == before else None
@@ -471,13 +460,8 @@ def _line(found: Sheet, record: str, sheet: Path) -> int:
 
 
 def _write(sheet: Path, found: Sheet, line: int | None, cells: dict[str, str]) -> None:
-    content = sheet.read_bytes()
-    changed = (
-        _changed_workbook(content, found, line, cells)
-        if sheet.suffix == ".xlsx"
-        else _changed_text(content, line, cells)
-    )
-    write_whole(sheet, changed)
+    changed = _changed_workbook if found.workbook else _changed_text
+    write_whole(sheet, changed(sheet.read_bytes(), found, line, cells))
 
 
 def _changed_workbook(
@@ -492,35 +476,29 @@ def _changed_workbook(
     return edited_workbook(content, last + 1 if line is None else line, row)
 
 
-def _changed_text(content: bytes, line: int | None, cells: dict[str, str]) -> bytes:
+def _changed_text(content: bytes, found: Sheet, line: int | None, cells: dict[str, str]) -> bytes:
     """Of a CSV only the lines of the row, and the head where a column is new, are written anew."""
     text, encoding = decoded(content)
     end = "\r\n" if "\r\n" in text else "\n"
     separator = separator_of(text)
     pieces = _pieces(text, separator)
-    head = next(k for k, one in enumerate(pieces) if any(cell.strip() for cell in one.cells))
-    header = [column_of(cell) for cell in pieces[head].cells]
-    new = [column for column in cells if column not in header]
-    if new:
-        while header and not header[-1]:
-            header.pop()
+    header = list(found.header)
+    if new := [column for column in cells if column not in header]:
+        head = next(k for k, one in enumerate(pieces) if any(cell.strip() for cell in one.cells))
         titles = [*pieces[head].cells[: len(header)], *new]
-        pieces[head] = _Piece(pieces[head].line, _line_of(titles, separator) + end, titles)
+        pieces[head] = replace(pieces[head], text=_line_of(titles, separator) + end)
         header += new
     if line is None:
-        last = pieces[-1]
-        if not last.text.endswith(("\n", "\r")):
-            pieces[-1] = _Piece(last.line, last.text + end, last.cells)
-        row = [cells.get(column, "") for column in header]
-        pieces.append(_Piece(0, _line_of(row, separator) + end, row))
-    else:
-        at = next(k for k, one in enumerate(pieces) if one.line == line)
-        old = pieces[at]
-        row = [*old.cells, *[""] * (len(header) - len(old.cells))]
-        for column, cell in cells.items():
-            row[header.index(column)] = cell
-        tail = old.text[len(old.text.rstrip("\r\n")) :]
-        pieces[at] = _Piece(line, _line_of(row, separator) + tail, row)
+        if not pieces[-1].text.endswith(("\n", "\r")):
+            pieces[-1] = replace(pieces[-1], text=pieces[-1].text + end)
+        pieces.append(_Piece(0, end, []))
+    at = next(k for k, one in enumerate(pieces) if one.line == (line or 0))
+    old = pieces[at]
+    row = [*old.cells, *[""] * (len(header) - len(old.cells))]
+    for column, cell in cells.items():
+        row[header.index(column)] = cell
+    tail = old.text[len(old.text.rstrip("\r\n")) :]
+    pieces[at] = replace(old, text=_line_of(row, separator) + tail)
     joined = "".join(one.text for one in pieces).encode(encoding)
     return _MARK + joined if content.startswith(_MARK) else joined
 

@@ -68,6 +68,8 @@ _AGAIN, _EACH = 2, 0.8  # times: once may be anything; of the steps so large
 
 #: First sample of each and the one after its last.
 Stretches = tuple[tuple[int, int], ...]
+#: Number of the first sample, and the samples.
+Block = tuple[int, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -241,8 +243,7 @@ def _held(view: RecordView, role: str) -> int:
 def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
     """Every stretch of at least `least` equal samples, in order, a block of them at a time."""
     begun, previous = 0, np.nan
-    for begin in range(0, view.n, _BLOCK):
-        block = view.read(role, begin, begin + _BLOCK)
+    for begin, block in _blocks(view, role):
         edges = np.flatnonzero(np.diff(block, prepend=previous)) + begin
         edges = np.concatenate(([begun], edges[edges > begun]))
         lengths = np.diff(edges)
@@ -257,11 +258,17 @@ def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
         yield Runs(*last, block=np.empty(0), begin=view.n)
 
 
+def _blocks(view: RecordView, role: str, before: int = 0, more: int = 0) -> Iterator[Block]:
+    """A channel block by block, with some samples of the neighbours; the number of its first."""
+    for begin in range(0, view.n, _BLOCK):
+        first = max(begin - before, 0)
+        yield first, view.read(role, first, begin + _BLOCK + more)
+
+
 def _levels(view: RecordView, role: str) -> _Levels:
     low, high, least = np.inf, -np.inf, np.inf
     fine, usual = [], []
-    for begin in range(0, view.n, _BLOCK):
-        block = view.read(role, begin, begin + _BLOCK)
+    for _, block in _blocks(view, role):
         low, high = min(low, block.min()), max(high, block.max())
         steps = np.abs(np.diff(block[: _BLOCK // 4]))
         steps = steps[steps > 0.0]
@@ -281,10 +288,7 @@ def _levels_at(view: RecordView, role: str, levels: _Levels, end: float) -> _Lev
     smallest difference of any two values; where hardly any are, that of the record.
     """
     near = _NEAR_END * (levels.high - levels.low)
-    parts = []
-    for begin in range(0, view.n, _BLOCK):
-        block = view.read(role, begin, begin + _BLOCK)
-        parts.append(np.unique(block[np.abs(block - end) <= near]))
+    parts = [np.unique(x[np.abs(x - end) <= near]) for _, x in _blocks(view, role)]
     values = np.unique(np.concatenate(parts))
     if len(values) < 3:
         return levels
@@ -319,33 +323,13 @@ def _thinned(view: RecordView, role: str, most: int) -> FloatArray:
     return np.concatenate(parts)
 
 
-@dataclass(frozen=True)
-class Gaps:
-    """Where a channel shows nothing, and the stretches that are something else.
-
-    Attributes
-    ----------
-    missing : Stretches
-        Samples to be left out, without overlaps, in order.
-    others : list of Stretch
-    """
-
-    missing: Stretches
-    others: list[Stretch]
-
-    @property
-    def samples(self) -> int:
-        """How many samples are missing."""
-        return sum(end - first for first, end in self.missing)
-
-    def hold(self, run: Stretch) -> bool:
-        """Whether a stretch lies within a gap."""
-        end = run.start + run.length
-        return any(first <= run.start and end <= last for first, last in self.missing)
+def within(run: Stretch, gaps: Stretches) -> bool:
+    """Whether a stretch lies within a gap."""
+    return any(first <= run.start and run.start + run.length <= last for first, last in gaps)
 
 
-def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Gaps:
-    """The gaps of a channel.
+def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Stretches:
+    """The gaps of a channel: samples to be left out, without overlaps, in order.
 
     A gap is a stretch of equal samples that the channel enters and leaves by a step larger
     than any that its motion takes elsewhere; of a stretch that is known to be frozen, where it
@@ -370,7 +354,7 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     >>> with RecordWriter(path, sample_rate=1e3, quantities=quantities) as writer:
     ...     writer.append({"displacement": x})
     >>> with open_record(path) as view:
-    ...     gaps_of_target(view, "displacement").missing
+    ...     gaps_of_target(view, "displacement")
     ((3000, 3060),)
     """
     starts, ends = _still(view, role)
@@ -383,13 +367,11 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     whole = (enters | (starts == 0)) & (leaves | (ends == view.n))
     for run in frozen:
         whole |= (starts >= run.start) & (ends <= run.start + run.length)
-    missing = _joined([
+    return _joined([
         (int(_gaps_at(far, first, 0)[i]) + 1 if enters[i] else int(starts[i]),
          int(_gaps_at(far, last, 0)[i]) + 1 if leaves[i] else int(ends[i]))
         for i in np.flatnonzero(whole & (enters | leaves))
     ])  # fmt: skip
-    found = Gaps(missing, [])
-    return Gaps(missing, [run for run in frozen if not found.hold(run)])
 
 
 def _gaps_at(values: IntArray, index: IntArray, otherwise: int) -> IntArray:
@@ -410,8 +392,8 @@ def _still(view: RecordView, role: str) -> tuple[IntArray, IntArray]:
 def _far_steps(view: RecordView, role: str, starts: IntArray, ends: IntArray) -> IntArray:
     """Samples after which the channel steps further than its motion does away from `starts`."""
     usual, sizes = 0.0, []
-    for begin in range(0, view.n, _BLOCK):
-        steps = np.abs(np.diff(view.read(role, begin, begin + _BLOCK + 1)))
+    for begin, block in _blocks(view, role, more=1):
+        steps = np.abs(np.diff(block))
         near = np.zeros(steps.size + 1, dtype=np.int64)
         own = (ends + _BESIDE > begin) & (starts - _BESIDE - 1 < begin + steps.size)
         np.add.at(near, np.clip(starts[own] - _BESIDE - 1 - begin, 0, steps.size), 1)
@@ -422,8 +404,8 @@ def _far_steps(view: RecordView, role: str, starts: IntArray, ends: IntArray) ->
     # A coarse converter stands still almost everywhere: its steps are one quantum.
     usual = max(usual, _QUANTA * float(np.median(sizes)) if sizes else 0.0)
     far = [
-        begin + np.flatnonzero(np.abs(np.diff(view.read(role, begin, begin + _BLOCK + 1))) > usual)
-        for begin in range(0, view.n, _BLOCK)
+        begin + np.flatnonzero(np.abs(np.diff(block)) > usual)
+        for begin, block in _blocks(view, role, more=1)
     ]
     return np.concatenate([np.empty(0, np.int64), *far]).astype(np.int64)
 
@@ -461,13 +443,11 @@ def starts_anew(view: RecordView, role: str) -> IntArray:
     least = _ACROSS * (levels.high - levels.low)
     found: list[IntArray] = [np.empty(0, dtype=np.int64)]
     large, rest = 0, 0.0
-    for begin in range(0, view.n, _BLOCK):
-        first = max(begin - _BESIDE, 0)
-        x = view.read(role, first, begin + _BLOCK + 1 + _BESIDE)
+    for number, (first, x) in enumerate(_blocks(view, role, _BESIDE, 1 + _BESIDE)):
         steps = np.abs(np.diff(x))
         rest = max(rest, float(steps[steps <= least].max(initial=0.0)))
         at = np.flatnonzero(steps > least) + 1
-        at = at[(at >= _BESIDE) & (at < len(x) - _BESIDE) & (first + at <= begin + _BLOCK)]
+        at = at[(at >= _BESIDE) & (at < len(x) - _BESIDE) & (first + at <= (number + 1) * _BLOCK)]
         step, before, after = (
             x[at] - x[at - 1],
             x[at - 1] - x[at - _BESIDE],
@@ -532,14 +512,14 @@ def look_over(
             # A target is lost for a moment: what stands still for longer is a fault.
             moment = [run for run in stuck if period is not None and run.length < period]
             gaps = gaps_of_target(view, role, frozen=moment)
-            stuck = [run for run in stuck if not gaps.hold(run)]
+            stuck = [run for run in stuck if not within(run, gaps)]
         else:
-            gaps = Gaps((), [])
-        clipped = [run for run in saturated(view, role) if not gaps.hold(run)]
+            gaps = ()
+        clipped = [run for run in saturated(view, role) if not within(run, gaps)]
         stuck = [run for run in stuck if run not in clipped]
-        if gaps.missing:
+        if gaps:
             found.append(_left_out(view, record, samples, role, gaps, period))
-            missing[role] = tuple(sorted({*missing.get(role, ()), *gaps.missing}))
+            missing[role] = tuple(sorted({*missing.get(role, ()), *gaps}))
         if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
             reported = f"{role} does not change at all; noise below one step of the instrument?"
             found.append(Check(record.id, "frozen", "warning", reported))
@@ -578,12 +558,12 @@ def _refuse_pieces(
 
 
 def _left_out(
-    view: RecordView, record: Record, samples: AnySamples, role: str, gaps: Gaps,
+    view: RecordView, record: Record, samples: AnySamples, role: str, gaps: Stretches,
     period: float | None,
 ) -> Check:  # fmt: skip
     """What is said of gaps; the record is refused where they leave no two periods in a row."""
-    number, seconds = len(gaps.missing), gaps.samples / view.sample_rate
-    first, end = max(gaps.missing, key=lambda gap: gap[1] - gap[0])
+    number, seconds = len(gaps), sum(end - first for first, end in gaps) / view.sample_rate
+    first, end = max(gaps, key=lambda gap: gap[1] - gap[0])
     at = float(view.time(first, first + 1)[0])
     reported = (
         f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, {number} "
@@ -592,7 +572,7 @@ def _left_out(
         f"({samples.source.locate(samples.trimmed[0] + first)}): it jumps away from its motion and "
         "back, as a laser that loses its target"
     )
-    _refuse_pieces(view, record, gaps.missing, period, reported)
+    _refuse_pieces(view, record, gaps, period, reported)
     return Check(record.id, "gaps", "warning", f"{reported}; these stretches are left out")
 
 

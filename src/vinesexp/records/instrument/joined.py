@@ -57,7 +57,8 @@ class JoinedSamples:
         wanted: list[dict[str, Channel]] = [{} for _ in sources]
         self.warnings: list[tuple[str, str]] = []
         for role, channel in setup.channels.items():
-            places = [k for k, source in enumerate(sources) if _named(source, channel) is not None]
+            named = [_named(source, channel) for source in sources]
+            places = [k for k, column in enumerate(named) if column is not None]
             if len(places) > 1:
                 reported = ", ".join(files[k].name for k in places)
                 raise RecordError(
@@ -65,29 +66,25 @@ class JoinedSamples:
                     f"'{files[places[0]].stem}*:{channel.column}'",
                     where=f"channels.{role}",
                 )
-            if places:
-                column = _named(sources[places[0]], channel)
-                assert column is not None
-                wanted[places[0]][role] = replace(channel, column=column)
-            elif channel.optional:
-                self.warnings.append(("channels", f"no column '{channel.column}' for {role}"))
-            else:
+            for k, column in enumerate(named):
+                if column is not None:
+                    wanted[k][role] = replace(channel, column=column)
+            if not places and not channel.optional:
                 raise RecordError(
                     f"no column '{channel.column}' in any of its {len(files)} files",
                     where=f"channels.{role}",
                 )
-        parts = [
-            _read(source, channels, setup)
-            for source, channels in zip(sources, wanted, strict=True)
-            if channels
-        ]
-        self.quantities = {r: q for part in parts for r, q in part.samples.quantities.items()}
-        self._parts = parts
+            if not places:
+                self.warnings.append(("channels", f"no column '{channel.column}' for {role}"))
+        pairs = zip(sources, wanted, strict=True)
+        self._parts = [_read(source, channels, setup) for source, channels in pairs if channels]
+        self.quantities = {r: q for part in self._parts for r, q in part.samples.quantities.items()}
         self.source = sources[0]
-        self.trimmed = parts[0].samples.trimmed if parts else (0, 0)
-        self.sample_rate, self.start, self._values = (
-            self._joined(files) if parts else (1.0, 0.0, {})
-        )
+        self.trimmed, self.gaps = (0, 0), ()  # files whose times pause are not laid over another
+        self.sample_rate, self.start, self._values = 1.0, 0.0, dict[str, FloatArray]()
+        if self._parts:
+            self.trimmed = self._parts[0].samples.trimmed
+            self._join()
 
     @property
     def roles_by_file(self) -> list[list[str]]:
@@ -100,48 +97,38 @@ class JoinedSamples:
         for begin in range(0, length, BLOCK_ROWS):
             yield {role: x[begin : begin + BLOCK_ROWS] for role, x in self._values.items()}
 
-    @property
-    def gaps(self) -> tuple[tuple[int, int], ...]:
-        """None: files whose times pause are not laid over one another."""
-        return ()
-
     def overload(self, role: str) -> str | None:
         """What is reported about samples out of the instrument's range; see `Samples.overload`."""
         return next(p.samples.overload(role) for p in self._parts if role in p.values)
 
-    def _joined(self, files: Sequence[Path]) -> tuple[float, float, dict[str, FloatArray]]:
-        rates = [part.samples.sample_rate for part in self._parts]
+    def _join(self) -> None:
+        parts = self._parts
+        names = [part.samples.source.path.name for part in parts]
+        rates = [part.samples.sample_rate for part in parts]
         if max(rates) > min(rates) * (1.0 + 1e-6):
-            reported = ", ".join(
-                f"{f.name} {rate:.9g} Hz" for f, rate in zip(files, rates, strict=False)
-            )
+            pairs = zip(names, rates, strict=True)
+            reported = ", ".join(f"{name} {rate:.9g} Hz" for name, rate in pairs)
             raise RecordError(f"files of different sample rates ({reported}); resample them to one")
-        rate = rates[0]
-        begin = max(part.start for part in self._parts)
-        shifts = [(begin - part.start) * rate for part in self._parts]
-        whole = [round(shift) for shift in shifts]
-        off = max(abs(shift - k) for shift, k in zip(shifts, whole, strict=True))
+        self.sample_rate, self.start = rates[0], max(part.start for part in parts)
+        shifts = np.array([(self.start - part.start) * rates[0] for part in parts])
+        whole = np.rint(shifts).astype(int)
+        off = float(np.abs(shifts - whole).max())
         if off > _OFF:
             self.warnings.append(("files", f"clocks of the files stand {off:.2g} samples apart"))
-        length = min(part.length - k for part, k in zip(self._parts, whole, strict=True))
+        length = min(part.length - k for part, k in zip(parts, whole, strict=True))
         if length < 2:
             raise RecordError("its files do not overlap in time")
-        for part in self._parts:
+        for part in parts:
             self.warnings += part.samples.warnings
-        lost = [part.length - length for part in self._parts]
+        lost = [part.length - length for part in parts]
         if max(lost):
-            reported = ", ".join(
-                f"{part.samples.source.path.name} {n}"
-                for part, n in zip(self._parts, lost, strict=True)
-                if n
-            )
+            reported = ", ".join(f"{n} {k}" for n, k in zip(names, lost, strict=True) if k)
             self.warnings.append(("files", f"samples left out where the files differ: {reported}"))
-        values = {
+        self._values = {
             role: x[k : k + length]
-            for part, k in zip(self._parts, whole, strict=True)
+            for part, k in zip(parts, whole, strict=True)
             for role, x in part.values.items()
         }
-        return rate, begin, values
 
 
 def _named(source: Source, channel: Channel) -> str | int | None:

@@ -535,7 +535,7 @@ class Rows:
         done, begin, end = 0, None, 0
         for raw in self.source.blocks(self.indexes):
             block = self._within_range(raw, done)
-            known = ~np.isnan(block).any(axis=1)
+            known = np.asarray(~np.isnan(block).any(axis=1))
             whole = np.flatnonzero(known)
             if len(whole):
                 first, last = int(whole[0]), int(whole[-1]) + 1

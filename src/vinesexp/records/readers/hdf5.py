@@ -113,6 +113,7 @@ class Hdf5Source(TableSource):
         self._found: list[tuple[str, Any]] = []
         self._stated: dict[str, dict[str, list[float]]] = {"": {}}
         self._elsewhere: list[str] = []
+        self._seen: set[int] = set()
         losses: list[str] = []
         with h5py.File(path, "r") as file:
             _gather(file.attrs, self._stated[""])
@@ -155,6 +156,10 @@ class Hdf5Source(TableSource):
                 elif isinstance(link, h5py.HardLink) and not key.startswith("#"):  # MATLAB's own
                     self._down(file, own, item[key], depth + 1)
             return
+        at = h5py.h5o.get_info(item.id).addr
+        if at in self._seen:  # under another name
+            return
+        self._seen.add(at)
         if not hasattr(item, "shape") or item.attrs.get("MATLAB_empty"):  # a type, or nothing
             return
         kind = _text(item.attrs.get("MATLAB_class", b""))

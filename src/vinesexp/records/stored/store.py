@@ -18,7 +18,7 @@ day and any machine.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
@@ -326,32 +326,6 @@ def _unreadable(path: Path, error: Exception) -> RecordError:
     return RecordError(f"cannot be read as a record ({error}); remove it and run again", file=path)
 
 
-class _Attributes(Mapping[str, Any]):
-    """What was stored about a record, read as it is asked for: most steps want one or two."""
-
-    def __init__(self, path: Path, file: Any) -> None:
-        self._path, self._file = path, file
-        self._known: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._known:
-            attributes = self._file.attrs
-            try:
-                value = attributes[name] if (there := name in attributes) else None
-            except (OSError, KeyError, RuntimeError) as error:
-                raise _unreadable(self._path, error) from None
-            if not there:
-                raise KeyError(name)
-            self._known[name] = value.item() if isinstance(value, np.generic) else value
-        return self._known[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._file.attrs)
-
-    def __len__(self) -> int:
-        return len(self._file.attrs)
-
-
 class RecordView:
     """A record on disk, read by slices. Made by `open_record`; close it or use `with`.
 
@@ -364,7 +338,7 @@ class RecordView:
     n : int
         Samples.
     attributes : mapping
-        What was stored about the record, to be read while it is open.
+        What was stored about the record.
     refused : str or None
         Why the record cannot be used; such a record has no channels.
     """
@@ -375,14 +349,13 @@ class RecordView:
         self.path = Path(path)
         try:
             self._file: Any = h5py.File(self.path, "r")
-        except OSError as error:
+            stored = dict(self._file.attrs)
+        except (OSError, KeyError, RuntimeError) as error:
             raise _unreadable(self.path, error) from None
-        self.attributes: Mapping[str, Any] = _Attributes(self.path, self._file)
-        try:
-            self.refused: str | None = self.attributes.get("refused")
-        except RecordError:
-            self._file.close()
-            raise
+        self.attributes: Mapping[str, Any] = {
+            name: one.item() if isinstance(one, np.generic) else one for name, one in stored.items()
+        }
+        self.refused: str | None = self.attributes.get("refused")
 
     @cached_property
     def roles(self) -> tuple[str, ...]:
