@@ -62,9 +62,8 @@ def _description(study: Study, _: str | None) -> list[Path]:
 
 
 def _scene(study: Study, _: str | None) -> list[Path]:
-    tests = study.scene.tests if study.scene else ()
-    measured = {str(test.base_record.file) for test in tests if test.base_record}
-    return [study.campaign.folder / name for name in ("scene.yaml", *sorted(measured))]
+    measured = study.scene.measured if study.scene else []
+    return [study.campaign.folder / name for name in ("scene.yaml", *measured)]
 
 
 def _truth(study: Study, id: str | None) -> list[Path]:

@@ -77,7 +77,6 @@ def write_description(scene_file: Path, out: Path) -> None:
     VinesexpError
         The folder holds another scene: its records would be mixed with these.
     """
-    from vinesexp.laboratory.base_record import BaseRecord
     from vinesexp.laboratory.scene import load_scene
     from vinesexp.laboratory.simulated_files import campaign_text, records_text
 
@@ -98,7 +97,7 @@ def write_description(scene_file: Path, out: Path) -> None:
         raise VinesexpError(
             f"differs from {scene_file}; name an empty folder, or remove it", file=own
         )
-    for file in {test.driven.file for test in scene.tests if isinstance(test.driven, BaseRecord)}:
+    for file in scene.measured:
         _bring(scene_file.parent / file, out / file)
     for name, text in texts.items():
         if not (out / name).exists():

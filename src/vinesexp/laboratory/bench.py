@@ -197,6 +197,11 @@ class Scene:
         """All tests, in the order of the file."""
         return tuple(test for group in self.groups.values() for test in group)
 
+    @property
+    def measured(self) -> list[str]:
+        """Files of measured base motions, relative to the scene."""
+        return sorted({t.driven.file for t in self.tests if isinstance(t.driven, BaseRecord)})
+
     def ball(self, number: int, *, clearance: float, minus: float | None = None) -> NES:
         """NES `number`, counted from 0, set to its clearances, with its true mass."""
         ball = self.balls[number if len(self.balls) > 1 else 0]
