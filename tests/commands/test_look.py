@@ -105,18 +105,12 @@ def test_any_console_shows_it(encoding, tmp_path):
     assert b"@" in done.stdout  # for the blocks that such a console does not have
 
 
-def test_the_picture_has_spectrum_and_phase_plane_of_each_channel(file, tmp_path, monkeypatch):
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    from vinesexp.commands.look import draw_signals
+def test_the_picture_has_spectrum_and_phase_plane_of_each_channel(file):
+    from vinesexp.commands.look import signals_figure
     from vinesexp.proposal.survey import view_file
 
-    monkeypatch.setattr(pyplot, "close", lambda figure: None)
-    draw_signals([view_file(file)], tmp_path / "a.png")
-    axes = np.array(pyplot.gcf().axes).reshape(3, 3)  # P, Q, R; time, spectrum, phase plane
+    figure = signals_figure([view_file(file)])
+    axes = np.array(figure.axes).reshape(3, 3)  # P, Q, R; time, spectrum, phase plane
     for name, (_, spectrum, plane) in zip("PQR", axes, strict=True):
         (line,) = spectrum.lines
         frequency, amplitude = line.get_data()
@@ -127,5 +121,3 @@ def test_the_picture_has_spectrum_and_phase_plane_of_each_channel(file, tmp_path
         assert np.std(rate) == pytest.approx(np.std(signal), rel=0.6 if name == "P" else 0.25)
         assert abs(np.corrcoef(signal, rate)[0, 1]) < 0.1
     assert axes[-1][1].get_xlabel() == "frequency (Hz)"
-    monkeypatch.undo()
-    pyplot.close("all")

@@ -6,14 +6,24 @@ import argparse
 import math
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.commands.options import add_force, add_options, refuse_existing
+from vinesexp.commands.options import (
+    add_force,
+    add_options,
+    check_picture,
+    refuse_existing,
+    writing,
+)
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.proposal.roles import WeighedRoles, label_of, weighed_roles
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _BARS = " ▁▂▃▄▅▆▇█"
 _PLAIN_BARS = " .:-=+*#@"  # of the same heights, where the console has no blocks
@@ -30,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print every column of every file; 1 if one of them could not be read."""
+    check_picture(args.plot)
     refuse_existing(args.plot, force=args.force)
     views: list[FileView] = []
     failed = 0
@@ -43,7 +54,11 @@ def run(args: argparse.Namespace) -> int:
     for view in views:
         print("\n".join(describe(view, weighed)))
     if args.plot is not None and views:
-        draw_signals(views, args.plot)
+        from vinesexp.figures.style import write_figure
+
+        figure = signals_figure(views)
+        with writing(args.plot, "be drawn"):
+            write_figure(figure, args.plot)
     return 1 if failed else 0
 
 
@@ -142,21 +157,18 @@ def signal_and_rate(column: ColumnView) -> tuple[FloatArray, FloatArray]:
     return np.asarray(swing, dtype=np.float64), np.asarray(rate, dtype=np.float64)
 
 
-def draw_signals(views: list[FileView], path: Path) -> None:
-    """A picture: every signal of every file over time, its spectrum and phase plane beside it."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+def signals_figure(views: list[FileView]) -> Figure:
+    """Every signal of every file over time, its spectrum and phase plane beside it."""
+    from vinesexp.figures.style import new_figure
 
     rows = [(view, column) for view in views for column in view.signals][:40]
     if not rows:
-        raise CampaignError("no signal to draw", file=path)
-    figure, axes = plt.subplots(
-        len(rows), 3, figsize=(12, 1.0 + 1.8 * len(rows)), squeeze=False, layout="constrained",
-        width_ratios=(4, 4, 1.6),
-    )  # fmt: skip
-    for (view, column), (left, right, plane) in zip(rows, axes, strict=True):
+        raise CampaignError("no signal to draw", file=views[0].path)
+    figure, axes = new_figure(
+        len(rows), 3, height=1.0 + 1.8 * len(rows), width=12.0, width_ratios=(4, 4, 1.6)
+    )
+    for k, (view, column) in enumerate(rows):
+        left, right, plane = axes[3 * k : 3 * k + 3]
         rate = column.rate or 1.0
         step = max(len(column.values) // 4000, 1)
         shown = column.values[: len(column.values) // step * step].reshape(-1, step)
@@ -164,8 +176,8 @@ def draw_signals(views: list[FileView], path: Path) -> None:
         held = np.isfinite(shown).any(axis=1)  # a column may end before the others
         low, high = np.nanmin(shown[held], axis=1), np.nanmax(shown[held], axis=1)
         left.fill_between(times[held], low, high, linewidth=0.6, color="C0")
-        left.set_title(f"{view.path.name}: {column.name or column.index}", fontsize=8, loc="left")
-        left.set_ylabel(column.unit or "", fontsize=8)
+        left.set_title(f"{view.path.name}: {column.name or column.index}")
+        left.set_ylabel(column.unit or "")
         frequencies, amplitudes = column.spectrum()
         # Some thousand points are enough, of which none may miss a peak.
         group = max(len(amplitudes) // 4000, 1)
@@ -176,15 +188,8 @@ def draw_signals(views: list[FileView], path: Path) -> None:
             linewidth=0.7,
         )
         plane.plot(*signal_and_rate(column), linewidth=0.5)
-        for axis in (left, right, plane):
-            axis.tick_params(labelsize=7)
     known = all(column.rate for _, column in rows)
-    axes[-1][0].set_xlabel("time (s)" if known else "sample", fontsize=8)
-    axes[-1][1].set_xlabel("frequency (Hz)" if known else "cycles a sample", fontsize=8)
-    axes[-1][2].set_xlabel("signal, and its rate over 2πf", fontsize=8)
-    try:
-        figure.savefig(path, dpi=110)
-    except (OSError, ValueError) as error:
-        raise CampaignError(f"cannot be drawn there ({error})", file=path) from None
-    finally:
-        plt.close(figure)
+    axes[-3].set_xlabel("time (s)" if known else "sample")
+    axes[-2].set_xlabel("frequency (Hz)" if known else "cycles a sample")
+    axes[-1].set_xlabel("signal, and its rate over 2πf")
+    return figure
