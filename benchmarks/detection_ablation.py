@@ -19,8 +19,7 @@ from vinesexp import NES, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.stored.store import RecordWriter
-from vinesexp.settings.overrides import numbers_of
-from vinesexp.settings.stages import ImpactSettings, Settings, SlopeSettings
+from vinesexp.settings.stages import ImpactSettings, Settings, SlopeSettings, numbers_of
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 

@@ -9,7 +9,7 @@ from vinesexp.cli import main
 from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.records.stored.tables import write_rows
-from vinesexp.results_repeatability import Repeated, repeatability_of
+from vinesexp.results_differences import Repeated, repeatability_of
 
 
 def write_results(folder, *, M, error=0.02, b=34.0, source):

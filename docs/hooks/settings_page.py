@@ -8,8 +8,7 @@ from __future__ import annotations
 from dataclasses import Field
 from typing import Any
 
-from vinesexp.settings.overrides import STAGES, numbers_of
-from vinesexp.settings.stages import Settings, written
+from vinesexp.settings.stages import STAGES, Settings, numbers_of, written
 from vinesexp.units import UNITS
 
 _HEAD = """# Settings

@@ -38,8 +38,7 @@ from vinesexp.records.stored.result_columns import IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import read_frame
 from vinesexp.results import RecordResults, record_results
-from vinesexp.settings.overrides import changed_by_text
-from vinesexp.settings.stages import Settings
+from vinesexp.settings.stages import Settings, changed_by_text
 from vinesexp.signals.impacts.detectors import hand_over
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 

@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 from tests.clearance.from_rows import compared
 
-from vinesexp.clearance.curves import amplitude_curve, decay_curves, predicted_lowest
 from vinesexp.clearance.levels import LevelBase, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     NEEDED,
     IdentifiedRig,
     MissingValuesError,
+    amplitude_curve,
+    decay_curves,
     identified_rig,
     predicted_b_c,
+    predicted_lowest,
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign.records_csv import read_least
@@ -387,7 +389,7 @@ def test_the_lowest_predicted_amplitude_lies_inside_the_curve_or_is_unknown(
 ):
     b = np.linspace(0.02, 0.04, len(swing))
     monkeypatch.setattr(
-        "vinesexp.clearance.curves.amplitude_curve", lambda *_, **__: (b, np.array(swing))
+        "vinesexp.clearance.predicted.amplitude_curve", lambda *_, **__: (b, np.array(swing))
     )
     found = predicted_lowest(rig(), G=0.25e-3, frequency=None)
     assert found == (None if least is None else pytest.approx(least, abs=1e-12))

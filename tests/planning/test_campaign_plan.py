@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.clearance.curves import amplitude_curve
-from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.clearance.predicted import IdentifiedRig, amplitude_curve
 from vinesexp.cli import main
 from vinesexp.commands.plan import _needs_lines
 from vinesexp.planning.campaign_plan import Needs, plan_levels, scatter_of

@@ -18,7 +18,7 @@ from vinesexp.records.stored.tables import read_rows
 from vinesexp.report.page import build_report, changed_settings, git_revision, grouped
 from vinesexp.report.rendering import inline_svg
 from vinesexp.report.tables_shown import EFFECTS, coverage_table
-from vinesexp.settings.overrides import changed_by_text
+from vinesexp.settings.stages import changed_by_text
 from vinesexp.whole_files import digest_of_file
 
 pytestmark = pytest.mark.long

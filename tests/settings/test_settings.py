@@ -8,14 +8,17 @@ import pytest
 
 from vinesexp.errors import CampaignError, ParameterError
 from vinesexp.records.campaign.load import campaign_problems, load_campaign
-from vinesexp.settings.overrides import (
+from vinesexp.settings.stages import (
+    DETECTORS,
     STAGES,
+    Settings,
     changed,
     changed_by_text,
     differences,
     every_setting,
+    parsed,
+    written,
 )
-from vinesexp.settings.stages import DETECTORS, Settings, parsed, written
 from vinesexp.signals.impacts.detectors import SCORES
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -18,8 +18,15 @@ from vinesexp.report.command_pages import (
     spread_in_words,
 )
 from vinesexp.results import open_results
-from vinesexp.results_differences import DIFFERENCES, Difference, Differences, compare_results
-from vinesexp.results_repeatability import REPEATABILITY, Repeatability, repeatability_of
+from vinesexp.results_differences import (
+    DIFFERENCES,
+    REPEATABILITY,
+    Difference,
+    Differences,
+    Repeatability,
+    compare_results,
+    repeatability_of,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

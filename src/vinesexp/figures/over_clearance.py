@@ -11,8 +11,8 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.comparison import END
-from vinesexp.clearance.curves import amplitude_curve, decay_curves
 from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
+from vinesexp.clearance.predicted import amplitude_curve, decay_curves
 from vinesexp.figures.style import (
     COLOURS,
     FAINT,

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.curves import orbit_swing
-from vinesexp.clearance.predicted import NEEDED, IdentifiedRig
+from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, orbit_swing
 from vinesexp.theory.boundaries import stable_range
 from vinesexp.theory.orbits import Reduced
 from vinesexp.units import COVERAGE_95, Quantity

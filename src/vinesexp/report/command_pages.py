@@ -16,8 +16,7 @@ from vinesexp.figures.identified_values import value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.report.tables_shown import at_the_bench
-from vinesexp.results_differences import Difference, Differences
-from vinesexp.results_repeatability import Repeatability, Repeated
+from vinesexp.results_differences import Difference, Differences, Repeatability, Repeated
 from vinesexp.units import counted
 from vinesexp.whole_files import write_whole
 

@@ -44,7 +44,7 @@ from vinesexp.report.verdict import (
     within,
 )
 from vinesexp.results import CampaignResults
-from vinesexp.settings.overrides import differences
+from vinesexp.settings.stages import differences
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.whole_files import digest_of_file, write_whole
 

@@ -11,9 +11,9 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from vinesexp.clearance.comparison import END
-from vinesexp.clearance.curves import predicted_lowest
 from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.clearance.optimum import UNSEEN
+from vinesexp.clearance.predicted import predicted_lowest
 from vinesexp.figures.numbers import millimetres, outwards, percent, with_interval
 from vinesexp.records.campaign.missing_cells import MISSING
 from vinesexp.records.stored.tables import Row

@@ -7,8 +7,7 @@ import pytest
 
 from vinesexp import Harmonic, analyse
 from vinesexp.errors import AnalysisError, ParameterError, VinesexpError
-from vinesexp.settings.overrides import changed_by_text
-from vinesexp.settings.stages import DETECTORS, ImpactSettings, Settings
+from vinesexp.settings.stages import DETECTORS, ImpactSettings, Settings, changed_by_text
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.candidates import Stream, stream_of
 from vinesexp.signals.impacts.detectors import detect, hand_over

@@ -22,8 +22,7 @@ from vinesexp.records.campaign.published_table import read_published
 from vinesexp.records.campaign.schema import Campaign, Known, Setup
 from vinesexp.records.campaign.uncertainties import Uncertainties, read_uncertainties
 from vinesexp.records.campaign.yamltree import Section, read_yaml
-from vinesexp.settings.overrides import STAGES, changed
-from vinesexp.settings.stages import Settings
+from vinesexp.settings.stages import STAGES, Settings, changed
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 #: Keys of campaign.yaml that the analysis reads.

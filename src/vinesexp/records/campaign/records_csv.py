@@ -23,7 +23,7 @@ from vinesexp.errors import CampaignError, ParameterError, nearest
 from vinesexp.records.campaign.problems import Problems, named_file
 from vinesexp.records.campaign.records_xlsx import cell_name, edited_workbook, rows_of_workbook
 from vinesexp.records.campaign.schema import MOST_BALLS, SHEET_COLUMNS, TESTS, Campaign, Record
-from vinesexp.settings.overrides import changed_by_text
+from vinesexp.settings.stages import changed_by_text
 from vinesexp.units import refuse_impossible
 from vinesexp.whole_files import write_whole
 
