@@ -330,8 +330,7 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     rows, checks = compare(found.as_found, found.rig, levels, found.releases, found.rows("base"))
     write_rows(paths.clearances, CLEARANCES, rows)
     budget = read_rows(paths.rig_budget, BUDGET)
-    more = clearance_budget(found.rig, levels, found.releases, budget)
-    write_budget(paths.budget, [*budget, *more])
+    write_budget(paths.budget, [*budget, *clearance_budget(found.rig, levels, found.releases)])
     write_checks(paths.compare_checks, checks)
     return rows
 

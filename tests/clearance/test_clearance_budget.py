@@ -7,24 +7,20 @@ import re
 from pathlib import Path
 
 import pytest
-from tests.clearance.from_rows import budget_of
+from tests.clearance.from_rows import budget_of, rig_from
 
 from vinesexp.clearance.levels import periodic_levels
-from vinesexp.clearance.predicted import identified_rig, predicted_b_c
+from vinesexp.clearance.predicted import predicted_b_c
 from vinesexp.identification.budget import rows_of as rows_of_budget
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.units import COVERAGE_95, Quantity
 
 VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
-BUDGET = [
-    {"parameter": name, "source": source, "share": share}
-    for name in ("M", "f0", "zeta", "r")
-    for source, share in (("records", "0.1"), ("clock" if name == "f0" else "remounting", "0.9"))
-]
+INPUTS = {"remounting": ("M", "zeta", "r"), "clock": ("f0",), "ball mass": ("m",)}
 
 
-def rows_of(error=3e-3, effective=()):
+def rows_of(error=3e-3):
     record = Record("b", Path("x"), "periodic", (0.03,), 0.25e-3, (7.8623, 7.8623))
     release = Record("t", Path("x"), "transient", (0.03,), release=0.02)
     known = Known(nes_mass=(Quantity(0.032, 3e-4),), uncertainties=Uncertainties())
@@ -32,18 +28,15 @@ def rows_of(error=3e-3, effective=()):
     identified = [
         {"parameter": name, "value": str(v), "std_error": str(error * v), "method": "combined"}
         for name, v in VALUES.items()
-    ] + [
-        {"parameter": name, "value": "0.6", "std_error": "0.003", "method": "impacts"}
-        for name in effective
     ]
     regimes = [
         {"record": name, "regime": "two symmetric", "amplitude_mean_m": 0.005} for name in "bt"
     ]
     times = [{"record": "t", "target_m": 0.005, "time_s": 1.0}]
-    rows = budget_of(campaign, identified, BUDGET, regimes, times)
-    rig = identified_rig(identified, campaign.known)
+    rows = budget_of(campaign, identified, regimes, times, INPUTS)
+    rig = rig_from(identified, campaign.known, INPUTS)
     level = periodic_levels(campaign, regimes, [])[0]
-    return rows, predicted_b_c(rig, base=level.base)
+    return rows, predicted_b_c(rig, base=level.base, level=level.nominal)
 
 
 def test_the_parts_of_b_c_make_its_interval():
@@ -76,15 +69,8 @@ def test_b_t_rests_on_r_and_the_release():
     assert "measure the release better" in own["release"]["note"]
 
 
-def test_values_that_stand_for_rubbing_are_a_source_of_their_own():
-    rows, _ = rows_of(effective=("r_effective",))
-    own = {row["source"]: row for row in rows if row["parameter"] == "b_c, G = 0.25 mm"}
-    assert 0.0 < own["effects of the ball and its contacts"]["share"] < 1.0
-    assert sum(row["share"] for row in own.values()) == pytest.approx(1.0)
-
-
 def test_exact_values_leave_no_rows_but_those_of_inputs():
     rows, _ = rows_of(error=0.0)
     assert {row["source"] for row in rows} == {
-        "ball mass", "base amplitude", "base frequency", "release",
+        "records", "ball mass", "base amplitude", "base frequency", "release",
     }  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.clearance.from_rows import compared
+from tests.clearance.from_rows import compared, rig_from
 
 from vinesexp.clearance.levels import LevelBase, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
@@ -16,6 +16,7 @@ from vinesexp.clearance.predicted import (
     MissingValuesError,
     amplitude_curve,
     decay_curves,
+    end_of_orbit,
     identified_rig,
     predicted_b_c,
     predicted_lowest,
@@ -253,7 +254,7 @@ def test_an_optimum_at_the_end_of_what_was_tried_is_a_bound():
 
 
 def rig(error: float = 1e-3) -> IdentifiedRig:
-    return identified_rig(combined(TABLE_2, error), Known(nes_mass=(Quantity(0.032),)))
+    return rig_from(combined(TABLE_2, error), Known(nes_mass=(Quantity(0.032),)))
 
 
 def test_errors_of_k1_and_c1_go_together_with_those_of_M():
@@ -271,10 +272,11 @@ def test_errors_of_k1_and_c1_go_together_with_those_of_M():
     assert covariance is not None
     sampled = np.cov(np.stack(list(parts.values())))
     assert covariance[:3, :3] == pytest.approx(sampled, rel=0.12)
-    fixed = IdentifiedRig(
-        rig(1e-2).values | {"r": Quantity(0.6)}, Quantity(7.8623, 0.0786), rig(1e-2).zeta
-    )
-    found = predicted_b_c(fixed, base=LevelBase(Quantity(0.25e-3), None))
+    joint = rig(1e-2).joint
+    assert joint is not None
+    exact_r = joint.covariance * np.diag([name != "r" for name in joint.names])
+    fixed = replace(rig(1e-2), joint=replace(joint, covariance=exact_r))
+    found = predicted_b_c(fixed, base=LevelBase(Quantity(0.25e-3), None), level=0.25e-3)
     assert found.high - found.low == pytest.approx(2.0 * 1.96 * np.std(b_c), rel=0.06)
 
 
@@ -285,7 +287,7 @@ def test_without_values_there_is_no_prediction_but_no_crash():
     assert predicted_lowest(empty, G=0.25e-3, frequency=None) is None
     assert amplitude_curve(empty, G=0.25e-3, frequency=None, low=0.02, high=0.04)[0].size == 0
     with pytest.raises(MissingValuesError, match="no prediction without M, c1, k1, r, m") as error:
-        predicted_b_c(empty, base=LevelBase(Quantity(0.25e-3), None))
+        predicted_b_c(empty, base=LevelBase(Quantity(0.25e-3), None), level=0.25e-3)
     assert error.value.names == NEEDED
 
 
@@ -361,13 +363,15 @@ def test_errors_of_the_base_widen_the_interval():
     """b_c goes with G: one percent of G is one percent of b_c."""
     known = rig(0.0)
     G, f = 0.25e-3, 7.8623
-    exact = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f)))
+    exact = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f)), level=0.25e-3)
     assert exact.high - exact.low == pytest.approx(0.0, abs=1e-9)
-    blurred = predicted_b_c(known, base=LevelBase(Quantity(G, 0.01 * G), Quantity(f)))
+    blurred = predicted_b_c(
+        known, base=LevelBase(Quantity(G, 0.01 * G), Quantity(f)), level=0.25e-3
+    )
     assert blurred.exact == exact.exact
     assert (blurred.high - blurred.low) / (2.0 * blurred.exact) == pytest.approx(0.0196, rel=0.02)
-    detuned = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f, 0.01)))
-    there = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f + 0.01)))
+    detuned = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f, 0.01)), level=0.25e-3)
+    there = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f + 0.01)), level=0.25e-3)
     assert detuned.high - detuned.exact == pytest.approx(
         1.96 * abs(there.exact - exact.exact), rel=1e-3
     )
@@ -396,7 +400,7 @@ def test_the_lowest_predicted_amplitude_lies_inside_the_curve_or_is_unknown(
 
 
 def test_nothing_is_drawn_above_b_c():
-    end = predicted_b_c(rig(), base=LevelBase(Quantity(0.25e-3), None)).exact
+    end = end_of_orbit(rig(), G=0.25e-3, frequency=None)
     b, _ = amplitude_curve(rig(), G=0.25e-3, frequency=None, low=0.03, high=0.05)
     assert (b[0], b[-1]) == pytest.approx((0.03, end))
     b, _ = amplitude_curve(rig(), G=0.25e-3, frequency=None, low=0.02, high=0.03)
@@ -426,10 +430,10 @@ def test_b_c_of_a_ball_with_friction_and_contacts_that_last_has_both():
         for name, value in (("friction", 0.2), ("contact_time", 0.9e-3))
     ]
     both = identified_rig(found, Known(nes_mass=(Quantity(0.032),)))
-    base = LevelBase(Quantity(0.25e-3), Quantity(7.862))
-    assert predicted_b_c(both, base=base).exact == pytest.approx(33.232e-3, rel=1e-3)
+    end = end_of_orbit(both, G=0.25e-3, frequency=7.862)
+    assert end == pytest.approx(33.232e-3, rel=1e-3)
     b, swing = amplitude_curve(both, G=0.25e-3, frequency=7.862, low=0.02, high=0.04)
-    assert b[-1] == pytest.approx(predicted_b_c(both, base=base).exact)
+    assert b[-1] == pytest.approx(end)
     assert np.isfinite(swing).all()
 
 
@@ -452,8 +456,8 @@ def test_b_c_takes_the_r_with_what_is_too_small_to_be_named():
     values = np.array([4.7, 7.8623, 0.0065035, 0.6, 0.032])
     joint = RigPosterior(names, values, np.diag([1e-8] * 5), {}, (0.6, 0.032))
     averaged = combined({**TABLE_2, "r": 0.597})
-    base = LevelBase(Quantity(0.25e-3), Quantity(7.862))
-    plain = predicted_b_c(rig(), base=base).exact
+    level = {"G": 0.25e-3, "frequency": 7.862}
+    plain = end_of_orbit(rig(), **level)
     apparent = identified_rig(averaged, known, joint)
-    assert predicted_b_c(apparent, base=base, level=0.25e-3).exact == pytest.approx(plain, rel=1e-5)
-    assert abs(predicted_b_c(identified_rig(averaged, known), base=base).exact / plain - 1.0) > 1e-3
+    assert end_of_orbit(apparent, **level) == pytest.approx(plain, rel=1e-5)
+    assert abs(end_of_orbit(identified_rig(averaged, known), **level) / plain - 1.0) > 1e-3

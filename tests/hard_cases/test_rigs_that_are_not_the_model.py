@@ -149,8 +149,7 @@ def test_a_ball_that_rolls_without_slip():
 
 def test_b_c_of_a_ball_that_rolls():
     """A lighter ball that slides in a longer cavity, and its simulated end."""
-    from vinesexp.clearance.levels import LevelBase
-    from vinesexp.clearance.predicted import identified_rig, predicted_b_c
+    from vinesexp.clearance.predicted import end_of_orbit, identified_rig
     from vinesexp.records.campaign.schema import Known
     from vinesexp.units import Quantity
 
@@ -160,8 +159,8 @@ def test_b_c_of_a_ball_that_rolls():
     ]
     rows += [{"parameter": "rolling", "method": "impacts", "value": str(2 / 7), "std_error": "0"}]
     rig = identified_rig(rows, Known(nes_mass=(Quantity(0.032),)))
-    found = predicted_b_c(rig, base=LevelBase(Quantity(0.25e-3), Quantity(7.862)))
-    assert found.exact == pytest.approx(30.632e-3, rel=1e-3)  # simulated; 33.92 of one that slides
+    found = end_of_orbit(rig, G=0.25e-3, frequency=7.862)
+    assert found == pytest.approx(30.632e-3, rel=1e-3)  # simulated; 33.92 of one that slides
 
 
 @pytest.mark.parametrize("ball", [-0.016, 0.010])
@@ -334,8 +333,7 @@ def test_a_record_in_another_range_of_the_amplifier_moves_no_other():
 )
 def test_b_c_is_that_of_the_ball_as_it_was_found(body, end):
     """Within 2e-3 of where the simulated orbit ends: 33.907 of a plain ball."""
-    from vinesexp.clearance.levels import LevelBase
-    from vinesexp.clearance.predicted import identified_rig, predicted_b_c
+    from vinesexp.clearance.predicted import end_of_orbit, identified_rig
     from vinesexp.records.campaign.schema import Known
     from vinesexp.units import Quantity
 
@@ -349,8 +347,8 @@ def test_b_c_is_that_of_the_ball_as_it_was_found(body, end):
         for name, value in (("M", M), ("c1", 3.02), ("k1", 1.147e4), ("m", 0.032))
     ]
     rig = identified_rig(rows, Known(nes_mass=(Quantity(0.032),)))
-    found = predicted_b_c(rig, base=LevelBase(Quantity(0.25e-3), Quantity(7.862)))
-    assert found.exact == pytest.approx(end, rel=2e-3)
+    found = end_of_orbit(rig, G=0.25e-3, frequency=7.862)
+    assert found == pytest.approx(end, rel=2e-3)
 
 
 def test_the_simulator_agrees_with_the_exact_solver():

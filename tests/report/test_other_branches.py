@@ -9,7 +9,7 @@ from vinesexp.report.replay_verdict import explanation, other_branches
 from vinesexp.units import Quantity
 
 VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}
-RIG = IdentifiedRig({name: Quantity(v) for name, v in VALUES.items()}, None, None, {})
+RIG = IdentifiedRig({name: Quantity(v) for name, v in VALUES.items()})
 ROW = {"test": "periodic", "level": "G = 0.25 mm", "exact_mm": 33.9,
        "predicted_low_mm": 33, "predicted_high_mm": 35}  # fmt: skip
 
@@ -29,7 +29,7 @@ def test_nothing_where_all_agree_or_nothing_is_predicted():
     assert other_branches([level(*agreeing)], [ROW], RIG) == []
     wrong = level(Tested(0.030, 5.9e-3, "strongly modulated", "a"))
     assert other_branches([wrong], [], RIG) == []
-    without = IdentifiedRig({"M": Quantity(4.7)}, None, None, {})
+    without = IdentifiedRig({"M": Quantity(4.7)})
     assert other_branches([wrong], [ROW], without) == []
 
 

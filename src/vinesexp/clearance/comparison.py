@@ -9,7 +9,7 @@ them beside the same b_t: there is no single best clearance for a release (docs/
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from vinesexp.clearance.levels import (
@@ -35,7 +35,7 @@ from vinesexp.clearance.predicted import (
     predicted_b_t,
 )
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.budget import COLLISIONS, rows_of
+from vinesexp.identification.budget import rows_of
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import CLEARANCES
@@ -345,10 +345,7 @@ def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Rows) -> list[Check]:
 
 
 def clearance_budget(
-    rig: IdentifiedRig,
-    periodic: Sequence[RigAtLevel],
-    releases: Sequence[ReleaseLevel],
-    budget: Rows,
+    rig: IdentifiedRig, periodic: Sequence[RigAtLevel], releases: Sequence[ReleaseLevel]
 ) -> list[dict[str, Value]]:
     """Rows of each b_c and b_t, contributions in m.
 
@@ -356,8 +353,6 @@ def clearance_budget(
     ----------
     rig, periodic, releases
         As for `compare`.
-    budget : sequence of mappings
-        Rows of what the identified values are known by, before those of the clearances.
     """
     predictions = [
         (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base, level=level.nominal))
@@ -373,38 +368,5 @@ def clearance_budget(
             found: Predicted = predict()
         except AnalysisError:
             continue
-        parts = (
-            found.parts
-            if name.startswith("b_c") and rig.joint
-            else divided(found.parts, rig, budget)
-        )
-        rows += rows_of(name, parts, unit=1e-3, name_of_unit=" mm")
+        rows += rows_of(name, found.parts, unit=1e-3, name_of_unit=" mm")
     return rows
-
-
-def divided(parts: Mapping[str, float], rig: IdentifiedRig, budget: Rows) -> dict[str, float]:
-    """Contributions of identified values divided up as their own errors are.
-
-    Sources of one name in several values are added in quadrature.
-
-    Examples
-    --------
-    >>> own = [{"parameter": "M", "source": "records", "share": "0.36"},
-    ...        {"parameter": "M", "source": "added mass", "share": "0.64"}]
-    >>> found = divided({"M": 1e-3, "m": 1e-4}, IdentifiedRig({}), own)
-    >>> {name: round(part, 7) for name, part in found.items()}
-    {'records': 0.0006, 'added mass': 0.0008, 'ball mass': 0.0001}
-    """
-    found: dict[str, float] = {}
-    for name, part in parts.items():
-        for source, share in _shares(name, rig, budget):
-            found[source] = math.hypot(found.get(source, 0.0), part * math.sqrt(share))
-    return found
-
-
-def _shares(name: str, rig: IdentifiedRig, budget: Rows) -> Sequence[tuple[str, float]]:
-    """Sources of the error of one value, and their shares of its variance."""
-    if name in rig.effective:
-        return [(COLLISIONS, 1.0)]
-    own = [(row["source"], float(row["share"])) for row in budget if row["parameter"] == name]
-    return own or [("ball mass" if name == "m" else name, 1.0)]

@@ -21,7 +21,6 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
 from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign.schema import Known
-from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.units import COVERAGE_95, Quantity
 
@@ -56,8 +55,6 @@ class IdentifiedRig:
     values : of those of `NEEDED` that are known.
     f0, zeta : natural frequency, Hz, and damping ratio where identified, at the amplitude of the
         periodic tests.
-    inputs : what the lab set, and how well: the release of a transient test.
-    effective : of `values`, those that stand for friction or a contact that lasts.
     balls : what b_c is simulated with where the ball is more than m and r: what each of these moves
         it by, all together.
     rolling : share s of the floor's motion that a ball takes which rolls. It moves as one of mass
@@ -70,8 +67,6 @@ class IdentifiedRig:
     values: Mapping[str, Quantity]
     f0: Quantity | None = None
     zeta: Quantity | None = None
-    inputs: Uncertainties = EXACT
-    effective: tuple[str, ...] = ()
     balls: tuple[NES, ...] = ()
     rolling: float = 0.0
     joint: RigPosterior | None = None
@@ -148,12 +143,10 @@ def identified_rig(
         if joint is not None and joint.ball is not None:
             own = joint.ball
         balls = _as_simulated(*own, effects)
-    effective = []
     for row in identified:
         name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
         if name is not None and name in values:
             values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
-            effective.append(name)
     if joint is not None and joint.ball is not None:  # with what is too small to be named
         for name in {"r", "m"} & set(values):
             shown = joint.of(name)
@@ -163,11 +156,7 @@ def identified_rig(
         M, m = values["M"], values["m"]
         values["M"] = Quantity(M.value + rolling * m.value, M.std_error)
         values["m"] = Quantity((1.0 - rolling) * m.value, (1.0 - rolling) * m.std_error)
-        effective += ["M", "m"]
-    return IdentifiedRig(
-        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective), balls,
-        rolling, joint,
-    )  # fmt: skip
+    return IdentifiedRig(values, found.get("f0"), found.get("zeta"), balls, rolling, joint)
 
 
 #: Rows of identified.csv on the ball beyond its mass and r.
@@ -310,7 +299,7 @@ class Predicted:
         return Predicted(published, exact, low, high, parts)
 
 
-def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float | None = None) -> Predicted:
+def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predicted:
     """b_c for the base of a level; the errors of the base are part of the interval.
 
     Without a frequency that the tests share, the oscillator's own is taken. `level` is the base
@@ -327,59 +316,62 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float | None = 
     from vinesexp.theory.optimal_clearance import b_c_exact
 
     _require(rig, NEEDED)
-    f = base.frequency
-
-    def exact(G: float, frequency: float | None) -> float:
-        return float(b_c_exact(G=G, frequency=frequency, **rig.numbers))
-
-    found = predict_periodic(
-        G=base.G.value,
-        values=rig.values,
-        covariance=rig.covariance,
-        frequency=None if f is None else f.value,
-    )
+    G, f = base.G.value, base.frequency
     at = None if f is None else f.value
-    moves = {}
-    if base.G.std_error:
-        moves[BASE] = abs(exact(base.G.value + base.G.std_error, at) - found.exact)
-    if f is not None and f.std_error:
-        moves[FREQUENCY] = abs(exact(base.G.value, f.value + f.std_error) - found.exact)
-    by_G = (exact(base.G.value * (1.0 + _STEP), at) - found.exact) / _STEP
-    if rig.joint is not None and level is not None:
-        plain = _of_joint(found, rig, rig.joint, level=level, by_G=by_G, moves=moves)
-    else:
-        parts = {**_parts(rig, found.gradient), **moves}
-        plain = _with_error(found, error=math.hypot(*moves.values()), parts=parts)
-    moved = end_over_plain(rig, G=base.G.value, frequency=at)
-    slides = replace(plain.times(moved), published=plain.published)
-    return slides.times(1.0 - rig.rolling)  # one that rolls moves so in a shorter cavity
+    found = predict_periodic(G=G, values=rig.values, frequency=at)
+
+    def moved(G: float, frequency: float | None) -> float:
+        return float(b_c_exact(G=G, frequency=frequency, **rig.numbers)) - found.exact
+
+    by = {name: found.gradient[name] * rig.values[name].value for name in NEEDED}
+    name = f"G:{1e3 * level:.6g}"
+    gradient = {
+        "M": by["M"] + by["c1"] + by["k1"],
+        "f0": by["c1"] + 2.0 * by["k1"],
+        "zeta": by["c1"],
+        "r": found.gradient["r"],
+        "m": by["m"],
+        name: moved(G * (1.0 + _STEP), at) / _STEP,
+    }
+    more = {}
+    if rig.joint is not None and name not in rig.joint.names:  # only the test log knows the base
+        more[BASE] = abs(moved(G + base.G.std_error, at))
+    if f is not None:
+        more[FREQUENCY] = abs(moved(G, f.value + f.std_error))
+    plain = _with_errors(found, rig, gradient, more)
+    slides = plain.times(end_over_plain(rig, G=G, frequency=at))
+    # One that rolls moves so in a shorter cavity.
+    return replace(slides, published=plain.published).times(1.0 - rig.rolling)
 
 
 _STEP = 1e-3  # of G, for its derivative
 
 
-def _of_joint(
-    found: ClearancePrediction, rig: IdentifiedRig, joint: RigPosterior, *, level: float,
-    by_G: float, moves: Mapping[str, float],
-) -> Predicted:  # fmt: skip
-    """A clearance whose interval holds how the errors of everything it depends on go together."""
-    by = {name: found.gradient[name] * rig.values[name].value for name in rig.values}
-    name = f"G:{1e3 * level:.6g}"
-    gradient = {
-        "M": by["M"] + by["c1"] + by["k1"], "f0": by["c1"] + 2.0 * by["k1"], "zeta": by["c1"],
-        "r": found.gradient["r"], "m": by["m"], name: by_G,
-    }  # fmt: skip
-    # At the amplitude of a level f0 and zeta are less sure than over all of them together.
-    own = {"f0": rig.f0, "zeta": rig.zeta}
+def _with_errors(
+    found: ClearancePrediction,
+    rig: IdentifiedRig,
+    gradient: Mapping[str, float],
+    more: Mapping[str, float],
+) -> Predicted:
+    """A clearance whose interval holds how the errors of everything it depends on go together.
+
+    Parameters
+    ----------
+    gradient : mapping
+        Its derivatives by the logarithms of what the joint model knows, by r itself.
+    more : mapping
+        Contributions of what that model does not know, m.
+    """
+    joint = rig.joint
+    if joint is None:
+        raise AnalysisError("no prediction without the joint errors of the identified values")
     variance = joint.part(gradient)
-    for key, quantity in own.items():
+    # At the amplitude of a level f0 and zeta are less sure than over all of them together.
+    for key, quantity in (("f0", rig.f0), ("zeta", rig.zeta)):
         whole = joint.of(key)
         if quantity is not None and whole is not None:
-            more = (quantity.std_error / quantity.value) ** 2 - (whole[1] / whole[0]) ** 2
-            variance += max(more, 0.0) * gradient[key] ** 2
-    frequency = moves.get(FREQUENCY, 0.0)
-    if name not in joint.names:  # nothing but the test log knows the base
-        variance += moves.get(BASE, 0.0) ** 2
+            wider = (quantity.std_error / quantity.value) ** 2 - (whole[1] / whole[0]) ** 2
+            variance += max(wider, 0.0) * gradient.get(key, 0.0) ** 2
     parts = {
         label: math.sqrt(max(joint.part(gradient, covariance), 0.0))
         for label, covariance in joint.parts.items()
@@ -389,46 +381,14 @@ def _of_joint(
     if inputs > math.sqrt(variance):
         parts = {label: part * math.sqrt(variance) / inputs for label, part in parts.items()}
     rest = math.sqrt(max(variance - sum(part**2 for part in parts.values()), 0.0))
-    error = math.hypot(math.sqrt(variance), frequency)
+    half = COVERAGE_95 * math.hypot(math.sqrt(variance), *more.values())
     return Predicted(
         found.published,
         found.exact,
-        max(found.exact - COVERAGE_95 * error, 0.0),
-        found.exact + COVERAGE_95 * error,
-        {**parts, RECORDS: rest, FREQUENCY: frequency},
+        max(found.exact - half, 0.0),
+        found.exact + half,
+        {**parts, RECORDS: rest, **more},
     )
-
-
-def _with_error(
-    found: ClearancePrediction, *, error: float, parts: Mapping[str, float]
-) -> Predicted:
-    """With an error of the excitation in its interval."""
-    more = COVERAGE_95 * error
-    return Predicted(
-        found.published,
-        found.exact,
-        found.exact - math.hypot(found.exact - found.low, more),
-        found.exact + math.hypot(found.high - found.exact, more),
-        parts,
-    )
-
-
-def _parts(rig: IdentifiedRig, gradient: Mapping[str, float]) -> dict[str, float]:
-    """What each identified value contributes to the error of a clearance; they are independent.
-
-    c1 and k1 are made of M, f0 and zeta where these are known.
-    """
-    by = {name: gradient[name] * quantity.value for name, quantity in rig.values.items()}
-    shares = {name: q.std_error / abs(q.value) for name, q in rig.values.items() if q.value}
-    f0, zeta = rig.f0, rig.zeta
-    if f0 is None or zeta is None or "k1" not in by:
-        return {name: abs(by[name]) * share for name, share in shares.items()}
-    return {
-        "M": abs(by["M"] + by["c1"] + by["k1"]) * shares["M"],
-        "f0": abs(by["c1"] + 2.0 * by["k1"]) * f0.std_error / f0.value,
-        "zeta": abs(by["c1"]) * zeta.std_error / zeta.value if zeta.value else 0.0,
-        **{name: abs(by[name]) * shares[name] for name in ("r", "m") if name in shares},
-    }
 
 
 def predicted_b_t(rig: IdentifiedRig, *, release: Quantity) -> Predicted:
@@ -436,12 +396,11 @@ def predicted_b_t(rig: IdentifiedRig, *, release: Quantity) -> Predicted:
     from vinesexp.theory.intervals import predict_transient
 
     _require(rig, ("r",))
-    found = predict_transient(x0=release.value, values=rig.values, covariance=rig.covariance)
+    found = predict_transient(x0=release.value, values=rig.values)
     # b_t is in proportion to the release.
-    error = found.exact * release.std_error / release.value if release.value else 0.0
-    r = abs(found.gradient["r"]) * rig.values["r"].std_error
-    slides = _with_error(found, error=error, parts={"r": r, RELEASE: error})
-    return slides.times(1.0 - rig.rolling)
+    more = found.exact * release.std_error / release.value if release.value else 0.0
+    gradient = {"r": found.gradient["r"]}
+    return _with_errors(found, rig, gradient, {RELEASE: more}).times(1.0 - rig.rolling)
 
 
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
@@ -455,29 +414,47 @@ if TYPE_CHECKING:
     from vinesexp.theory.orbits import Reduced
 
 
+def end_of_orbit(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float:
+    """b_c without its error, m.
+
+    Raises
+    ------
+    AnalysisError
+        A value is not known, or there is no stable orbit at any clearance.
+    """
+    from vinesexp.theory.optimal_clearance import b_c_exact
+
+    _require(rig, NEEDED)
+    plain = float(b_c_exact(G=G, frequency=frequency, **rig.numbers))
+    return (1.0 - rig.rolling) * end_over_plain(rig, G=G, frequency=frequency) * plain
+
+
 def amplitude_curve(
-    rig: IdentifiedRig, *, G: float, frequency: float | None, low: float, high: float
+    rig: IdentifiedRig,
+    *,
+    G: float,
+    frequency: float | None,
+    low: float | None = None,
+    high: float = math.inf,
 ) -> tuple[FloatArray, FloatArray]:
     """Predicted swing of the mass over clearance, m, in permanent two impacts per cycle.
 
     Half the swing of the exact symmetric orbit over one period, which is what the amplitude of a
-    record is, from `low` up to the exact b_c; empty where that is below `low` or unknown. Of a ball
-    that is more than m and r it is the curve of the plain model, stretched to its b_c.
+    record is, from `low` (half of b_c) up to the exact b_c; empty where that is below `low` or
+    unknown. Of a ball that is more than m and r it is the curve of the plain model, stretched to
+    its b_c.
     """
-    from vinesexp.theory.optimal_clearance import b_c_exact
     from vinesexp.theory.orbits import Reduced
 
-    if rig.missing:
-        return np.empty(0), np.empty(0)
     try:
-        plain = float(b_c_exact(G=G, frequency=frequency, **rig.numbers))
-        stretch = (1.0 - rig.rolling) * end_over_plain(rig, G=G, frequency=frequency)
+        end = end_of_orbit(rig, G=G, frequency=frequency)
     except AnalysisError:
         return np.empty(0), np.empty(0)
-    end = stretch * plain
+    low = 0.5 * end if low is None else low
     if end <= low:
         return np.empty(0), np.empty(0)
     b = np.linspace(low, min(high, end), 60)
+    stretch = (1.0 - rig.rolling) * end_over_plain(rig, G=G, frequency=frequency)
     p = Reduced.of_rig(frequency=frequency, **rig.numbers)
     return b, G * orbit_swing(b / stretch / G, p)
 
@@ -487,12 +464,7 @@ def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -
 
     None where it cannot be known, or where the swing still falls at b_c.
     """
-    try:
-        at = None if frequency is None else Quantity(frequency)
-        end = predicted_b_c(rig, base=LevelBase(Quantity(G), at)).exact
-    except AnalysisError:
-        return None
-    b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)
+    b, swing = amplitude_curve(rig, G=G, frequency=frequency)
     if not np.all(np.isfinite(swing)) or not b.size:
         return None
     if (i := int(np.argmin(swing))) in (0, b.size - 1):

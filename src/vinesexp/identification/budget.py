@@ -21,7 +21,6 @@ RECORDS, DISAGREEMENT = "records", "disagreement"
 
 #: Parts of the error of a predicted clearance alone.
 BASE, FREQUENCY, RELEASE = "base amplitude", "base frequency", "release"
-COLLISIONS = "effects of the ball and its contacts"
 
 #: Below this share of the error nothing is said of what would be left without its largest part.
 _LEFT = 0.1
@@ -44,14 +43,12 @@ _REMEDY: Mapping[str, str] = {
     BASE: "calibrate the base channel, or record the base in every test",
     FREQUENCY: "a better clock, or record the base in every test",
     RELEASE: "measure the release better",
-    COLLISIONS: "tests at further clearances, or a smaller effect",
 }
 
 _ASSUMED: Mapping[str, str] = {
     RECORDS: "noise and scatter, as the records show them",
     DISAGREEMENT: "sources that exclude one another",
     "amplitude": "f0 and zeta depend on amplitude; the tests cover a range of it",
-    COLLISIONS: "r and the ball's mass include effects that the model neglects",
 }
 
 
