@@ -25,7 +25,7 @@ from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
 from vinesexp.records.stored.checks import OUTCOMES
-from vinesexp.settings.overrides import STAGES, numbers_of
+from vinesexp.settings.stages import STAGES, numbers_of
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
