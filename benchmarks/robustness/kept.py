@@ -18,6 +18,7 @@ from benchmarks.robustness.study import Outcome, Truth, Value
 
 from vinesexp.codedigest import code_digest
 from vinesexp.identification.estimate import Estimate
+from vinesexp.whole_files import write_whole
 
 _HERE = Path(__file__).resolve().parent
 KEPT = _HERE.parents[1] / "results" / "robustness"
@@ -64,7 +65,7 @@ def keep(outcome: Outcome) -> None:
     """Write the outcome of one campaign."""
     content = asdict(outcome)
     del content["departure"]
-    _write(outcome_file(outcome.departure, outcome.seed), content)
+    write_whole(outcome_file(outcome.departure, outcome.seed), json.dumps(content, indent=1))
 
 
 class KeptTruth(Truth):
@@ -76,7 +77,7 @@ class KeptTruth(Truth):
         if path.is_file():
             return json.loads(path.read_text(encoding="utf-8"))["end"]  # type: ignore[no-any-return]
         end = true_end(departure.body, departure.driven(), departure.guess)
-        _write(path, {"end": end})
+        write_whole(path, json.dumps({"end": end}))
         return end
 
     def stays(self, departure: Departure, b: float) -> bool:
@@ -85,17 +86,10 @@ class KeptTruth(Truth):
         if path.is_file():
             return bool(json.loads(path.read_text(encoding="utf-8"))["stays"])
         found = stays(departure.body, departure.driven(), b)
-        _write(path, {"stays": found})
+        write_whole(path, json.dumps({"stays": found}))
         return found
 
     @staticmethod
     def _digest(departure: Departure) -> str:
         code = code_digest("vinesexp.arrays", files=_files(_SIMULATOR))
         return _hashed(code, repr((departure.body, departure.driven(), departure.guess)))
-
-
-def _write(path: Path, content: object) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    part.replace(path)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.rehearsal import rehearse
+from tests.rehearsal import rehearse
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.ringdown import fit_ringdown

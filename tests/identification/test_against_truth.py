@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.rehearsal import rehearse
+from tests.rehearsal import rehearse
 
 from vinesexp.laboratory.score import score_impacts
 from vinesexp.records.stored.result_paths import ResultPaths

@@ -4,7 +4,7 @@ import random
 from dataclasses import replace
 
 import pytest
-from benchmarks.rehearsal import rehearse
+from tests.rehearsal import rehearse
 
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.stored.result_paths import ResultPaths

@@ -1,7 +1,7 @@
 """Tests with an accelerometer and a base and no laser: r and M by flights from one sensor."""
 
 import pytest
-from benchmarks.rehearsal import rehearse
+from tests.rehearsal import rehearse
 
 pytestmark = pytest.mark.long
 

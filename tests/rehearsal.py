@@ -1,8 +1,4 @@
-"""A simulated campaign, made and analysed in one process: what would these tests give?
-
-The workflow does the same step by step, a process each. For studies over many campaigns, and for
-tests.
-"""
+"""A simulated campaign, made and analysed in one process, beside the truth of its scene."""
 
 from __future__ import annotations
 
@@ -11,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.identification.estimate import Estimate, combined
-from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.bench import Scene
 from vinesexp.laboratory.scene import load_scene, simulate_group
 from vinesexp.laboratory.simulated_files import campaign_text, records_text
-from vinesexp.pipeline import analyse_record
+from vinesexp.pipeline import analyse_record, identify_together
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
@@ -84,8 +79,7 @@ def rehearse(scene_file: Path) -> Rehearsal:
     paths = ResultPaths(folder)
     found = [analyse_record(campaign, r, paths=paths, strict=True) for r in campaign.records]
     estimates = [estimate for result in found for estimate in result.estimates]
-    impacts = {result.record.id: result.impacts for result in found if result.record.clearance}
-    whole = identify_campaign(estimates, campaign, impacts)
+    whole = identify_together(campaign, paths=paths)
     return Rehearsal(
         *(folder, scene, campaign, {result.record.id: result.regime for result in found}),
         *(tuple(estimates), tuple(whole.rows), tuple(whole.checks)),
