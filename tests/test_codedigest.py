@@ -115,16 +115,6 @@ def test_a_function_counts_with_what_it_uses_and_not_with_its_neighbours(tmp_pat
     assert digests()[0] != after[0]
 
 
-def test_a_script_counts_by_content(tmp_path):
-    script = tmp_path / "a.py"
-    script.write_text("1\n")
-    before = code_digest("vinesexp.units", files=[script])
-    assert before != code_digest("vinesexp.units")
-    vinesexp.codedigest._sha256.cache_clear()
-    script.write_text("2\n")
-    assert code_digest("vinesexp.units", files=[script]) != before
-
-
 def test_an_unknown_function_is_an_error():
     with pytest.raises(ImportError, match="no function nothing"):
         code_digest("vinesexp.pipeline:nothing")

@@ -26,8 +26,8 @@ _SIMULATOR = ("motion", "rig", "end_of_orbit")
 _WHOLE = (*_SIMULATOR, "campaigns", "measuring", "study")
 
 
-def _files(names: tuple[str, ...]) -> list[Path]:
-    return [_HERE / f"{name}.py" for name in names]
+def _texts(names: tuple[str, ...]) -> list[str]:
+    return [(_HERE / f"{name}.py").read_text(encoding="utf-8") for name in names]
 
 
 def _hashed(*parts: str) -> str:
@@ -41,8 +41,9 @@ def _place(kind: str, departure: Departure, end: str) -> Path:
 
 def outcome_file(departure: Departure, seed: int) -> Path:
     """Where the outcome of one campaign is kept."""
-    code = code_digest("vinesexp.pipeline", "vinesexp.report.verdict", files=_files(_WHOLE))
-    return _place("outcomes", departure, f"{seed}-{_hashed(code, repr(departure))}")
+    code = map(code_digest, ("vinesexp.pipeline", "vinesexp.report.verdict"))
+    digest = _hashed(*code, *_texts(_WHOLE), repr(departure))
+    return _place("outcomes", departure, f"{seed}-{digest}")
 
 
 def kept(departure: Departure, seed: int) -> Outcome | None:
@@ -91,5 +92,5 @@ class KeptTruth(Truth):
 
     @staticmethod
     def _digest(departure: Departure) -> str:
-        code = code_digest("vinesexp.arrays", files=_files(_SIMULATOR))
-        return _hashed(code, repr((departure.body, departure.driven(), departure.guess)))
+        rig = departure.body, departure.driven(), departure.guess
+        return _hashed(*_texts(_SIMULATOR), repr(rig))

@@ -12,7 +12,6 @@ from __future__ import annotations
 import hashlib
 import re
 import sys
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -29,17 +28,15 @@ _DEFINED = re.compile(r"(?:def|class)[ \t]+(\w+)")
 _IMPORTED = re.compile(r"(\w+)(?:[ \t]+as[ \t]+\w+)?[ \t]*(?:#.*)?(?:,|$)", re.MULTILINE)
 
 
-def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
-    """Hash of the source of `names`, of all they import, and of `files`, in hex.
+def code_digest(name: str) -> str:
+    """Hash of the source of `name` and of all it imports, versions of libraries included, in hex.
 
     Parameters
     ----------
-    *names : str
-        Full names of modules, such as ``"vinesexp.signals.impacts.find"``, or of one function in
+    name : str
+        Full name of a module, such as ``"vinesexp.signals.impacts.find"``, or of one function in
         a module, such as ``"vinesexp.pipeline:identify"``: then other functions and classes of that
         module count only as far as this one uses them.
-    files : iterable of paths
-        Further files; their names do not count.
 
     Examples
     --------
@@ -49,16 +46,13 @@ def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
     False
     """
     digest = hashlib.sha256()
-    for name in names:
-        for code in _function(*name.split(":")) if ":" in name else ():
-            digest.update(code.encode())
-    for path in sorted(frozenset().union(*map(_reached, names))):
+    for code in _function(*name.split(":")) if ":" in name else ():
+        digest.update(code.encode())
+    for path in sorted(_reached(name)):
         digest.update(str(path.relative_to(_ROOT)).encode())
         digest.update(_sha256(path))
-    for library in sorted(_libraries(*names)):
+    for library in sorted(_libraries(name)):
         digest.update(f"{library} {_version(library)}".encode())
-    for file in files:
-        digest.update(_sha256(Path(file)))
     return digest.hexdigest()[:16]
 
 
@@ -72,10 +66,10 @@ def _version(library: str) -> str:
         return ""
 
 
-def _libraries(*names: str) -> set[str]:
-    """Libraries that the code behind `names` imports."""
-    files = [path for name in names for path in _reached(name) if path.suffix == ".py"]
-    roots = {name.partition(".")[0] for path in files for name in _names(path)}
+def _libraries(name: str) -> set[str]:
+    """Libraries that the code behind `name` imports."""
+    files = (path for path in _reached(name) if path.suffix == ".py")
+    roots = {named.partition(".")[0] for path in files for named in _names(path)}
     return roots - {_PACKAGE} - sys.stdlib_module_names
 
 

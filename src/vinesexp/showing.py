@@ -67,11 +67,11 @@ def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
     roots = {"results": paths.folder, "campaign": campaign.folder}
     written: set[Path] = set()
-    for id in (None, *(record.id for record in campaign.records)):
-        for file in paths.kept_notes(id):
-            notes = Notes(file, roots)
-            for step in notes.steps:
-                written |= {path.resolve() for path in (*notes.files(step), paths.log(step, id))}
+    ids = {None, *(record.id for record in campaign.records)}
+    for id, file in ((id, file) for id, file in paths.kept_notes() if id in ids):
+        notes = Notes(file, roots)
+        for step in notes.steps:
+            written |= {path.resolve() for path in (*notes.files(step), paths.log(step, id))}
     home = paths.folder.resolve()
     with whole_file(paths.bundle) as growing, zipfile.ZipFile(growing, "w") as made:
         for path in sorted(written - {paths.bundle.resolve()}):

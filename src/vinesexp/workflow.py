@@ -258,8 +258,9 @@ class Planner:
         except VinesexpError as error:
             raise SystemExit(f"vinesexp: {error}") from None
         remove_leftovers(self.paths.folder)
-        for path in self.paths.notes_of_others(self.study.records):
-            Notes(path, self.study.roots).remove()
+        for id, path in self.paths.kept_notes():
+            if id not in {None, *self.study.records}:  # removed, or renamed
+                Notes(path, self.study.roots).remove()
         for left in self.paths.batches.glob("*.*"):  # of a run that was killed
             left.unlink(missing_ok=True)
 

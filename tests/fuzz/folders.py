@@ -130,8 +130,9 @@ def _use(
     with lock:
         assert not foreign, "a folder of somebody else was taken for results"
         remove_leftovers(paths.folder)
-        for other in paths.notes_of_others(ids):
-            Notes(other, roots).remove()
+        for id, other in paths.kept_notes():
+            if id not in {None, *ids}:
+                Notes(other, roots).remove()
         assert not paths.record("gone").exists(), "the result of a removed record stays"
         for id in IDS:
             with Notes(paths.notes("ingest", id), roots).making("ingest", {}) as written:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,11 +117,10 @@ class ResultPaths:
         made = self.folder / "steps" / f"{step}.made.json"
         return made if id is None else self._step(id, "made.json")
 
-    def kept_notes(self, id: str | None = None) -> list[Path]:
-        """Where the notes of every step lie: on record `id`, or on all records."""
-        if id is not None:
-            return [self._step(id, "made.json")]
-        return sorted((self.folder / "steps").glob("*.made.json"))
+    def kept_notes(self) -> list[tuple[str | None, Path]]:
+        """Where the notes of steps lie, each with the record that it is on; None: on all."""
+        found = sorted((self.folder / "steps").glob("**/*made.json"))
+        return [(file.parent.name if file.name == "made.json" else None, file) for file in found]
 
     def batch(self, step: str, batch: str) -> Path:
         """Says that a step has gone through a batch of records; there while a run needs it."""
@@ -136,8 +134,3 @@ class ResultPaths:
     def bundle(self) -> Path:
         """Everything for others in one zip, made on request."""
         return self.folder / f"{self.folder.resolve().name}.zip"
-
-    def notes_of_others(self, records: Collection[str]) -> list[Path]:
-        """Notes on each record that is none of these: it was removed, or renamed."""
-        home = self.folder / "steps" / "records"
-        return [made for made in home.glob("*/made.json") if made.parent.name not in records]
