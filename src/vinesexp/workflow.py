@@ -56,16 +56,11 @@ def read_config(config: Mapping[str, Any]) -> Asked:
         return found
 
     def folder(key: str, default: str) -> Path:
+        named = config.get(key)
         # Snakemake reads what looks like a number as one: 2024 is safe, 007 and 1e3 are not.
-        named = key == "results" or Path(str(config.get(key))).is_dir()
-        expected = f"a folder, as a path such as {key}=./{config.get(key)}"
-        return Path(
-            str(
-                value(
-                    key, default, lambda v: type(v) is str or (named and type(v) is int), expected
-                )
-            )
-        )
+        kinds = (str, int) if key == "results" or Path(str(named)).is_dir() else (str,)
+        words = f"a folder, as a path such as {key}=./{named}"
+        return Path(str(value(key, default, lambda found: type(found) in kinds, words)))
 
     campaign = folder("campaign", "data/twin")
     results = folder("results", str(Path("results") / campaign.resolve().name))
@@ -79,9 +74,8 @@ def read_config(config: Mapping[str, Any]) -> Asked:
     require_own_folder(results)
     words = "all, or final, which removes the channels of each record when the report is made"
     keep = value("keep", "all", ("all", "final").__contains__, words)
-    batches = value(
-        "batches", None, lambda n: type(n) is int and n > 0, "a whole number of 1 or more"
-    )
+    words = "a whole number of 1 or more"
+    batches = value("batches", None, lambda n: type(n) is int and n > 0, words)
     return Asked(campaign, ResultPaths(results), keep == "all", batches)
 
 
