@@ -258,20 +258,13 @@ def rig(error: float = 1e-3) -> IdentifiedRig:
 
 
 def test_errors_of_k1_and_c1_go_together_with_those_of_M():
-    """Against 4000 campaigns drawn from M, f0 and zeta."""
+    """Against 4000 campaigns drawn from M and zeta; at resonance f0 moves nothing."""
     from vinesexp.theory.optimal_clearance import b_c_published
 
     rng = np.random.default_rng(3)
     M = 4.7 * (1.0 + 1e-2 * rng.standard_normal(4000))
-    f0 = 7.8623 * (1.0 + 1e-2 * rng.standard_normal(4000))
     zeta = 0.0065035 * (1.0 + 1e-2 * rng.standard_normal(4000))
-    w0 = 2.0 * np.pi * f0
     b_c = b_c_published(G=0.25e-3, eps=0.032 / M, lam=2.0 * zeta * M / 0.032, r=0.6)
-    parts = {"M": M, "c1": 2.0 * zeta * w0 * M, "k1": M * w0**2}
-    covariance = rig(1e-2).covariance
-    assert covariance is not None
-    sampled = np.cov(np.stack(list(parts.values())))
-    assert covariance[:3, :3] == pytest.approx(sampled, rel=0.12)
     joint = rig(1e-2).joint
     assert joint is not None
     exact_r = joint.covariance * np.diag([name != "r" for name in joint.names])
@@ -283,7 +276,6 @@ def test_errors_of_k1_and_c1_go_together_with_those_of_M():
 def test_without_values_there_is_no_prediction_but_no_crash():
     empty = IdentifiedRig({})
     assert empty.missing == NEEDED
-    assert empty.covariance is None
     assert predicted_lowest(empty, G=0.25e-3, frequency=None) is None
     assert amplitude_curve(empty, G=0.25e-3, frequency=None, low=0.02, high=0.04)[0].size == 0
     with pytest.raises(MissingValuesError, match="no prediction without M, c1, k1, r, m") as error:
@@ -406,12 +398,6 @@ def test_nothing_is_drawn_above_b_c():
     b, _ = amplitude_curve(rig(), G=0.25e-3, frequency=None, low=0.02, high=0.03)
     assert (b[0], b[-1]) == pytest.approx((0.02, 0.03))
     assert amplitude_curve(rig(), G=0.25e-3, frequency=None, low=1.01 * end, high=0.05)[0].size == 0
-
-
-def test_without_f0_or_zeta_the_values_are_independent():
-    known = rig()
-    assert IdentifiedRig(known.values, None, known.zeta).covariance is None
-    assert IdentifiedRig(known.values, known.f0, None).covariance is None
 
 
 def test_levels_are_apart_unless_they_differ_by_rounding():

@@ -1,8 +1,8 @@
-"""Predictions from identified values: b_c and b_t.
+"""Predictions from identified values: b_c and b_t, and the curves that go through them.
 
-The identified k1 and c1 are made from M, f0 and zeta, so their errors go together; the covariance
-that the predictions get says so. Without it the error of f0, known to a few parts in a million,
-would be taken for that of k1, known to a few in a thousand.
+The identified k1 and c1 are made from M, f0 and zeta, so their errors go together: intervals are by
+the errors of those. Else the error of f0, known to a few parts in a million, would be taken for
+that of k1, known to a few in a thousand.
 """
 
 from __future__ import annotations
@@ -86,36 +86,6 @@ class IdentifiedRig:
         value = self.numbers
         host = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])
         return Rig(host, nes=[NES(m=value["m"], b=b, r=value["r"])])
-
-    @property
-    def covariance(self) -> FloatArray | None:
-        """5 x 5 covariance in the order of `NEEDED`; None where the values are independent.
-
-        With k1 = M (2 pi f0)^2 and c1 = 4 pi zeta f0 M: J diag(M, f0, zeta) J^T.
-
-        Examples
-        --------
-        >>> values = {"M": Quantity(4.7, 0.047), "c1": Quantity(3.02, 0.03),
-        ...           "k1": Quantity(11470.0, 114.7), "r": Quantity(0.6), "m": Quantity(0.032)}
-        >>> rig = IdentifiedRig(values, Quantity(7.862), Quantity(0.0065))
-        >>> V = rig.covariance
-        >>> bool(np.isclose(V[0, 2], np.sqrt(V[0, 0] * V[2, 2]), rtol=1e-9))  # M and k1 go together
-        True
-        """
-        if self.missing or self.f0 is None or self.zeta is None:
-            return None
-        M, c1, k1 = (self.values[name].value for name in ("M", "c1", "k1"))
-        relative = [
-            quantity.std_error / abs(quantity.value) if quantity.value else 0.0
-            for quantity in (self.values["M"], self.f0, self.zeta)
-        ]
-        # d ln(M, c1, k1)/d ln(M, f0, zeta), scaled to SI
-        J = np.array([[M, 0.0, 0.0], [c1, c1, c1], [k1, 2.0 * k1, 0.0]]) * np.array(relative)
-        covariance = np.zeros((5, 5))
-        covariance[:3, :3] = J @ J.T
-        for i, name in ((3, "r"), (4, "m")):
-            covariance[i, i] = self.values[name].std_error ** 2
-        return covariance
 
 
 def identified_rig(

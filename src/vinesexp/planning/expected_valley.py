@@ -126,16 +126,16 @@ def _lowest(
 
 
 def _drawn(rig: IdentifiedRig, rng: np.random.Generator) -> FloatArray:
-    """The values `NEEDED` drawn from their errors, those of M, c1 and k1 together."""
-    mean = np.array(list(rig.numbers.values()))
-    covariance = rig.covariance
-    if covariance is None:
-        covariance = np.diag([rig.values[name].std_error ** 2 for name in NEEDED])
-    scale = np.sqrt(np.diag(covariance))
-    scale[scale == 0.0] = 1.0  # a value that is known exactly stays where it is
-    draw = mean + scale * rng.multivariate_normal(
-        np.zeros(len(NEEDED)), covariance / np.outer(scale, scale), method="eigh"
-    )
-    draw = np.clip(draw, 0.5 * mean, 2.0 * mean)
-    draw[NEEDED.index("r")] = min(draw[NEEDED.index("r")], 0.98)
-    return np.asarray(draw)
+    """The values `NEEDED` drawn from their errors; where f0 is known k1 and c1 go with M."""
+
+    def moved(quantity: Quantity) -> float:
+        share = quantity.std_error / quantity.value if quantity.value else 0.0
+        return min(max(1.0 + share * float(rng.standard_normal()), 0.5), 2.0)
+
+    by = {name: moved(rig.values[name]) for name in NEEDED}
+    if rig.f0 is not None and rig.zeta is not None:
+        f0 = moved(rig.f0)
+        by |= {"k1": by["M"] * f0**2, "c1": by["M"] * f0 * moved(rig.zeta)}
+    drawn = {name: by[name] * rig.values[name].value for name in NEEDED}
+    drawn["r"] = min(drawn["r"], 0.98)
+    return np.array(list(drawn.values()))
