@@ -90,14 +90,14 @@ def _content(session: Session) -> dict[str, Any]:
     stated = {kind: [row for row in view.stated if row["kind"] == kind] for kind in _KINDS}
     return {
         "status": status,
-        "growing": [path.name for path in session.growing],
+        "growing": [path.name for path in session.arrivals.growing],
         "newest": newest,
         "words": _row_words(newest) if newest else "",
         "seen": seen,
         "short": _is_short(seen, newest, view.record),
         "open": sorted(asked_in(newest)) if newest else [],
         "view": view,
-        "finding": session.finding,
+        "finding": session.identifying.busy,
         "contradicted": stated["differ"],
         "others": [*stated["open"], *stated["agree"]],
         "rows": [

@@ -32,7 +32,6 @@ from vinesexp.live.views import (
     find_values,
     look_at_campaign,
     look_at_record,
-    values_written,
 )
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.proposal.campaign_proposal import SKIPPED, ProposedRecord
@@ -318,7 +317,7 @@ class Session:
         self._digests: dict[Path, tuple[tuple[int, int], str]] = {}
         self._proposed: dict[str, tuple[str, dict[str, str]]] = {}  # digest of the file, and row
         self._copies: dict[str, list[Path]] = {}  # files left out, by the record they repeat
-        self._arrivals = Arrivals(folder, ignored=_is_none, besides=results, quiet=quiet)
+        self.arrivals = Arrivals(folder, ignored=_is_none, besides=results, quiet=quiet)
         self._pending_files: list[Path] = []
         self.identifying, self.looking = Background(find_values), Background(look_at_campaign)
         self._new_values: Values | None = None  # found, and not written yet
@@ -366,7 +365,9 @@ class Session:
         """Work until nothing is left to do; for tests and for a last look."""
         end = time.monotonic() + timeout
         while time.monotonic() < end:
-            if not self.step() and not self._arrivals.growing and not self._at_work:
+            stepped = self.step()
+            at_work = self.arrivals.growing or self.identifying.busy or self.looking.busy
+            if not stepped and not at_work:
                 return
             time.sleep(0.05)
         raise TimeoutError("the session did not come to rest")
@@ -375,7 +376,7 @@ class Session:
         """One piece of work, the most urgent; False where there is none."""
         self._read_campaign()
         self._take_background()
-        self._pending_files += [p for p in self._arrivals.scan() if p not in self._pending_files]
+        self._pending_files += [p for p in self.arrivals.scan() if p not in self._pending_files]
         if self.campaign is None:
             return False
         if self._pending_files:
@@ -388,11 +389,6 @@ class Session:
         return False
 
     # -- files ----------------------------------------------------------------------------------
-
-    @property
-    def growing(self) -> tuple[Path, ...]:
-        """Files that are not at rest yet."""
-        return self._arrivals.growing
 
     def _take(self, path: Path) -> None:
         """A file that came to rest or went: its record is due again, or it gets a row."""
@@ -519,7 +515,7 @@ class Session:
         return None
 
     def _grows(self, record: Record) -> bool:
-        growing = {path.resolve() for path in self._arrivals.growing}
+        growing = {path.resolve() for path in self.arrivals.growing}
         return any(file in growing for file in self._places[record.id])
 
     def _due(self, record: Record) -> None:
@@ -617,16 +613,7 @@ class Session:
                 self._places[record.id] = [file.resolve() for file in record.files]
                 self._due(record)
         self._by_file = {f: r for r in campaign.records for f in self._places[r.id]}
-        self._say(self.status.busy)
-
-    @property
-    def finding(self) -> bool:
-        """Whether the rig is being identified just now."""
-        return self.identifying.busy
-
-    @property
-    def _at_work(self) -> bool:
-        return self.identifying.busy or self.looking.busy
+        self._say()
 
     def _begin_background(self) -> None:
         """Identify and look at the campaign, where a record or a row changed since."""
@@ -642,8 +629,8 @@ class Session:
         if not self.identifying.busy and now != self._found:
             self._found = now
             self.identifying.begin(self.folder, self.results, list(done))
-            self._say(self.status.busy)
-        known = self._new_values is not None or values_written(self.results)
+            self._say()
+        known = self._new_values is not None or self.paths.identified.is_file()
         if self.looking.busy or not known or (self._new_values is None and now == self._looked):
             return
         self._looked = now
@@ -658,7 +645,7 @@ class Session:
         if self.looking.done:
             with self._remarked("campaign"):
                 self.status.campaign = self.looking.take()
-            self._say(self.status.busy)
+            self._say()
 
     @contextmanager
     def _remarked(self, what: str) -> Iterator[None]:
@@ -668,7 +655,7 @@ class Session:
             self.status.remarks.pop(what, None)
         except VinesexpError as error:
             self.status.remarks[what] = str(error)
-            self._say(self.status.busy)
+            self._say()
 
     # -- corrections ----------------------------------------------------------------------------
 
@@ -713,7 +700,7 @@ class Session:
             if new:
                 write_whole(sheet, content)
                 raise CampaignError(new[0].problem, where=new[0].where)
-        self.wake()
+        self._say()
 
     def row(self, record: str) -> dict[str, str]:
         """The cells of a row as they stand in the table."""
@@ -722,13 +709,10 @@ class Session:
 
     # -- what the page hears --------------------------------------------------------------------
 
-    def wake(self) -> None:
-        """Tell the page that something changed."""
-        self._say(self.status.busy)
-
-    def _say(self, busy: str) -> None:
+    def _say(self, busy: str | None = None) -> None:
+        """Tell the page that something changed, and what is under way now where that did."""
         with self.changed:
-            self.status.busy = busy
+            self.status.busy = self.status.busy if busy is None else busy
             self.status.version += 1
             self.changed.notify_all()
 

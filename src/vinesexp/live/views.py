@@ -25,7 +25,7 @@ from vinesexp.records.stored.checks import checks_of_regime, read_checks
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row
-from vinesexp.results import CampaignResults, open_results
+from vinesexp.results import CampaignResults, Results
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory.regime_definitions import Regime
 from vinesexp.units import counted
@@ -118,12 +118,10 @@ def _of_start(since: float | None, paths: ResultPaths) -> list[str]:
         return []
     begun = f"recorded from rest: the counted cycles begin {since:.3g} s after the start"
     advice = "wait longer before recording, or record longer"
-    known = paths.identified.is_file()
-    rows = open_results(paths.folder).rows("identified") if known else []
-    found = {row["parameter"]: row["value"] for row in rows if row["method"] == COMBINED}
+    found = Results(paths.folder).values if paths.identified.is_file() else {}
     if not {"f0", "zeta"} <= set(found):
         return [f"{begun}; only a ring-down shows how long the start lasts; {advice}"]
-    lasts = start_lasts(f0=found["f0"], zeta=found["zeta"])
+    lasts = start_lasts(f0=found["f0"]["value"], zeta=found["zeta"]["value"])
     return [f"{begun}, and the start lasts {lasts:.3g} s: {advice}"] if since < lasts else []
 
 
@@ -332,17 +330,12 @@ def _only(folder: Path, ids: Collection[str]) -> Campaign:
     return replace(campaign, records=own)
 
 
-def values_written(results: Path) -> bool:
-    """Whether values were found before, in this session or an earlier one."""
-    return ResultPaths(results).identified.is_file()
-
-
 def _remember(paths: ResultPaths, values: Values) -> None:
     """Add what was found to the history of the values."""
     found = {
         row.parameter: [row.value, row.std_error]
         for row in values.found.rows
-        if row.method == "combined"
+        if row.method == COMBINED
     }
     history = [*_history(paths), {"records": len(values.records), "values": found}]
     write_whole(_history_file(paths), json.dumps(history))
