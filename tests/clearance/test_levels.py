@@ -59,7 +59,6 @@ def test_what_was_measured_wins_over_the_sheet():
     rows = [row(amplitude_m=a) for a in (0.224e-3, 0.226e-3)]
     inputs = Uncertainties(base=Tolerance(), clock=Tolerance(relative=2e-5))
     base = base_of_level(0.25e-3, {7.862}, rows, inputs=inputs)
-    assert base.measured == 2
     assert base.G.value == pytest.approx(0.225e-3)
     assert base.G.std_error == pytest.approx(1e-6, rel=1e-3)  # they scatter
     assert base.frequency.value == pytest.approx(7.862)
@@ -127,7 +126,7 @@ def test_a_base_off_its_sheet_is_a_warning_of_its_own_name(changed, check, words
 
 
 def test_without_a_frequency_on_the_sheet_none_is_compared():
-    base = LevelBase(Quantity(0.25e-3), Quantity(7.0), 1)
+    base = LevelBase(Quantity(0.25e-3), Quantity(7.0))
     assert base_checks("x", set(), base, [row()]) == []
 
 

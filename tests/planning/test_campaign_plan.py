@@ -94,7 +94,7 @@ def test_levels_stand_in_the_order_of_their_base_amplitude(campaign):
     write_rows(paths.regimes, RECORD_REGIMES, found)
     write_rows(paths.identified, IDENTIFIED, [])  # nothing to simulate
     plans = plan_levels(results_of(campaign))
-    assert [plan.name for plan in plans] == [f"G = {G:g} mm" for G in sorted(levels)]
+    assert [plan.level.name for plan in plans] == [f"G = {G:g} mm" for G in sorted(levels)]
     assert all(list(plan.tested) == [0.030, 0.036] for plan in plans)
 
 

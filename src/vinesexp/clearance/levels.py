@@ -67,12 +67,10 @@ class LevelBase:
     ----------
     G : amplitude, m, with its standard error.
     frequency : Hz; None where the tests do not share one.
-    measured : number of records that have a base channel; 0: all is from the test log.
     """
 
     G: Quantity
     frequency: Quantity | None
-    measured: int = 0
 
 
 @dataclass(frozen=True)
@@ -260,8 +258,8 @@ def base_of_level(
     Examples
     --------
     >>> base = base_of_level(0.25e-3, {7.86}, [], inputs=Uncertainties())
-    >>> base.G.std_error, base.frequency.value, base.measured
-    (5e-06, 7.86, 0)
+    >>> base.G.std_error, base.frequency.value
+    (5e-06, 7.86)
     """
     stated = frequencies.pop() if len(frequencies) == 1 else None
     if not rows:
@@ -276,7 +274,6 @@ def base_of_level(
     return LevelBase(
         found or Quantity(G, math.hypot(noise, gain * G)),
         Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
-        len(rows),
     )
 
 

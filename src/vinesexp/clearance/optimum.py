@@ -46,7 +46,6 @@ class Optimum:
     ----------
     clearance : the estimate; where `bound` is set, the tried clearance that was best.
     low, high : tried clearances on either side; None where nothing was tried beyond.
-    value : the smallest value that was measured (m or s); None where none belongs to it.
     bound : ``at most`` where the best is the smallest that was tried (the optimum may be smaller),
         ``at least`` where it is the largest, ``open`` where both ends are equally good.
     records : ids of the records it came from.
@@ -55,7 +54,6 @@ class Optimum:
     clearance: float
     low: float | None
     high: float | None
-    value: float | None = None
     bound: Bound = ""
     records: tuple[str, ...] = ()
 
@@ -122,7 +120,6 @@ def lowest_amplitude(tests: Sequence[Tested]) -> Optimum:
         clearance=points[best].clearance if bound else _vertex(points, best),
         low=None if best == 0 else points[low].clearance,
         high=None if bound == "at least" else points[high].clearance,
-        value=points[best].value,
         bound=bound,
         records=_records(tests),
     )
@@ -289,7 +286,6 @@ def fastest(tests: Sequence[Tested], *, resolution: float) -> Optimum:
         clearance=best.clearance,
         low=None if ends[0] else tried[first - 1],
         high=None if ends[1] else tried[last + 1],
-        value=best.value,
         bound=bounds[ends],
         records=_records(tests),
     )

@@ -116,7 +116,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
     state = "its lowest amplitude is at the edge of what was tried"
     if now is not None:
         state = f"lowest amplitude bracketed within {100 * now:.2g} %"
-    lines = ["", f"{plan.name}: {counted(len(plan.tested), 'clearance')} tested, {state}"]
+    lines = ["", f"{plan.level.name}: {counted(len(plan.tested), 'clearance')} tested, {state}"]
     if plan.valley is None:
         lines.append("  the rig is not identified far enough to say where the minimum lies")
     else:

@@ -31,12 +31,7 @@ class LevelPlan:
 
     Attributes
     ----------
-    name : str
-        As in clearances.csv.
-    G : float
-        m.
-    frequency : float or None
-        Hz.
+    level : PeriodicLevel
     tested : mapping
         Clearance (m) to mean amplitude (m).
     valley : Valley or None
@@ -51,9 +46,7 @@ class LevelPlan:
         Low, best, high after these tests, m, if the rig is as identified.
     """
 
-    name: str
-    G: float
-    frequency: float | None
+    level: PeriodicLevel
     tested: Mapping[float, float]
     valley: Valley | None
     scatter: float
@@ -94,9 +87,7 @@ def plan_level(
     if valley is not None:
         target = max(target, valley.narrowest(scatter))
     ahead, bracket = _ahead(tested, valley, target)
-    return LevelPlan(
-        *(level.name, level.G, level.frequency, tested, valley, scatter, target, ahead, bracket)
-    )
+    return LevelPlan(level, tested, valley, scatter, target, ahead, bracket)
 
 
 def _ahead(
@@ -200,7 +191,7 @@ def needs_of(results: CampaignResults, plans: Sequence[LevelPlan]) -> Needs:
     peaks = [abs(p) for row in rows if (p := row["peak_acceleration_m_s2"]) is not None]
     swings = [a for row in results.rows("regimes") if (a := row["amplitude_max_m"]) is not None]
     settle = record = None
-    frequency = next((plan.frequency for plan in plans if plan.frequency), None)
+    frequency = next((f for plan in plans if (f := plan.level.frequency)), None)
     if not rig.missing:
         whole = rig.plain(0.03)
         settle, end = duration_of(whole, frequency or whole.oscillator.f0)

@@ -115,9 +115,10 @@ def next_tests(plans: Sequence[LevelPlan]) -> list[PlannedTest]:
     found = []
     for plan in plans:
         for k, b in enumerate(plan.next, start=1):
-            name = f"next_G{1e3 * plan.G:.4g}_{k}"
-            cells = periodic_cells(b, plan.G, plan.frequency)
-            found.append(planned(name, cells, f"narrows the bracket of {plan.name}"))
+            level = plan.level
+            name = f"next_G{1e3 * level.G:.4g}_{k}"
+            cells = periodic_cells(b, level.G, level.frequency)
+            found.append(planned(name, cells, f"narrows the bracket of {level.name}"))
     return found
 
 
