@@ -6,10 +6,12 @@ import json
 from pathlib import Path
 
 import numpy as np
+from tests.clearance.from_rows import joint_of
 
 from vinesexp.clearance.comparison import compare
 from vinesexp.identification.decay_table import decay_table
 from vinesexp.identification.estimate import read_estimates
+from vinesexp.identification.joint.whole import write_rig
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check, write_checks
@@ -120,7 +122,9 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
     )
     write_rows(results / "base.csv", BASE, [])
     write_rows(results / "level_values.csv", LEVEL_VALUES, [])
-    write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
+    identified = list(_identified(parameters))
+    write_rows(results / "identified.csv", IDENTIFIED, identified)
+    write_rig(ResultPaths(results).rig, joint_of(identified, campaign.known))
     _replay(campaign, results, {str(r["record"]): r for r in regimes})
     all_of = CampaignResults(results, campaign)
     levels = [(level, all_of.rig_at(level)) for level in all_of.periodic]

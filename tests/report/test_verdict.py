@@ -111,9 +111,10 @@ UNMEASURED = verdict(measured_mm=None)
 def test_headline_of_a_measured_optimum():
     text = headline([UNMEASURED, verdict()], [], {})
     assert text == (
-        "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). In "
-        "these tests two impacts per cycle cease to be permanent between 27 and 27.5 mm; b_c is "
-        "predicted at 27.13 ± 0.02 mm. Prediction and measurement agree at every base amplitude."
+        "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (the best one lies "
+        "between 26 and 27 mm). In these tests two impacts per cycle cease to be permanent between "
+        "27 and 27.5 mm; b_c is predicted at 27.13 ± 0.02 mm. Prediction and measurement agree at "
+        "every base amplitude."
     )
     open_one = verdict(None, "G = 0.3 mm")
     assert headline([open_one, verdict()], [], {}).endswith(
@@ -126,15 +127,15 @@ def test_headline_of_a_measured_optimum():
 def test_headline_of_a_bound_is_a_bound():
     low = verdict(measured_mm=26.8, measured_low_mm=None, measured_high_mm=29.2, bound="at most")
     assert headline([low], [], {}).startswith(
-        "At G = 0.2 mm the mass moved least with the smallest clearance that was tried, 26.8 mm: "
-        "the best one lies below 29.2 mm and may be smaller than any tried. In these tests "
+        "At G = 0.2 mm the mass moved least with a clearance of 26.8 mm, the smallest that was "
+        "tried, or as good as that one (the best one lies below 29.2 mm). In these tests "
     )
     high = verdict(measured_mm=48.0, measured_low_mm=42.0, measured_high_mm=None, bound="at least")
     assert (
-        "the largest clearance that was tried, 48.0 mm: the best one lies above 42 mm and may "
-        "be larger than any tried." in headline([high], [], {})
+        "a clearance of 48.0 mm, the largest that was tried, or as good as that one (the best one "
+        "lies above 42 mm)." in headline([high], [], {})
     )
-    assert "26.4 mm (between" in headline(
+    assert "26.4 mm (the best one lies between" in headline(
         [verdict(), high], [], {}
     )  # what is bracketed comes first
     assert "the largest that was tried, or as good as that one (the best one lies above 42 mm)" in (

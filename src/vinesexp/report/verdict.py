@@ -275,7 +275,7 @@ def headline(
     bracketed = [verdict for verdict in measured if not verdict.lowest.get("bound")]
     if measured:
         last = (bracketed or measured)[-1]
-        text = f"At {last.level} the mass moved least with {_least(last.lowest)}"
+        text = f"At {last.level} the mass moved least with {_best(last.lowest)}."
         b_c = f"b_c is predicted at {exact} mm." if (exact := predicted(last.lowest)) else ""
         if ends := within(last.end):
             text += f" In these tests two impacts per cycle cease to be permanent {ends}"
@@ -286,11 +286,9 @@ def headline(
     reached = [row for row in releases if within(row)]
     if reached:
         first = ([row for row in reached if not row["bound"]] or reached)[0]
-        edge = f", {_EDGE[first['bound']]}" if first["bound"] else ""
         return (
-            f"From {first['level']} the amplitude fell fastest with a clearance of "
-            f"{millimetres(first['measured_mm'])} mm{edge} (the best one lies {within(first)}). To "
-            "another amplitude another clearance is fastest."
+            f"From {first['level']} the amplitude fell fastest with {_best(first)}. To another "
+            "amplitude another clearance is fastest."
         )
     missing = [row["detail"] for row in checks if row["check"] == MISSING]
     reason = (
@@ -352,7 +350,6 @@ def release_lines(releases: Sequence[Row]) -> list[dict[str, str]]:
     ]
 
 
-_EDGES = {"at most": ("smallest", "smaller"), "at least": ("largest", "larger")}
 _EDGE = {
     "at most": "the smallest that was tried, or as good as that one",
     "at least": "the largest that was tried, or as good as that one",
@@ -360,15 +357,12 @@ _EDGE = {
 }
 
 
-def _least(row: Row) -> str:
-    """The end of the sentence on the lowest amplitude."""
-    b = millimetres(row["measured_mm"])
-    if not row.get("bound"):
-        return f"a clearance of {b} mm ({within(row)})."
-    edge, beyond = _EDGES[row["bound"]]
+def _best(row: Row) -> str:
+    """The clearance that was best, whether it is at the edge, and where the best one lies."""
+    edge = f", {_EDGE[row['bound']]}" if row.get("bound") else ""
     return (
-        f"the {edge} clearance that was tried, {b} mm: the best one lies {within(row)} and may be "
-        f"{beyond} than any tried."
+        f"a clearance of {millimetres(row['measured_mm'])} mm{edge} (the best one lies "
+        f"{within(row)})"
     )
 
 
