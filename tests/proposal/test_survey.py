@@ -49,3 +49,13 @@ def test_labview_says_that_its_axis_is_one_of_frequencies(tmp_path):
     view = view_file(path)
     assert (view.rate, view.time) == (None, None)
     assert [column.kind for column in view.columns] == ["frequency", "spectrum"]
+
+
+def test_milliseconds_since_1970_are_times_without_a_name(tmp_path):
+    jitter = np.random.default_rng(1).integers(-4, 5, 400)
+    times = 1_700_000_000_000 + 20 * np.arange(400) + jitter
+    rows = [f"{t},{np.sin(k / 5):.4f},{np.cos(k / 5):.4f}" for k, t in enumerate(times)]
+    (tmp_path / "a.txt").write_text("\n".join(rows))
+    view = view_file(tmp_path / "a.txt")
+    assert (view.time, view.time_unit) == (0, "ms")
+    assert view.rate == pytest.approx(50.0, rel=1e-2)

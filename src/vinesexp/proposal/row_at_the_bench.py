@@ -50,8 +50,6 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
     v_before, v_after = at_0.v_before, at_0.v_after
     a_before, c_before = at_0.u_before, at_1.u_before - at_0.u_before
     a_after, c_after = at_0.u_after, at_1.u_after - at_0.u_after
-    keep = np.ones(v_before.size, dtype=bool)
-    scatter = 1.0
 
     def misfit(b: float, restitution: float) -> np.ndarray:
         found = (v_after - a_after - c_after * b) + restitution * (
@@ -59,13 +57,10 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
         )
         return np.asarray(found)
 
-    slope = c_after + r.value * c_before
-    known = (v_after - a_after) + r.value * (v_before - a_before)
-    start = float(np.median(known / slope))
-    answer = np.array([start, r.value])
-    solved = None
+    known, slope = misfit(0.0, r.value), misfit(0.0, r.value) - misfit(1.0, r.value)
+    answer = np.array([float(np.median(known / slope)), r.value])
     for _ in range(6):
-        rest = misfit(answer[0], answer[1])
+        rest = misfit(*answer)
         scatter = 1.4826 * float(np.median(np.abs(rest - np.median(rest)))) + 1e-6
         keep = np.abs(rest) < _OUTLYING * scatter
         if keep.sum() < _FEWEST:
@@ -73,14 +68,12 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
 
         def residuals(p: np.ndarray, keep: np.ndarray = keep, by: float = scatter) -> np.ndarray:
             prior = (p[1] - r.value) / max(r.std_error, 1e-4)
-            return np.append(misfit(p[0], p[1])[keep] / by, prior)
+            return np.append(misfit(*p)[keep] / by, prior)
 
         solved = least_squares(residuals, answer, x_scale=[0.01, 0.1])
-        if np.allclose(solved.x, answer, rtol=1e-6):
+        before, answer = answer, solved.x
+        if np.allclose(answer, before, rtol=1e-6):
             break
-        answer = solved.x
-    if solved is None:
-        return None
     b = float(answer[0])
     covariance = np.linalg.pinv(solved.jac.T @ solved.jac)
     # Flights are shared by neighbouring impacts: half as many are independent.

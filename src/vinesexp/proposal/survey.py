@@ -38,6 +38,7 @@ _LATE, _DIES = 0.9, 0.75  # of the strength behind time 0; when a twentieth of i
 _AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises above the begin
 _MOST_DECIBELS = 400.0
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
+_TICKS = ("s", "ms", "us", "ns")
 _SINCE_1970, _SLOW_LOGGER = (1e9, 4e9), 60.0  # s: the years 2001 to 2096; steps of such times
 _DAYS = (36525.0, 73050.0), (730485.0, 767010.0)  # of 2000 to 2099: Excel's, MATLAB's
 _PAIRED = 0.98  # of the steps, up and down in turn
@@ -395,20 +396,29 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
         return str(stated)
     finite = times[np.isfinite(times)]
     step = float(finite[-1] - finite[0]) / max(len(finite) - 1, 1)
-    ticks = {unit: UNITS["time"][unit] for unit in ("s", "ms", "us", "ns")}
-    for unit, size in ticks.items():
-        # A slower logger than that keeps whole minutes; the clock of a computer does not.
-        slow = step * size % _SLOW_LOGGER == 0.0 and bool((np.diff(finite) == step).all())
-        if _SINCE_1970[0] < finite[0] * size < _SINCE_1970[1] and (
-            step * size < _SLOW_LOGGER or slow
-        ):
-            return unit
+    if ticks := _ticks_since_1970(finite):
+        return ticks
     days = any(first < finite[0] < last for first, last in _DAYS)
     if days and step * UNITS["time"]["day"] < 1.0 / SLOWEST:
         return "day"
     if bool((finite != np.round(finite)).any()):
         return "s"
-    return next((unit for unit, size in ticks.items() if step * size < 1.0 / SLOWEST), "ns")
+    units = (unit for unit in _TICKS if step * UNITS["time"][unit] < 1.0 / SLOWEST)
+    return next(units, "ns")
+
+
+def _ticks_since_1970(times: FloatArray) -> str | None:
+    """The unit of times of a computer's clock; None of other numbers."""
+    steps = np.diff(times)
+    step = float(steps.mean()) if steps.size else 0.0
+    for unit in _TICKS:
+        size = UNITS["time"][unit]
+        # A slower logger than that keeps whole minutes; the clock of a computer does not.
+        slow = step * size % _SLOW_LOGGER == 0.0 and bool((steps == step).all())
+        fits = _SINCE_1970[0] < times[0] * size < _SINCE_1970[1]
+        if fits and (step * size < _SLOW_LOGGER or slow):
+            return unit
+    return None
 
 
 def _rate_of(times: FloatArray, unit: str) -> float:
@@ -548,6 +558,7 @@ def _time_and_rate(
         finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
         steps = np.diff(finite)
         named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
+        named = bool(named) or (len(steps) > 0 and _ticks_since_1970(finite) is not None)
         if source.columns[j].unit and not named:
             continue  # a quantity of its own: a speed, a length
         back = np.flatnonzero(steps < 0.0)

@@ -52,6 +52,24 @@ def test_names_that_do_not_count_as_the_columns_are_not_used(header, tmp_path):
     np.testing.assert_allclose(column(path, 2), X, atol=1e-6)
 
 
+@pytest.mark.parametrize("delimiter", ["\t", ";"])
+def test_fewer_names_than_columns_between_tabs_are_not_used(delimiter, tmp_path):
+    path = tmp_path / "a.csv"
+    header = delimiter.join(["time", "base"])
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, comments="", delimiter=delimiter)
+    with pytest.raises(RecordError, match=r"cannot be paired \(line 1 '.*' has 2 names, line 2 "):
+        column(path, "base")
+    np.testing.assert_allclose(column(path, 2), X, atol=1e-6)
+
+
+@pytest.mark.parametrize("clock", ["1.000000ms", "1.0kHz", "0.001s"])
+def test_a_clock_is_an_interval_or_a_rate_by_its_unit(clock, tmp_path):
+    path = tmp_path / "a.csv"
+    head = f"#CHANNEL:CH1\n#CLOCK={clock}\n#UNITS:V\n"
+    path.write_text(head + "\n".join(f"{x:.4f}" for x in X))
+    assert open_source(path).sample_interval == pytest.approx(1e-3)
+
+
 def test_fewer_names_than_columns_between_commas_are_shown_with_the_row(tmp_path):
     path = tmp_path / "a.csv"
     np.savetxt(path, TABLE, fmt="%.6f", header="time,base", comments="", delimiter=",")

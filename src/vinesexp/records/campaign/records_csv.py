@@ -49,6 +49,7 @@ T = TypeVar("T")
 
 #: A row as it stands in the table: its line, and its columns with their cells.
 RowText = tuple[int, tuple[tuple[str, str], ...]]
+
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # Windows devices
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")

@@ -17,7 +17,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import ParameterError, RecordError, nearest
+from vinesexp.errors import RecordError, nearest
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
 from vinesexp.records.readers import Column, Source
@@ -102,60 +102,51 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     RecordError
         The header states another quantity, or another unit than the one declared.
     """
-    column = source.columns[index]
-    place = f"column '{column.name or index}'"
-    try:
-        return _size_of_label(column.unit, place, channel)
-    except ParameterError as error:
-        raise RecordError(error.problem, where=place) from None
-
-
-def _size_of_label(label: str | None, place: str, channel: Channel) -> tuple[float, str | None]:
-    """Size and warning of `file_size`; ParameterError where the label contradicts."""
+    label = source.columns[index].unit
+    place = f"column '{source.columns[index].name or index}'"
     if channel.file_size is not None:
         return channel.file_size, None
     measured = measured_in(channel.unit, channel.quantity)
     key = f"channels.{channel.role}"
     if label is None:
         if measured == "charge":
-            raise ParameterError(
-                f"no unit in the header; say what one number is in {key}.file_unit, such as pC"
+            raise RecordError(
+                f"no unit in the header; say what one number is in {key}.file_unit, such as pC",
+                where=place,
             )
         return 1.0, None
     if label == CODES:
-        raise ParameterError(
+        raise RecordError(
             f"numbers of the converter, not volts; say what one is in {key}.file_unit, such as "
-            "8 mV (volts a division / 25 for GW Instek)"
+            "8 mV (volts a division / 25 for GW Instek)",
+            where=place,
         )
     sizes = UNITS[measured]
     if label in sizes:
         size = sizes[label] / sizes[channel.unit]
         if channel.sensitivity or size == 1.0:
             return size, None
-        raise ParameterError(
+        raise RecordError(
             f"the header says '{label}', campaign.yaml says '{channel.unit}'; correct "
-            f"{key}.unit, or add file_unit: {channel.unit} if the header is wrong"
+            f"{key}.unit, or add file_unit: {channel.unit} if the header is wrong",
+            where=place,
         )
     if label in UNITS["time"]:  # no sensor measures seconds: some loggers label everything so
         return 1.0, f"{place}: the header's unit '{label}' is ignored, '{channel.unit}' used"
-    if any(label in table for table in UNITS.values()):
-        raise ParameterError(
-            f"the header says '{label}', a unit of {_quantity_of(label)}, but {key} expects "
-            f"{measured} ('{channel.unit}'); give "
-            + (
-                f"'sensitivity' instead of 'unit', such as 100 mV/{channel.unit}"
-                if label in UNITS["voltage"] and not channel.sensitivity
-                else "'unit' instead of 'sensitivity'"
-                if label in UNITS[channel.quantity]
-                else "the right column"
-            )
-            + f", or add file_unit: {channel.unit} if the header is wrong"
+    other = next((quantity for quantity, table in UNITS.items() if label in table), None)
+    if other is not None:
+        remedy = "the right column"
+        if label in UNITS["voltage"] and not channel.sensitivity:
+            remedy = f"'sensitivity' instead of 'unit', such as 100 mV/{channel.unit}"
+        elif label in UNITS[channel.quantity]:
+            remedy = "'unit' instead of 'sensitivity'"
+        raise RecordError(
+            f"the header says '{label}', a unit of {other}, but {key} expects {measured} "
+            f"('{channel.unit}'); give {remedy}, or add file_unit: {channel.unit} if the header is "
+            "wrong",
+            where=place,
         )
     return 1.0, f"{place}: the header's unit '{label}' is unknown, '{channel.unit}' used"
-
-
-def _quantity_of(label: str) -> str:
-    return next(quantity for quantity, table in UNITS.items() if label in table)
 
 
 _TWICE = 0.15  # of the rows: times printed too coarsely repeat in a fifth of them at least

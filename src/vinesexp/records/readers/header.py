@@ -37,8 +37,8 @@ _STATEMENTS = {
     kind: re.compile(words)
     for kind, words in {
         "interval": r"(sampl\w+|x|horizontal|time) (interval|period|increment|time)|increment|tinc"
-        r"|dt|xincr\w*|delta (t|x|time)|resolution x|h ?resolution",
-        "rate": r"(sampl\w+|data) ?(rate|freq\w*)( hz)?|fs|abtast(rate|frequenz)"
+        r"|dt|clock|xincr\w*|delta (t|x|time)|resolution x|h ?resolution",
+        "rate": r"(sampl\w+|data) ?(rate|freq\w*)( hz)?|fs|clock|abtast(rate|frequenz)"
         r"|frequence d'echantillonnage|samples(/s| per second)",
         "start": r"start( time)?|t0|x ?origin|xzero|first x|time of first sample|h ?offset",
         "rows": r"record length|(number of )?(samples|points)|npoints",
@@ -193,12 +193,10 @@ def _paired(
 ) -> tuple[list[str], str]:
     """Names as they stand over the columns, or none and why not."""
     line, width = body.lines[at], body.width
+    above, below = (f"line {i + 1} '{body.lines[i].strip()[:80]}'" for i in (at, first))
     if layout.delimiter is None:
-        if len(names) == width:
-            return names, ""
-        rows = f"line {at + 1} '{line.strip()[:80]}' has {len(names)} words"
-        data = f"line {first + 1} '{body.lines[first].strip()[:80]}' {width} numbers"
-        return [], f"{rows}, {data}"
+        apart = f"{above} has {len(names)} words, {below} {width} numbers"
+        return (names, "") if len(names) == width else ([], apart)
     if _MARK.match(line) and not names[0]:  # the mark has a cell of its own
         own = len(names) - (not names[-1])
         names = ["#", *names[1:]] if own == width else names[1:]
@@ -207,11 +205,12 @@ def _paired(
         names = names[1:]
     surplus = [name for name in names[cells:] if name and not _EXTRA.match(name)]
     if surplus:
-        rows = f"line {at + 1} '{line.strip()[:80]}' has {len(names)} names"
-        return [], f"{rows}, line {first + 1} '{body.lines[first].strip()[:80]}' {cells} cells"
+        return [], f"{above} has {len(names)} names, {below} {cells} cells"
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
         _refuse_odd_row(body, last + 1, first)
+        if layout.delimiter != ",":  # which of the columns has none, nobody can tell
+            return [], f"{above} has {last + 1} names, {below} {width} cells"
         wide = next(i for i in range(first, len(body.lines)) if len(body.rows[i]) >= width)
         raise RecordError(
             f"{width} cells under {last + 1} names ('{body.lines[wide].strip()[:80]}' under "

@@ -74,7 +74,9 @@ def open_file(path: Path) -> TableSource:
     for name, kind in _variables(path):
         try:
             arrays = list(_arrays(name, _loaded(path, name))) if kind in _READ else []
-        except Exception as error:  # whatever its broken bytes lead to: others may be whole
+        except Exception as error:  # whatever its broken bytes lead to: other vectors may be whole
+            if kind in ("struct", "cell"):
+                raise
             damaged = error
             lost.append(f"{name} ({in_words(error)})")
             continue

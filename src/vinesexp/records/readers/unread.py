@@ -66,6 +66,7 @@ def unreadable(what: str, error: Exception, where: str | None = None) -> RecordE
     return RecordError(problem, where=where)
 
 
+#: How a file begins after blanks, and what it is.
 _MAGIC = (
     (b"CDF\x01", "a netCDF-3 file"),
     (b"CDF\x02", "a netCDF-3 file"),
@@ -78,11 +79,6 @@ _MAGIC = (
     (b"OggS", "an Ogg file"),
     (b"caff", "an Apple CAF file"),
     (b"#!AMR", "an AMR file"),
-)
-
-_DEWESOFT = "a DEWESoft file (in DEWESoft: Analysis > Export > MATLAB, Universal file or CSV)"
-#: Programs and the way to a table out of them; the beginning of the file after blanks.
-_MADE_BY = (
     (b"|CF,", "an imc FAMOS file (in FAMOS: File > Export > ASCII or MATLAB)"),
     (b"MTrackJ ", "an MTrackJ file of tracks (in MTrackJ: Measure, and save its table)"),
     (b"<phyphox", "a phyphox state (in phyphox: Export data > CSV or Excel)"),
@@ -90,7 +86,9 @@ _MADE_BY = (
     (b"<!DOCTYPE", "a web page"),
     (b"<html", "a web page"),
 )
-#: The same of files that are binary, XML or an archive inside, by their suffix.
+
+_DEWESOFT = "a DEWESoft file (in DEWESoft: Analysis > Export > MATLAB, Universal file or CSV)"
+#: Programs and the way to a table out of files that are binary, XML or an archive, by suffix.
 _PROJECTS = {
     **dict.fromkeys((".dxd", ".dxz", ".d7d", ".d7z"), _DEWESOFT),
     **dict.fromkeys((".svd", ".pvd"), "a Polytec file (in PSV: File > Export > UFF or ASCII)"),
@@ -123,14 +121,7 @@ def known_by_sight(head: bytes, suffix: str = "") -> str | None:
         return _PROJECTS[suffix]
     if suffix == ".bin" and head.startswith(_CATMAN):
         return "an HBM catman file (in catman: export as ASCII or MATLAB)"
-    if b"<phyphox" in head:
-        begin = b"<phyphox"
-    for magic, name in _MADE_BY:
-        if begin.startswith(magic):
-            return name
     if head[4:8] == b"ftyp":
         return "an MPEG-4 file (.m4a, .mp4)"
-    for magic, name in _MAGIC:
-        if head.startswith(magic):
-            return name
-    return None
+    begin = b"<phyphox" if b"<phyphox" in head else begin
+    return next((name for magic, name in _MAGIC if begin.startswith(magic)), None)
