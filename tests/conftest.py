@@ -16,6 +16,7 @@ import pytest
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
+from vinesexp.records.readers import guard
 from vinesexp.records.stored.store import RecordWriter
 
 T = TypeVar("T")
@@ -42,6 +43,15 @@ def once(tmp_path_factory) -> Callable[[str, Callable[[Path], T]], T]:
         return pickle.loads(kept.read_bytes())
 
     return made
+
+
+@pytest.fixture(autouse=True)
+def one_thread(monkeypatch):
+    """Files are read in forks of this process, in a tenth of the time that new ones take.
+
+    Readers of tests stand in no module, and xdist has a thread that waits in each of its processes.
+    """
+    monkeypatch.setattr(guard, "threads", lambda: 1)
 
 
 @dataclass(frozen=True)

@@ -45,9 +45,7 @@ def blocks_of_text(path):
 @pytest.mark.parametrize(
     ("name", "make"), [("a.xlsx", workbook), ("a.zip", zipped), ("a.txt", blocks_of_text)]
 )
-def test_nothing_is_left_when_a_source_is_closed(
-    name, make, count, tmp_path, passing, one_thread, monkeypatch
-):
+def test_nothing_is_left_when_a_source_is_closed(name, make, count, tmp_path, passing, monkeypatch):
     monkeypatch.setattr("vinesexp.records.readers.guard.threads", lambda: count)
     make(tmp_path / name)
     gc.freeze()  # what other tests have left need not be looked through

@@ -358,7 +358,7 @@ def test_lecroy_trc(words, order, tmp_path):
     ],
 )
 def test_a_missing_package_is_named_and_broken_files_are_no_traceback(
-    content, extra, module, tmp_path, monkeypatch, one_thread
+    content, extra, module, tmp_path, monkeypatch
 ):
     path = tmp_path / "a.bin"
     path.write_bytes(content)

@@ -71,7 +71,7 @@ def file(tmp_path):
         (mistaken, "its content is damaged"),
     ],
 )
-def test_a_reader_that_breaks_is_one_line(open_file, words, file, one_thread):
+def test_a_reader_that_breaks_is_one_line(open_file, words, file):
     limits = IMPATIENT if open_file is sleeping else QUICK
     with pytest.raises(RecordError, match=words) as refused:
         GuardedSource(file, reader(open_file), limits)
@@ -80,7 +80,7 @@ def test_a_reader_that_breaks_is_one_line(open_file, words, file, one_thread):
     assert "Test format" in str(refused.value)
 
 
-def test_a_crash_among_the_samples_leaves_what_was_read_and_no_process(file, one_thread):
+def test_a_crash_among_the_samples_leaves_what_was_read_and_no_process(file):
     class Breaking(TableSource):
         def blocks(self, columns, rows=3):
             for k, block in enumerate(super().blocks(columns, 3)):

@@ -119,7 +119,7 @@ def test_rigol_wfm(tmp_path):
     np.testing.assert_allclose(block, np.stack([volts, volts[::-1]], axis=1), atol=1e-6)
 
 
-def test_a_file_cut_short_and_a_missing_package_are_reported(tmp_path, monkeypatch, one_thread):
+def test_a_file_cut_short_and_a_missing_package_are_reported(tmp_path, monkeypatch):
     pytest.importorskip("RigolWFM")
     path = tmp_path / "a.bin"
     path.write_bytes(keysight([(b"1", X)])[:500])
