@@ -178,7 +178,7 @@ def signals_figure(views: list[FileView]) -> Figure:
         left.fill_between(times[held], low, high, linewidth=0.6, color="C0")
         left.set_title(f"{view.path.name}: {column.name or column.index}")
         left.set_ylabel(column.unit or "")
-        frequencies, amplitudes = column.spectrum()
+        frequencies, amplitudes = column.spectrum
         # Some thousand points are enough, of which none may miss a peak.
         group = max(len(amplitudes) // 4000, 1)
         count = len(amplitudes) // group * group

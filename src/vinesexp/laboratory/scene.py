@@ -13,14 +13,14 @@ from dataclasses import fields, replace
 from itertools import chain
 from pathlib import Path
 
-from vinesexp.errors import CampaignError, ParameterError, VinesexpError, nearest
+from vinesexp.errors import CampaignError, ParameterError, nearest
 from vinesexp.excitation import Base, Harmonic, SteppedSweep, Sweep, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test, read_sheet
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.sensors import Accelerometer, Laser, LocalMode, Sensor
-from vinesexp.records.campaign.problems import Problems
+from vinesexp.records.campaign.problems import Problems, raise_first
 from vinesexp.records.campaign.schema import MOTIONS
 from vinesexp.records.campaign.yamltree import Pairs, Section, read_yaml
 from vinesexp.rig import NES, Oscillator
@@ -317,7 +317,7 @@ def read_balls(rig: Section) -> tuple[NES, ...]:
 
 def read_scene(file: Path, problems: Problems) -> Scene | None:
     """Understand scene.yaml; what is wrong goes to `problems`, and the scene is None then."""
-    whole = read_yaml(file, problems)
+    whole = read_yaml(problems)
     if whole is None:
         return None
     whole.refuse_unknown(KEYS)
@@ -523,11 +523,8 @@ def load_scene(path: Path) -> Scene:
     """
     problems = Problems(Path(path))
     scene = read_scene(Path(path), problems)
-    found = list({str(problem): problem for problem in problems.found}.values())
-    if found or scene is None:
-        first: VinesexpError = found[0]
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise CampaignError(first.problem + more, file=first.file, where=first.where)
+    raise_first(list({str(problem): problem for problem in problems.found}.values()))
+    assert scene is not None  # or there are problems
     return scene
 
 

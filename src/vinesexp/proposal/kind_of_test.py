@@ -45,51 +45,38 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     if columns.get("sound") is x:
         return OPEN, {}, "no bounces of a ball found in it"
     if not a.rate and not x.rate:
-        return (
-            OPEN,
-            {},
-            "its sample rate is not known: "
-            + next(iter(file.remarks), "it has no times, or it is no record over time"),
-        )
-    hits = has_shocks(a.finite, _period(file))
+        why = next(iter(file.remarks), "it has no times, or it is no record over time")
+        return OPEN, {}, f"its sample rate is not known: {why}"
     if not stands_out(x) and (base is None or not stands_out(base)):
-        if hits:
-            return (
-                OPEN,
-                {},
-                "shocks and no oscillation; no flights between them shrink by a constant ratio",
-            )
-        return OPEN, {}, "no oscillation of several cycles was found in it"
+        why = "no oscillation of several cycles was found in it"
+        if has_shocks(a.finite, _period(file)):
+            why = "shocks and no oscillation; no flights between them shrink by a constant ratio"
+        return OPEN, {}, why
     if base is not None and stands_out(base) and base.rate and common_frequency(file) > 0.0:
         return _driven(file, base)
     handled = calm_part(x.finite)
     calm = x.finite[handled]
-    if decays(calm):
-        if columns.get("displacement") is x and not oscillates(calm, share=_MAINLY):
-            return OPEN, {}, "it decays, but not as a single oscillation"
-        values = {}
-        if x.unit in UNITS["displacement"]:
-            far = float(np.abs(calm - np.median(calm)).max())
-            values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
-        # How it was let go is no impact of the ball.
-        loud = a.finite[handled] if len(a.finite) == len(x.finite) else a.finite
-        rest = after_release(loud)
-        if has_shocks(rest[: round(_LAST * len(rest))], _period(file)):
-            rivals = max(guesses[label_of(one)].rivals for one in (x, a))
-            if rivals >= _MANY:
-                why = (
-                    "it decays, with shocks, but it is not known which of "
-                    f"{rivals + 1} columns is the mass"
-                )
-                return OPEN, {}, why
-            return "transient", values, "it decays, with shocks"
-        why = "it decays, without shocks"
-        if has_shocks(rest, _period(file)):
-            why = "it decays, with shocks at its end only"
-        if len(calm) < len(x.finite):
-            why += "; the handling before or after the decay is left out"
-        return "ringdown", values, why
-    return OPEN, {}, "it neither decays nor follows a base"
+    if not decays(calm):
+        return OPEN, {}, "it neither decays nor follows a base"
+    if columns.get("displacement") is x and not oscillates(calm, share=_MAINLY):
+        return OPEN, {}, "it decays, but not as a single oscillation"
+    values = {}
+    if x.unit in UNITS["displacement"]:
+        far = float(np.abs(calm - np.median(calm)).max())
+        values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
+    # How it was let go is no impact of the ball.
+    rest = after_release(a.finite[handled] if len(a.finite) == len(x.finite) else a.finite)
+    if has_shocks(rest[: round(_LAST * len(rest))], _period(file)):
+        rivals = max(guesses[label_of(one)].rivals for one in (x, a))
+        which = f"it is not known which of {rivals + 1} columns is the mass"
+        if rivals >= _MANY:
+            return OPEN, {}, f"it decays, with shocks, but {which}"
+        return "transient", values, "it decays, with shocks"
+    late = has_shocks(rest, _period(file))
+    why = f"it decays, {'with shocks at its end only' if late else 'without shocks'}"
+    if len(calm) < len(x.finite):
+        why += "; the handling before or after the decay is left out"
+    return "ringdown", values, why
 
 
 def _without_channels(file: FileView, *, elsewhere: bool) -> str:
@@ -216,9 +203,7 @@ def calm_part(values: FloatArray) -> slice:
     if (begin, end) == (0, _PIECES):
         return slice(0, len(values))
     size = len(values) / _PIECES
-    margin = _PIECES // 48  # a piece may hold a little of what follows
-    begin = begin + margin if begin else 0
-    end = end - margin if end < _PIECES else end
+    begin, end = begin + (begin > 0), end - (end < _PIECES)  # a piece may hold what follows
     return slice(round(begin * size), round(end * size))
 
 
@@ -297,7 +282,7 @@ def _logarithmic(rising: FloatArray, seconds: float) -> tuple[float, float] | No
 def oscillates(values: FloatArray, share: float = 0.1) -> bool:
     """Whether one oscillation holds a share of a signal's power; shocks fill the whole spectrum."""
     column = ColumnView(0, "", None, "signal", values, None)
-    frequencies, amplitudes = column.spectrum()
+    frequencies, amplitudes = column.spectrum
     if not stands_out(column):
         return False
     power = amplitudes**2

@@ -371,7 +371,7 @@ def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[
 
 def _clearness(column: ColumnView) -> float:
     """How far the strongest motion of a channel stands above its spectrum."""
-    _, amplitudes = column.spectrum()
+    _, amplitudes = column.spectrum
     if len(amplitudes) < 8:
         return 0.0
     return float(amplitudes[1:].max()) / (float(np.median(amplitudes)) or 1.0)
@@ -465,7 +465,7 @@ class Traits:
 def traits_of(file: FileView, column: ColumnView) -> Traits:
     """What a signal does, about the frequency that moves most of the file's signals."""
     common = common_frequency(file)
-    frequencies, amplitudes = column.spectrum()
+    frequencies, amplitudes = column.spectrum
     if common <= 0.0 or len(amplitudes) < 8:
         return Traits(0.0, 0.0, True)
     near = (frequencies > 0.7 * common) & (frequencies < 1.4 * common)
@@ -558,7 +558,7 @@ def _unsteadiness(values: FloatArray) -> float:
 
 def stands_out(column: ColumnView) -> bool:
     """Whether one oscillation of some cycles stands out of all else in a signal."""
-    _, amplitudes = column.spectrum()
+    _, amplitudes = column.spectrum
     if len(amplitudes) < 8:
         return False
     if int(np.argmax(amplitudes[1:])) + 1 < _CYCLES:

@@ -149,10 +149,8 @@ def _channel_of(column: ColumnView, channels: Mapping[str, Channel]) -> Channel 
 def _in_si(column: ColumnView, channel: Channel) -> ColumnView:
     """The samples as the campaign says that they are meant."""
     size = 1.0 if channel.file_size is None else channel.file_size
-    values = (column.values * size - channel.offset) * channel.scale
-    return ColumnView(
-        *(column.index, column.name, SI_UNITS[channel.quantity], column.kind, values, column.rate)
-    )
+    values = channel.to_si(column.values, size)
+    return replace(column, unit=SI_UNITS[channel.quantity], values=values)
 
 
 def _snapped(value: float, known: Iterable[float], share: float, digits: int) -> str:

@@ -78,18 +78,15 @@ class ColumnView:
 
     def peak(self) -> tuple[float, float]:
         """Frequency of the strongest motion (Hz; cycles a sample without a rate), its amplitude."""
-        frequencies, amplitudes = self.spectrum()
+        frequencies, amplitudes = self.spectrum
         if len(amplitudes) < 3:
             return 0.0, 0.0
         at = int(np.argmax(amplitudes[1:])) + 1
         return float(frequencies[at]), float(amplitudes[at])
 
+    @cached_property
     def spectrum(self) -> tuple[FloatArray, FloatArray]:
         """Frequencies and amplitudes of the samples without their straight line."""
-        return self._spectrum
-
-    @cached_property
-    def _spectrum(self) -> tuple[FloatArray, FloatArray]:
         x = self.finite
         n = len(x)
         if n < 8:

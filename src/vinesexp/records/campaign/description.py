@@ -45,7 +45,7 @@ SCHEMA = Path(__file__).with_name("campaign.schema.json")
 def read_description(folder: Path, problems: Problems) -> tuple[Campaign, bool]:
     """What campaign.yaml says, and whether files may lie outside; mistakes go to `problems`."""
     name = folder.resolve().name
-    top = read_yaml(folder / "campaign.yaml", problems)
+    top = read_yaml(problems)
     if top is None:
         return Campaign(folder, name, name), False
     top.refuse_unknown((*KEYS, *PEOPLE_KEYS))

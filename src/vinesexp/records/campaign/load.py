@@ -11,9 +11,9 @@ from collections.abc import MutableMapping
 from dataclasses import replace
 from pathlib import Path
 
-from vinesexp.errors import CampaignError, VinesexpError
+from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign.description import read_description
-from vinesexp.records.campaign.problems import Problems
+from vinesexp.records.campaign.problems import Problems, raise_first
 from vinesexp.records.campaign.records_csv import RowText, read_table
 from vinesexp.records.campaign.schema import SHEETS, Campaign, Record, sheet_of
 
@@ -37,12 +37,7 @@ def load_campaign(folder: Path) -> Campaign:
         The first mistake found, and how many more there are; `campaign_problems` has them all.
     """
     campaign, problems = read_campaign(Path(folder))
-    if problems:
-        first = problems[0]
-        more = f" (and {len(problems) - 1} more: vinesexp check {folder})"
-        raise CampaignError(
-            first.problem + (more if len(problems) > 1 else ""), file=first.file, where=first.where
-        )
+    raise_first(problems, f": vinesexp check {folder}")
     return campaign
 
 

@@ -29,23 +29,27 @@ _IMPACTS = 10
 _SAME_MASS = 0.01
 _LISTED = 6  # records named one by one
 
-#: What stays unknown without a cell.
-_NEEDED_FOR = {
-    "clearance_mm": (
-        "the test counts as one without NES: its regime, r, and its place on the curve of "
-        "amplitude over clearance stay unknown"
-    ),
-    "base_amplitude_mm": ("the test belongs to no level: the best clearance and b_c stay unknown"),
-    "release_mm": "the test belongs to no release: the fastest clearance and b_t stay unknown",
-    "added_mass_g": "M cannot be known by added mass",
-}
 #: Tests that a ball can take part in.
 WITH_BALL = ("periodic", "transient", "sweep")
-_TESTS = {
-    "clearance_mm": WITH_BALL,
-    "base_amplitude_mm": ("periodic",),
-    "release_mm": ("transient",),
-    "added_mass_g": ("ringdown",),
+#: Column to what it is of a record, the tests that need it, and what stays unknown without.
+_NEEDED = {
+    "clearance_mm": (
+        "clearance",
+        WITH_BALL,
+        "the test counts as one without NES: its regime, r, and its place on the curve of "
+        "amplitude over clearance stay unknown",
+    ),
+    "base_amplitude_mm": (
+        "base_amplitude",
+        ("periodic",),
+        "the test belongs to no level: the best clearance and b_c stay unknown",
+    ),
+    "release_mm": (
+        "release",
+        ("transient",),
+        "the test belongs to no release: the fastest clearance and b_t stay unknown",
+    ),
+    "added_mass_g": ("added_mass", ("ringdown",), "M cannot be known by added mass"),
 }
 
 
@@ -87,13 +91,13 @@ def missing_cells(campaign: Campaign, evidence: Mapping[str, Evidence]) -> list[
     records = [r for r in campaign.records if r.id in evidence and not r.exclude]
     loaded = any(record.added_mass for record in records)
     found = []
-    for column in _NEEDED_FOR:
+    for column, (_, _, unknown) in _NEEDED.items():
         lacking = [r for r in records if _lacks(r, column, evidence[r.id])]
         if column == "added_mass_g" and (sentence := _other_masses(records, evidence)):
             found.append(Check("", MISSING, "warning", f"{column} {sentence}"))
         elif lacking and not (column == "added_mass_g" and loaded):  # then the others have none
             why = _reason(lacking, column, evidence)
-            detail = f"{column} is empty in {_names(lacking)}{why}; {_NEEDED_FOR[column]}"
+            detail = f"{column} is empty in {_names(lacking)}{why}; {unknown}"
             if any(column in asked_in(record) for record in lacking):
                 detail += "; if it does not apply, remove FILL IN from the note"
             only = lacking[0].id if len(lacking) == 1 else ""
@@ -120,19 +124,11 @@ def asked_in(record: Record) -> set[str]:
 
 def _lacks(record: Record, column: str, shown: Evidence) -> bool:
     """Whether a cell is empty that the record, or the note, says should not be."""
-    if record.test not in _TESTS[column] or not _empty(record, column):
+    attribute, tests, _ = _NEEDED[column]
+    if record.test not in tests or getattr(record, attribute) not in (None, ()):
         return False
     with_ball = bool(record.clearance) or shown.impacts >= _IMPACTS
     return column in asked_in(record) or (column != "added_mass_g" and with_ball)
-
-
-def _empty(record: Record, column: str) -> bool:
-    return {
-        "clearance_mm": not record.clearance,
-        "base_amplitude_mm": record.base_amplitude is None,
-        "release_mm": record.release is None,
-        "added_mass_g": record.added_mass is None,
-    }[column]
 
 
 def _reason(lacking: Iterable[Record], column: str, evidence: Mapping[str, Evidence]) -> str:

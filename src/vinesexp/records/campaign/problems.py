@@ -5,6 +5,7 @@ Files that a campaign names: inside its folder, unless it says otherwise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -22,9 +23,29 @@ class Problems:
         """Note one mistake."""
         self.found.append(CampaignError(problem, file=self.file, where=where))
 
+    def content(self) -> bytes | None:
+        """What the file holds; None where there is none to be read, which is noted."""
+        try:
+            if not self.file.exists() or self.file.is_file():
+                return self.file.read_bytes()
+            self.add("is not a regular file")
+        except FileNotFoundError:
+            self.add("is missing; docs/campaign.md says what it holds")
+        except OSError as error:
+            self.add(f"cannot be read ({error.strerror})")
+        return None
+
     def at(self, where: str) -> _Noting:
         """Turn a ParameterError inside into a noted mistake at `where`, and go on after it."""
         return _Noting(self, where)
+
+
+def raise_first(found: Sequence[VinesexpError], all_of_them: str = "") -> None:
+    """Raise the first of some mistakes, with their number and how to see all; none: nothing."""
+    if found:
+        first, more = found[0], f" (and {len(found) - 1} more{all_of_them})"
+        problem = first.problem + (more if len(found) > 1 else "")
+        raise CampaignError(problem, file=first.file, where=first.where)
 
 
 class _Noting:

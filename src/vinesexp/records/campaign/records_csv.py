@@ -113,7 +113,7 @@ def read_table(
         are added. A table that grows by a row is then read at the cost of that row.
     """
     known = {} if known is None else known
-    sheet = sheet_rows(campaign.sheet, problems)
+    sheet = sheet_rows(problems)
     if sheet is None or not _header_is_right(sheet, problems):
         return ()
     records: list[Record] = []
@@ -148,22 +148,13 @@ def read_table(
     return tuple(records)
 
 
-def sheet_rows(file: Path, problems: Problems) -> Sheet | None:
+def sheet_rows(problems: Problems) -> Sheet | None:
     """The table as text, from either file; None where there is none, and why in `problems`."""
-    if file.exists() and not file.is_file():
-        problems.add("is not a regular file")
+    if (raw := problems.content()) is None:
         return None
-    if file.suffix == ".xlsx":
-        found = rows_of_workbook(file, problems)
+    if problems.file.suffix == ".xlsx":
+        found = rows_of_workbook(raw, problems)
         return None if found is None else Sheet(*found, comma=True, workbook=True)
-    try:
-        raw = file.read_bytes()
-    except FileNotFoundError:
-        problems.add("is missing; docs/campaign.md says what it holds")
-        return None
-    except OSError as error:
-        problems.add(f"cannot be read ({error.strerror})")
-        return None
     text, _ = decoded(raw)
     if not text.strip():
         problems.add(f"is empty; its first line names the columns: {','.join(COLUMNS)}")
@@ -447,7 +438,7 @@ def add_row(sheet: Path, cells: Mapping[str, str]) -> None:
 
 def _read(sheet: Path) -> Sheet:
     problems = Problems(sheet)
-    found = sheet_rows(sheet, problems)
+    found = sheet_rows(problems)
     if found is None:
         raise problems.found[0]
     return found

@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 from collections.abc import Collection, Mapping, Sequence
 from datetime import date, datetime, time
-from pathlib import Path
 from typing import Any
 
 from vinesexp.records.campaign.missing_cells import FILL_IN
@@ -55,17 +54,18 @@ def head_of(column: str) -> str:
 
 
 def rows_of_workbook(
-    file: Path, problems: Problems
+    content: bytes, problems: Problems
 ) -> tuple[list[str], list[tuple[int, list[str]]]] | None:
     """Heads as written, and the rows below them with their numbers; None where there is nothing.
 
     Parameters
     ----------
-    file : Path
+    content : bytes
+        Of the file.
     problems : Problems
         What is wrong goes there.
     """
-    sheets = _opened(file, problems)
+    sheets = _opened(content, problems)
     if sheets is None:
         return None
     values, formulas = sheets
@@ -226,15 +226,10 @@ def _range(column: str) -> str:
     return f"{letter}2:{letter}{_LAST_ROW}"
 
 
-def _opened(file: Path, problems: Problems) -> tuple[Any, Any] | None:
+def _opened(content: bytes, problems: Problems) -> tuple[Any, Any] | None:
     """The first sheet with its values, and with its formulas."""
     import openpyxl
 
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        problems.add(f"cannot be read ({error.strerror})")
-        return None
     try:
         books = [
             openpyxl.load_workbook(io.BytesIO(content), data_only=values)

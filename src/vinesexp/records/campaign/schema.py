@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import CampaignError, nearest
 from vinesexp.records.campaign.published_table import PublishedValue
 from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
@@ -126,6 +127,15 @@ class Channel:
     optional: bool = False
     accept: tuple[str, ...] = ()
     gain_error: float | None = None
+
+    def to_si(self, numbers: FloatArray, size: float) -> FloatArray:
+        """Samples of numbers of the file, each of which is so many units of output."""
+        values = numbers * size if size != 1.0 else numbers.copy()
+        if self.offset != 0.0:
+            values -= self.offset
+        if self.scale != 1.0:
+            values *= self.scale
+        return values
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ import re
 from collections.abc import Collection
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 from vinesexp.errors import ParameterError, nearest
@@ -190,23 +189,20 @@ def _checked(text: object, kind: str, may: May) -> float:
     return value
 
 
-def read_yaml(file: Path, problems: Problems) -> Section | None:
-    """The top mapping of `file`, or None with the reason in `problems`."""
+def read_yaml(problems: Problems) -> Section | None:
+    """The top mapping of a file, or None with the reason in `problems`."""
     import yaml
 
+    if (content := problems.content()) is None:
+        return None
     try:
-        if file.exists() and not file.is_file():
-            problems.add("is not a regular file")
-            return None
-        text = _with_plain_texts(file.read_text(encoding="utf-8-sig"))
+        decoded = content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        text = _with_plain_texts(decoded)
         if not _is_modest(text, problems, yaml):
             return None
         node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except FileNotFoundError:
-        problems.add("is missing; docs/campaign.md says what it holds")
-        return None
-    except (OSError, UnicodeDecodeError) as error:
-        problems.add(f"cannot be read ({_reason(error)}); save it as UTF-8 text")
+    except UnicodeDecodeError as error:
+        problems.add(f"cannot be read ({error.reason}); save it as UTF-8 text")
         return None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
@@ -262,10 +258,6 @@ def _is_modest(text: str, problems: Problems, yaml: Any) -> bool:
         )
         return False
     return True
-
-
-def _reason(error: Exception) -> str:
-    return getattr(error, "strerror", None) or getattr(error, "reason", None) or str(error)
 
 
 def _build(node: Any, path: str, problems: Problems, yaml: Any) -> Any:

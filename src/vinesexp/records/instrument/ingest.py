@@ -166,26 +166,17 @@ def read_channels(
     """
     with naming(path):
         samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
-        values = _values(samples)
-    return samples.sample_rate, samples.start, values
-
-
-def _values(samples: Samples) -> dict[str, FloatArray]:
-    """All samples on an even clock; NaN over pauses."""
-    blocks = samples.whole()
-    values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+        blocks = samples.whole()
+        values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+        if out_of_range := next(filter(None, map(samples.overload, values)), None):
+            raise RecordError(out_of_range)
     if samples.quantities.get("displacement") == "velocity":
-        velocity = values["displacement"]
-        values["displacement"] = integrated(
-            velocity - np.nanmean(velocity), 1.0 / samples.sample_rate
-        )
-    for first, end in samples.gaps:
+        velocity = values["displacement"] - np.nanmean(values["displacement"])
+        values["displacement"] = integrated(velocity, 1.0 / samples.sample_rate)
+    for first, end in samples.gaps:  # what was not measured
         for role in values:
             values[role][first:end] = np.nan
-    for role in values:
-        if out_of_range := samples.overload(role):
-            raise RecordError(out_of_range)
-    return values
+    return samples.sample_rate, samples.start, values
 
 
 class Recording(NamedTuple):

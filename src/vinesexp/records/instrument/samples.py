@@ -325,7 +325,10 @@ class Samples:
         self._compare_with_header()
 
     def _si(self, block: FloatArray, row: int) -> dict[str, FloatArray]:
-        values = {c.channel.role: _to_si(block[:, k], c) for k, c in enumerate(self._conversions)}
+        values = {
+            c.channel.role: c.channel.to_si(block[:, k], c.size)
+            for k, c in enumerate(self._conversions)
+        }
         self._refuse_impossible(values, row)
         return values
 
@@ -435,16 +438,6 @@ class Samples:
             self.warnings.append(
                 ("rows", f"the header states {stated} rows, {found} are there and were read")
             )
-
-
-def _to_si(raw: FloatArray, conversion: _Conversion) -> FloatArray:
-    channel = conversion.channel
-    values = raw * conversion.size if conversion.size != 1.0 else raw.copy()
-    if channel.offset != 0.0:
-        values -= channel.offset
-    if channel.scale != 1.0:
-        values *= channel.scale
-    return values
 
 
 def stated_sampling(

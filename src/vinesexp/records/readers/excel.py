@@ -51,7 +51,8 @@ def open_file(path: Path) -> TextSource:
     source = TextSource(path, aside, text, of=f"sheet '{chosen.name}'", line="row")
     source.format = "Excel"
     alike = [one.name for one in sheets if _LIKE * one.count >= longest.count]
-    if len(alike) > 1 and len({one.head for one in sheets if one.name in alike}) == 1:
+    heads = {_line(next(iter(one.rows()), ())) for one in sheets if one.name in alike}
+    if len(alike) > 1 and len(heads) == 1:
         source.parts = tuple(alike)
     if len(sheets) > 1:
         source.format = f"Excel, sheet '{chosen.name}' of {len(sheets)}"
@@ -60,23 +61,17 @@ def open_file(path: Path) -> TextSource:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """One sheet of a workbook: name, number of rows, the first of them, and how to read all."""
+    """One sheet of a workbook: name, number of rows, and how to read them."""
 
     name: str
     count: int
-    head: str
     rows: Callable[[], Iterable[Iterable[Any]]]
 
 
 def _xlsx(openpyxl: Any, path: Path) -> list[_Sheet]:
     book = openpyxl.load_workbook(path.open("rb"), read_only=True, data_only=True)
     return [
-        _Sheet(
-            one.title,
-            one.max_row or 0,
-            next((_line(row) for row in one.iter_rows(max_row=1, values_only=True)), ""),
-            partial(one.iter_rows, values_only=True),
-        )
+        _Sheet(one.title, one.max_row or 0, partial(one.iter_rows, values_only=True))
         for one in book.worksheets
     ]
 
@@ -93,15 +88,7 @@ def _xls(xlrd: Any, path: Path) -> list[_Sheet]:
                 for cell in sheet.row(i)
             ]
 
-    return [
-        _Sheet(
-            one.name,
-            one.nrows,
-            next((_line(row) for row in rows(one)), ""),
-            partial(rows, one),
-        )
-        for one in book.sheets()
-    ]
+    return [_Sheet(one.name, one.nrows, partial(rows, one)) for one in book.sheets()]
 
 
 def _line(row: Iterable[Any]) -> str:

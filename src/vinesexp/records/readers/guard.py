@@ -41,15 +41,6 @@ if sys.platform == "win32":
         "(https://learn.microsoft.com/windows/wsl/install)"
     )
 
-_DEATHS = {
-    signal.SIGSEGV: "breaks the library that reads it (segmentation fault)",
-    signal.SIGABRT: "breaks the library that reads it (abort)",
-    signal.SIGBUS: "breaks the library that reads it (bus error)",
-    signal.SIGFPE: "breaks the library that reads it (arithmetic error)",
-    signal.SIGILL: "breaks the library that reads it (illegal instruction)",
-    signal.SIGKILL: "the process that read it was killed (out of memory?)",
-}
-
 #: Libraries start threads of their own unless they are told not to.
 ONE_THREAD = {
     **dict.fromkeys(THREAD_VARIABLES, "1"),
@@ -239,11 +230,12 @@ class GuardedSource(Source):
         self._end()
         if reported is None and status == -signal.SIGXCPU:
             reported = f"takes more than {self._limits.seconds} s of the processor to read"
-        if reported is None:
-            reported = _DEATHS.get(
-                signal.Signals(-status) if status < 0 else signal.SIGHUP,
-                f"ends the process that reads it (status {status})",
-            )
+        if reported is None and status == -signal.SIGKILL:
+            reported = "the process that read it was killed (out of memory?)"
+        if reported is None and status < 0:
+            death = str(signal.strsignal(-status)).lower()
+            reported = f"breaks the library that reads it ({death})"
+        reported = reported or f"ends the process that reads it (status {status})"
         self._dead = RecordError(
             f"{reported} as {self._name}; it is probably damaged: copy or export it again",
             file=self.path,

@@ -29,7 +29,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import stated_unit, unit_in_name, unit_of_label
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import WIDEST, Column, TableSource
 from vinesexp.records.readers.unread import unreadable
 from vinesexp.units import UNITS
 
@@ -38,7 +38,6 @@ LIBRARIES = ("h5py",)
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 _RATES = ("sample_rate_hz", "sample_rate", "fs")
 _SHORTEST, _LONGEST = 1e-15, 1e9  # s between samples: what lies outside is no sampling
-_WIDEST = 2000  # columns of a matrix
 _SWELL = 2000  # samples a byte: what was never written takes no room, and may be stated at any size
 _INTERVALS = ("sample_interval_s", "sample_interval", "dt", "xinc")
 _DEEPEST = 20  # virtual datasets made of virtual datasets
@@ -175,7 +174,7 @@ class Hdf5Source(TableSource):
         if not references:
             self._see(name, item)
             return
-        members = item[()].reshape(-1)[:_WIDEST]
+        members = item[()].reshape(-1)[:WIDEST]
         for k, reference in enumerate(members):
             if isinstance(reference, h5py.Reference) and reference:
                 own = f"{name}/{k}" if kind == "cell" else f"{group}/{k}/{key}"
@@ -219,7 +218,7 @@ class Hdf5Source(TableSource):
             self._contradictions.append(error)
         along_first = len(shape) == 1 or shape[0] >= shape[1]
         across = min(shape) if len(shape) == 2 else 1
-        if across > _WIDEST:
+        if across > WIDEST:
             raise RecordError(f"dataset '{name}' is {shape[0]} by {shape[1]}")
         flat = len(shape) == 1 or (self._scalars and across == 1)
         names = [_text(word) for word in np.atleast_1d(item.attrs.get("columns", []))]
@@ -349,4 +348,4 @@ def interval_from(stated: Mapping[str, Sequence[float]]) -> float | None:
 
 
 def _word(item: Any) -> str:
-    return "".join(chr(int(code)) for code in item[()].reshape(-1)[:_WIDEST]).strip()
+    return "".join(chr(int(code)) for code in item[()].reshape(-1)[:WIDEST]).strip()

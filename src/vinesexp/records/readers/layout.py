@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.labels import is_overload
-from vinesexp.records.readers.source import Column
+from vinesexp.records.readers.source import WIDEST, Column
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
 _TAIL = 1 << 15  # the same of what stands behind the data
@@ -39,7 +39,6 @@ _SWAPPED = str.maketrans(",.", ".,")
 _FEWEST_HALVES = 2  # lines
 _FEWEST_GROUPED = 5  # cells; below, a point is a decimal point
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
-_WIDEST = 2000  # columns; a file with more is no record of an instrument
 _CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,9}))?)?"
 _ZONE = r"(?:\s*(?:Z|UTC|[+-]\d{2}:?\d{2}))?"
 _HALF = r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
@@ -381,7 +380,7 @@ def _body(layout: Layout, lines: list[str], tail: list[str]) -> Body:
     if layout.behind and lines[kept:] and lines[kept].strip() == layout.behind[0]:
         rows, lines = rows[:kept], lines[:kept]  # the head is the whole file
     numeric, stamps = _columns_of_data(layout, tail)
-    if not numeric or max(numeric) >= _WIDEST:
+    if not numeric or max(numeric) >= WIDEST:
         raise RecordError("no line of numbers found; export the record as columns of numbers")
     # An oscilloscope may write its settings into the first columns, beside the data.
     beside = min(numeric | stamps) >= 2

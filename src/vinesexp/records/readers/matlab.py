@@ -17,12 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.labels import stated_unit, unit_in_name
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import WIDEST, Column, TableSource, columns_of
 from vinesexp.records.readers.unread import in_words
 
 NAME = "MATLAB .mat"
@@ -32,7 +32,7 @@ LIBRARIES = ("scipy.io", "h5py")
 _READ = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64"}
 _READ |= {"struct", "cell"}
 _DEEPEST = 20  # structures inside structures
-_WIDEST = 2000  # columns of a matrix, members of a cell array
+_LARGE = 1 << 20  # bytes
 _SWELL = 2000  # zlib packs to a thousandth at best
 
 
@@ -66,7 +66,7 @@ def open_file(path: Path) -> TableSource:
     if head.startswith(b"MATLAB 7.3") or hdf5.recognises(head, ".mat"):
         return hdf5.Hdf5Source(path, scalars=True)
     columns: list[Column] = []
-    series: list[FloatArray] = []
+    series: list[NDArray[Any]] = []
     stated: dict[str, dict[str, list[float]]] = {"": {}}
     skipped: list[str] = []
     lost: list[str] = []
@@ -91,9 +91,7 @@ def open_file(path: Path) -> TableSource:
             if np.iscomplexobj(values):
                 lost.append(f"{place} (complex numbers)")
                 continue
-            across = min(values.shape)
-            for k, one in enumerate(_laid_aside(values) if across <= _WIDEST else ()):
-                own = place if across == 1 else f"{place}/{k}"
+            for own, one in columns_of(place, _laid_aside(values)):
                 columns.append(Column(own, unit or unit_in_name(own)))
                 series.append(one)
     if not columns and damaged:
@@ -112,18 +110,20 @@ def open_file(path: Path) -> TableSource:
     return source
 
 
-def _laid_aside(values: Any) -> FloatArray:
-    """The columns of a variable, each in one piece, in an unnamed file.
+def _laid_aside(values: Any) -> Any:
+    """A large variable in an unnamed file, each of its columns in one piece.
 
     A compressed variable can only be read whole. So one at a time is, and laid aside: the memory
     is that of one variable, however many there are.
     """
-    table = values.T if values.shape[0] >= values.shape[1] else values
+    if values.nbytes < _LARGE:
+        return values
+    table = values if values.shape[0] >= values.shape[1] else values.T
     with tempfile.TemporaryFile() as aside:
-        for column in table:
+        for column in table.T:
             aside.write(np.ascontiguousarray(column, np.float64).data)
         aside.flush()
-        return np.memmap(aside, np.float64, "r", shape=table.shape)
+        return np.memmap(aside, np.float64, "r", shape=table.shape, order="F")
 
 
 def _variables(path: Path) -> Iterator[tuple[str, str]]:
@@ -159,7 +159,7 @@ def _arrays(
         for field in value._fieldnames:
             yield from _arrays(f"{path}/{field}", getattr(value, field), unit, depth + 1)
     elif isinstance(value, np.ndarray) and value.dtype == object:
-        members = value.reshape(-1)[:_WIDEST]
+        members = value.reshape(-1)[:WIDEST]
         for k, member in enumerate(members):
             own = path if len(members) == 1 else f"{path}/{k}"
             yield from _arrays(own, member, unit, depth + 1)

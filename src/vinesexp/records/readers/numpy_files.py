@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.hdf5 import interval_from
 from vinesexp.records.readers.labels import only_time, unit_in_name
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import Column, TableSource, columns_of
 
 NAME = "NumPy (.npy, .npz)"
 
-_WIDEST = 2000
 _LARGEST = 1 << 33  # bytes of one unpacked array
 
 
@@ -98,9 +97,4 @@ def _columns(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any
         for inner in values.dtype.names:
             yield from _columns(f"{name}/{inner}" if name else inner, values[inner])
     elif values.dtype.kind in "iuf" and values.size > 1 and values.ndim <= 2:
-        if values.ndim == 1 or min(values.shape) == 1:
-            yield name, values.reshape(-1)
-        elif min(values.shape) <= _WIDEST:
-            table = values if values.shape[0] >= values.shape[1] else values.T
-            for k in range(table.shape[1]):
-                yield f"{name}/{k}" if name else str(k), table[:, k]
+        yield from columns_of(name, values)

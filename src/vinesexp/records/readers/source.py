@@ -91,6 +91,8 @@ def file_aside() -> tuple[IO[bytes], Path]:
     return named, Path(named.name)  # macOS: gone when it is closed
 
 
+#: Columns of a matrix; one with more is no record of an instrument.
+WIDEST = 2000
 #: Rows read at once: 2 MB a column, so that an hour at 10 kHz never stands in memory.
 BLOCK_ROWS = 1 << 18
 
@@ -244,6 +246,22 @@ class TableSource(Source):
     def locate(self, row: int) -> str:
         """``"sample 12"`` or ``"row 12"``."""
         return f"{self._place} {row + self._first}"
+
+
+def columns_of(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
+    """A vector by its name, a matrix as several columns along its longer axis.
+
+    Examples
+    --------
+    >>> [name for name, _ in columns_of("data", np.zeros((2, 9)))]
+    ['data/0', 'data/1']
+    """
+    if values.ndim == 1 or min(values.shape) == 1:
+        yield name, values.reshape(-1)
+    elif min(values.shape) <= WIDEST:
+        table = values if values.shape[0] >= values.shape[1] else values.T
+        for k in range(table.shape[1]):
+            yield f"{name}/{k}" if name else str(k), table[:, k]
 
 
 def require_equal_lengths(lengths: dict[str, int]) -> None:
