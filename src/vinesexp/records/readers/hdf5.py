@@ -56,31 +56,21 @@ def open_file(path: Path) -> Hdf5Source:
 
 @dataclass(frozen=True)
 class _Series:
-    """Where one column stands: file, dataset, index across, whether time runs along axis 0."""
+    """Samples of one column: dataset, index across, whether time runs along axis 0."""
 
-    path: Path
-    dataset: str
+    item: Any
     across: int | None
     along_first: bool
     scale: float
     offset: float
-    length: int
 
     def __len__(self) -> int:
-        return self.length
+        return int(max(self.item.shape))
 
     def __getitem__(self, rows: slice) -> FloatArray:
-        import h5py
-
+        place = (rows, self.across) if self.along_first else (self.across, rows)
         try:
-            with h5py.File(self.path, "r") as file:
-                data = file[self.dataset]
-                if self.across is None:
-                    raw = data[rows]
-                elif self.along_first:
-                    raw = data[rows, self.across]
-                else:
-                    raw = data[self.across, rows]
+            raw = self.item[rows if self.across is None else place]
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
             raise unreadable("HDF5", error, f"sample {rows.start}") from None
         values: FloatArray = raw.astype(np.float64)
@@ -104,7 +94,7 @@ class Hdf5Source(TableSource):
     def __init__(self, path: Path, *, scalars: bool = False) -> None:
         import h5py
 
-        self._file, self._size = path, path.stat().st_size
+        self._size = path.stat().st_size
         self._places: list[_Series] = []
         self._units: dict[str, str] = {}  # words that stand beside the samples
         self._contradictions: list[RecordError] = []
@@ -114,20 +104,19 @@ class Hdf5Source(TableSource):
         self._elsewhere: list[str] = []
         self._seen: set[int] = set()
         losses: list[str] = []
-        with h5py.File(path, "r") as file:
-            _gather(file.attrs, self._stated[""])
-            self._down(file, "", file, 0)
-            for name, item in self._found:
-                _require_own(file, name, item)
-                losses += _never_written(name, item)
-            if self._elsewhere:
-                more = len(self._elsewhere) - 3
-                losses.append(
-                    f"links to other files are not followed: {', '.join(self._elsewhere[:3])}"
-                    + (f" and {more} more" if more > 0 else "")
-                )
-            columns = [c for name, item in self._found for c in self._columns_of(name, item)]
-        self._found = []  # of a file that is closed
+        file = h5py.File(path, "r")  # as long as its datasets are read
+        _gather(file.attrs, self._stated[""])
+        self._down(file, "", file, 0)
+        for name, item in self._found:
+            _require_own(file, name, item)
+            losses += _never_written(name, item)
+        if self._elsewhere:
+            more = len(self._elsewhere) - 3
+            losses.append(
+                f"links to other files are not followed: {', '.join(self._elsewhere[:3])}"
+                + (f" and {more} more" if more > 0 else "")
+            )
+        columns = [c for name, item in self._found for c in self._columns_of(name, item)]
         super().__init__(path, "HDF5", columns, self._places)
         if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
             raise self._contradictions[0]
@@ -227,9 +216,7 @@ class Hdf5Source(TableSource):
                 (name if flat else f"{name}/{names[k] if len(names) == across else k}").split()
             )
             inner = None if len(shape) == 1 else k
-            self._places.append(
-                _Series(self._file, item.name, inner, along_first, scale, offset, max(shape))
-            )
+            self._places.append(_Series(item, inner, along_first, scale, offset))
             yield Column(own, stated_unit(label) or unit_in_name(own), interval)
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,19 +29,31 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Open a WAV file; RecordError where it is broken or holds no samples."""
-    layout = _layout(path)
-    if layout.found < layout.frame:
+    found, order, begin, stated, behind = _chunks(path)
+    there = os.path.getsize(path) - begin
+    there = there if stated is None else min(stated, there)
+    code, channels, rate, frame = _format(found.get(b"fmt ", b""), order)
+    if there < frame:
         raise RecordError("holds no samples; export the record again")
-    names = {} if layout.tracks is None else track_names(layout.tracks)
+    coding = _coding(order, code, frame // channels)
+    names = track_names(found.get(b"iXML", b""))
     source = TableSource(
         path,
         "WAV",
-        [Column(names.get(k + 1, str(k))) for k in range(layout.channels)],
-        [_Track(path, layout, k) for k in range(layout.channels)],
-        sample_interval=1.0 / layout.rate,
+        [Column(names.get(k + 1, str(k))) for k in range(channels)],
+        [_Track(path, coding, channels, k, begin, there // frame) for k in range(channels)],
+        sample_interval=1.0 / rate,
     )
-    source.stated_rows = layout.stated_frames
-    source.losses = tuple(layout.losses())
+    source.stated_rows = None if stated is None else stated // frame
+    if stated is None:
+        source.losses += ("the recorder did not close the record: its length is not stated",)
+    if there % frame:
+        source.losses += ("the last sample is incomplete and left out",)
+    if behind >= frame:
+        source.losses += (
+            f"{behind // frame} more samples may follow after the end that the file states; they "
+            "are not read",
+        )
     return source
 
 
@@ -50,50 +61,12 @@ _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
 _UNKNOWN = 0xFFFFFFFF  # a size that stands elsewhere, or that the recorder never filled in
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """Where the samples of a WAV file are, how they are coded, and how many it states.
-
-    `frame` are the bytes of one sample of all channels, `stated` those of all samples (None where
-    the recorder left the size open), `found` those that are there; `behind` are bytes after the
-    last chunk.
-    """
-
-    order: str
-    code: int
-    channels: int
-    rate: int
-    frame: int
-    begin: int
-    stated: int | None
-    found: int
-    behind: int
-    tracks: bytes | None
-
-    @property
-    def coding(self) -> np.dtype[Any]:
-        """How a sample is coded."""
-        width = self.frame // self.channels
-        if width == 3:
-            upper, lower = ("upper", f"{self.order}i2"), ("lower", "u1")
-            return np.dtype([lower, upper] if self.order == "<" else [upper, lower])
-        kind = "f" if self.code == _FLOAT else "i" if width > 1 else "u"
-        return np.dtype(f"{self.order}{kind}{width}")
-
-    @property
-    def stated_frames(self) -> int | None:
-        return None if self.stated is None else self.stated // self.frame
-
-    def losses(self) -> Iterator[str]:
-        if self.stated is None:
-            yield "the recorder did not close the record: its length is not stated"
-        if self.found % self.frame:
-            yield "the last sample is incomplete and left out"
-        if self.behind >= self.frame:
-            yield (
-                f"{self.behind // self.frame} more samples may follow after the end that the file "
-                "states; they are not read"
-            )
+def _coding(order: str, code: int, width: int) -> np.dtype[Any]:
+    """How a sample is coded."""
+    if width == 3:
+        upper, lower = ("upper", f"{order}i2"), ("lower", "u1")
+        return np.dtype([lower, upper] if order == "<" else [upper, lower])
+    return np.dtype(f"{order}{'f' if code == _FLOAT else 'i' if width > 1 else 'u'}{width}")
 
 
 @dataclass(frozen=True)
@@ -101,19 +74,22 @@ class _Track:
     """Samples of one channel, -1 to 1: read, not mapped, since a file may be cut meanwhile."""
 
     path: Path
-    layout: _Layout
+    coding: np.dtype[Any]
+    channels: int
     channel: int
+    begin: int
+    length: int
 
     def __len__(self) -> int:
-        return self.layout.found // self.layout.frame
+        return self.length
 
     def __getitem__(self, rows: slice) -> FloatArray:
-        layout, frames = self.layout, rows.stop - rows.start
-        at, count = layout.begin + rows.start * layout.frame, frames * layout.channels
-        codes = np.fromfile(self.path, layout.coding, count, offset=at)
-        if len(codes) < count:
+        frames, channels = rows.stop - rows.start, self.channels
+        at = self.begin + rows.start * channels * self.coding.itemsize
+        codes = np.fromfile(self.path, self.coding, frames * channels, offset=at)
+        if len(codes) < frames * channels:
             raise RecordError("became shorter while it was read")
-        codes = codes.reshape(frames, layout.channels)[:, self.channel]
+        codes = codes.reshape(frames, channels)[:, self.channel]
         if codes.dtype.names:  # of three bytes
             return np.asarray((256.0 * codes["upper"] + codes["lower"]) / 2.0**23)
         values: FloatArray = codes.astype(np.float64)
@@ -124,17 +100,22 @@ class _Track:
         return values
 
 
-def _layout(path: Path) -> _Layout:
+def _chunks(path: Path) -> tuple[dict[bytes, bytes], str, int, int | None, int]:
     """Walk through the chunks of a file, as Microsoft's and the EBU's (RF64) papers lay them out.
+
+    Returns
+    -------
+    Chunks other than of samples; byte order; where the samples begin; their bytes as stated (None
+    where the recorder left the size open); bytes after the last chunk.
 
     Raises
     ------
     RecordError
-        No chunk of format or of samples, or a coding that is not of plain numbers.
+        No chunk of samples.
     """
     size = os.path.getsize(path)
     found: dict[bytes, bytes] = {}
-    begin = stated = behind = None
+    begin, stated, behind = None, None, 0
     with path.open("rb") as stream:
         form = stream.read(12)[:4]
         order = ">" if form == b"RIFX" else "<"
@@ -154,11 +135,7 @@ def _layout(path: Path) -> _Layout:
             stream.seek(length + length % 2, os.SEEK_CUR)
     if begin is None:
         raise RecordError("has no samples (no chunk 'data'); export the record again")
-    code, channels, rate, frame = _format(found.get(b"fmt ", b""), order)
-    there = size - begin if stated is None else min(stated, size - begin)
-    return _Layout(
-        order, code, channels, rate, frame, begin, stated, there, behind or 0, found.get(b"iXML")
-    )
+    return found, order, begin, stated, behind
 
 
 def _stated(length: int, form: bytes, ds64: bytes) -> int | None:
