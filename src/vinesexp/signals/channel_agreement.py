@@ -484,7 +484,7 @@ def law_of_lines(
     turn = 2.0 * math.pi * frequency
     known = ([], [], []) if own is None else ([turn], [0.0], [turn * lag_error])
     law = _fitted(*(np.append(a, b) for a, b in zip((w[use], phase, error), known, strict=True)))
-    if law is None:
+    if law is None or law.corner > frequency:  # which no sensor of this motion has
         return None
     above, above_error, misfit, chi2 = _straight(w[use], phase, error)
     floor = _LAG_FLOOR / frequency

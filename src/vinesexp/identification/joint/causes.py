@@ -182,6 +182,12 @@ class Weighed:
     def slight(self) -> bool:
         return self.log_odds < _CERTAIN
 
+    @property
+    def doubted(self) -> bool:
+        """Whether it explains the records alone, and does not predict those left out."""
+        alone = self.cause.direction is not None and not self.rivals
+        return alone and not self.sure and not self.slight
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -643,7 +649,13 @@ def _of_levels(o: Observed) -> list[Cause]:
               members=len(tests), records=(record,))
         for name, record in tests.items()
     ]  # fmt: skip
+    answers = []
+    felt = dict.fromkeys(o.kinds.get("bent", ()), 1.0)
+    if len(felt) > 1 and any(role == "base" for role, _ in o.gains):
+        # a base whose channel and test log agree, and a mass that moves as by another
+        answers.append(Cause("felt +", "effect", "base felt", Direction(felt, Prior(0.0, 0.2))))
     return [
+        *answers,
         *(single if len(single) > 2 else []),
         *_of_lengths("base", "base amplitude", o.levels),
         *_of_lengths("release", "release", o.releases),

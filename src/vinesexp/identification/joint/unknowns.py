@@ -226,6 +226,10 @@ class Beliefs:
         """The same with one more cause."""
         return replace(self, causes={**self.causes, name: direction})
 
+    def without(self, names: set[str]) -> Beliefs:
+        """The same without some causes."""
+        return replace(self, causes={k: d for k, d in self.causes.items() if k not in names})
+
 
 _KNOWN = 2e-9  # width of what is known as well as any number
 _EXACT = 1e-4  # of an uncertainty: as good as none, and no matrix becomes singular

@@ -239,6 +239,7 @@ def answer_of(
         observed = _with_less_weight(observed, odd)
         judged, data = _best(observed, wide, causes)
     judged = replace(judged, posterior=_only_so_true(data, observed, judged))
+    judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
     return Answer(observed, data, judged, odd)
 
 
@@ -316,8 +317,7 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     shifts = [np.zeros_like(found.values)]
     for one in judged.found:
         if one.cause.kind == "effect" and one.cause.about in HIDDEN:
-            causes = {k: d for k, d in judged.beliefs.causes.items() if k != one.cause.key}
-            plain = Beliefs(judged.beliefs.priors, causes)
+            plain = judged.beliefs.without({one.cause.key})
             without = total(posterior_of(data, plain), plain)
             shifts.append(_LAW * (found.values - without.values[: found.values.size]))
         elif one.cause.kind == "drift":
@@ -325,6 +325,24 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
             shifts.append(one.value * one.cause.spread * found.vector({common: 1.0}))
     covariance = found.covariance + np.sum([np.outer(s, s) for s in shifts], axis=0)
     return replace(found, covariance=covariance)
+
+
+def _as_sure_as_causes(data: Quadratic, observed: Observed, judged: Judged) -> Posterior:
+    """The posterior with and without the causes that explain the records and predict nothing.
+
+    They stand for something that no cause of the list is: either is as likely as the other.
+    """
+    doubted = {w.cause.key for w in judged.found if w.doubted}
+    found = judged.posterior
+    if not doubted:
+        return found
+    beliefs = judged.beliefs.without(doubted)
+    aim = total(posterior_of(data, beliefs), beliefs).values[: len(observed.names)]
+    near = fit(observed.blocks, observed.names, beliefs, aim)
+    without = total(posterior_of(near, beliefs), beliefs).values[: found.values.size]
+    half = 0.5 * (without - found.values)
+    covariance = found.covariance + np.outer(half, half)
+    return replace(found, values=found.values + half, covariance=covariance)
 
 
 def effective(

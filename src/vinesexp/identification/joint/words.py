@@ -35,6 +35,7 @@ _NAMES = {
     "drop": "drop tests on another surface than the walls",
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
+    "base felt": "a mass that is driven by more or less than the base that is measured",
 }
 _SCATTERED = {
     "own r": "r differs from record to record",
@@ -304,6 +305,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         f"the velocity jumps that both sensors show are {with_error(math.exp(-v), e)} times those "
         "that the ball's momentum makes: a local mode, or a part that vibrates after each impact; "
         "M by impacts is corrected for it"
+    ),
+    "base felt": lambda v, e: (
+        f"the mass moves as if the base moved {with_error(math.exp(v), e)} times as far as its "
+        "channel and the test log say: the base also turns or bends, or the displacement is not "
+        "read where the mass is; b_c is predicted for the base that is measured"
     ),
     "pulse area": lambda v, e: (
         f"the velocity jumps that the accelerometer shows are {with_error(math.exp(v), e)} times "
