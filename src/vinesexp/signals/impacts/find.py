@@ -7,8 +7,9 @@ jumps are combined by their variances. Nothing here knows the masses.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,20 +26,20 @@ from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_integral
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
+from vinesexp.signals.impacts.one_ball import of_the_ball
 from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
     Coarse,
     SlopeChanges,
     coarse_displacement,
-    events_of,
     joined,
-    knocks_among,
     slope_changes,
     weighted,
 )
 from vinesexp.signals.impacts.template_learning import MEDIAN_OF_NORMAL
 
 _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
+_FEW = 0.02  # spikes that are no impacts, over those that are
 #: Channels of a drop test, the best first.
 _HEARD = ("acceleration", "sound", "displacement", "base")
 
@@ -337,7 +338,7 @@ def find_impacts(
             record, conditioned, motion, clearance, test, settings, said
         )
     elif settings.slopes.use and motion:
-        found, slopes = _where_it_bends(record, motion, settings.slopes)
+        found, slopes = _where_it_bends(record, motion, clearance, settings.slopes)
     else:
         return no_impacts()
     impacts = _table(found, slopes, sign=sign, start=record.start)
@@ -347,58 +348,82 @@ def find_impacts(
     )  # fmt: skip
 
 
+#: Slopes of the displacement at impacts, fitted anew when some of them are left out.
+_Fit = Callable[[Detection], SlopeChanges | None]
+
+
 def _by_pulses(
     record: RecordView, conditioned: RecordView, motion: float | None, clearance: Sequence[float],
     test: str, settings: Settings, said: list[tuple[str, str, str]] | None,
 ) -> tuple[Detection, SlopeChanges | None, float]:  # fmt: skip
     """Impacts by the acceleration, held against the displacement; its sign and scale beside it."""
-    slopes, sign = None, 1.0
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
     found = detect(stream, settings.impacts, frequency=motion)
-    if settings.slopes.use and motion and "displacement" in record.roles and found.time.size:
-        agreement = agreement_in(conditioned.attributes)
-        x = coarse_displacement(record, motion, settings=settings.slopes)
-        sign, lag = _beside(agreement, settings)
-        doubtful = np.zeros(found.time.size, dtype=bool)
-        sure = (
-            agreement is not None
-            and abs(agreement.gain) > settings.channels.gain_sure * agreement.gain_error
+    if not (settings.slopes.use and motion and found.time.size):
+        return found, None, 1.0
+    if "displacement" not in record.roles:
+        if not may_be_integrated(record, test, clearance):
+            return found, None, 1.0
+        integral = partial(slopes_of_integral, record, frequency=motion, settings=settings.slopes)
+        found, slopes, _ = _of_the_ball(found, integral, clearance)
+        return found, slopes, 1.0
+    x = coarse_displacement(record, motion, settings=settings.slopes)
+    sign, lag = _beside(agreement_in(conditioned.attributes), settings)
+    if len(clearance) == 1:
+        found = joined(found, x, frequency=motion, clearance=clearance[0])
+    fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion, settings=settings.slopes)
+    found, slopes, others = _of_the_ball(found, fit, clearance, sign=sign)
+    # the release of a mass that was held is a spike as well
+    free = float(conditioned.attributes.get(FREE_FROM, 0.0))
+    others = others[(others > free + 0.5 / motion) | (free == 0.0)]
+    if others.size and said is not None:
+        outcome = "warning" if others.size > max(_FEW * found.time.size, 2.0) else "ok"
+        said.append(("knocks", outcome, _others_in_words(others, record.start)))
+    if slopes is not None and _unresolved(found.jump, slopes):
+        if said is not None:
+            said.append(("aliased", "warning", _UNRESOLVED))
+        found, slopes = _by_displacement(
+            found, slopes, x, frequency=motion, lag=lag, settings=settings.slopes
         )
-        if agreement is not None and len(clearance) == 1 and sure:
-            knocked, doubtful = knocks_among(
-                found, x, frequency=motion, gain=agreement.gain, lag=lag, settings=settings.slopes
-            )
-            free = float(conditioned.attributes.get(FREE_FROM, 0.0))
-            told = knocked & _tellable(found, doubtful, free=free, frequency=motion)
-            if told.any() and said is not None:
-                said.append(("knocks", "warning", _knocks_in_words(found, told, record.start)))
-            found, doubtful = found.keep(~knocked), doubtful[~knocked]
-            found, begins = joined(found, x, frequency=motion, clearance=clearance[0])
-            doubtful = np.logical_or.reduceat(doubtful, begins) if begins.size else doubtful
-        jumps, parts = found.jump / sign, np.isnan(found.jump)
-        for _ in range(3 if parts.any() else 1):  # of those that only the displacement shows
-            jumps = np.nan_to_num(jumps)
-            slopes = slope_changes(
-                x, found.time + lag, jumps, frequency=motion,
-                jump_errors=np.where(parts, np.inf, found.jump_error / abs(sign)),
-                settings=settings.slopes,
-            )  # fmt: skip
-            jumps = np.where(parts, slopes.jump, jumps)
-        assert slopes is not None
-        if _unresolved(found.jump, slopes):
-            if said is not None:
-                said.append(("aliased", "warning", _UNRESOLVED))
-            found, slopes = _by_displacement(
-                found, slopes, x, frequency=motion, lag=lag, settings=settings.slopes
-            )
-        slopes.x[doubtful], slopes.v_before[doubtful] = np.nan, np.nan
-    elif settings.slopes.use and motion and may_be_integrated(record, test, clearance):
-        slopes = slopes_of_integral(record, found, frequency=motion, settings=settings.slopes)
     return found, slopes, sign
 
 
+def _slopes(
+    found: Detection, *, x: Coarse, sign: float, lag: float, frequency: float,
+    settings: SlopeSettings,
+) -> SlopeChanges:  # fmt: skip
+    """What the displacement shows at the impacts that the pulses show."""
+    jumps, parts = found.jump / sign, np.isnan(found.jump)
+    errors = np.where(parts, np.inf, found.jump_error / abs(sign))
+    for _ in range(3 if parts.any() else 1):  # of those that only the displacement shows
+        slopes = slope_changes(
+            x, found.time + lag, np.nan_to_num(jumps), frequency=frequency, jump_errors=errors,
+            settings=settings,
+        )  # fmt: skip
+        jumps = np.where(parts, slopes.jump, jumps)
+    return slopes
+
+
+def _of_the_ball(
+    found: Detection, fit: _Fit, clearance: Sequence[float], *, sign: float = 1.0
+) -> tuple[Detection, SlopeChanges | None, FloatArray]:
+    """The impacts of a single ball, the slopes there, and the times of spikes that are none."""
+    slopes, others = fit(found), [np.empty(0)]
+    while slopes is not None and len(clearance) == 1 and found.time.size:
+        jump, error = _jumps(found, slopes, sign)
+        kept = of_the_ball(
+            found.time, slopes.x, slopes.v_before, jump, error, clearance=clearance[0]
+        )
+        if kept.all():
+            break
+        others.append(found.time[~kept])
+        found = found.keep(kept)
+        slopes = fit(found)
+    return found, slopes, np.sort(np.concatenate(others))
+
+
 def _where_it_bends(
-    record: RecordView, frequency: float, settings: SlopeSettings
+    record: RecordView, frequency: float, clearance: Sequence[float], settings: SlopeSettings
 ) -> tuple[Detection, SlopeChanges]:
     """Impacts by the displacement alone: bends that are surely there, once all are fitted."""
     x = coarse_displacement(record, frequency, settings=settings)
@@ -413,7 +438,9 @@ def _where_it_bends(
         )
         sure = np.abs(slopes.jump) > _SURE_BEND * slopes.jump_error
         if sure.all():
-            return found, slopes
+            fit = partial(_slopes, x=x, sign=1.0, lag=0.0, frequency=frequency, settings=settings)
+            found, of_ball, _ = _of_the_ball(found, fit, clearance)
+            return found, of_ball or slopes
         found, jumps = found.keep(sure), slopes.jump[sure]
     return found, SlopeChanges(*[np.empty(0)] * 8)
 
@@ -495,27 +522,16 @@ def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, flo
     return sign, lag
 
 
-def _tellable(found: Detection, doubtful: BoolArray, *, free: float, frequency: float) -> BoolArray:
-    """Which spikes that moved nothing are worth a word.
-
-    The release of a mass that was held (until `free`, s) is a spike as well; and a ball that comes
-    to rest at a wall moves the mass over many milliseconds, which looks like less than a jump.
-    """
-    event = events_of(found.time, frequency=frequency)
-    late = (found.time > free + 0.5 / frequency) | (free == 0.0)
-    return np.asarray(late & ~np.isin(event, event[doubtful]))
-
-
-def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
-    """What checks.csv says of spikes that moved nothing."""
-    times = start + found.time[knocked]
+def _others_in_words(times: FloatArray, start: float) -> str:
+    """What checks.csv says of spikes that are no impacts of the ball."""
     apart = np.diff(times, prepend=-np.inf) > _ONE_KNOCK
-    shown = ", ".join(f"{t:.4g}" for t in times[apart][:_SHOWN])
+    shown = ", ".join(f"{start + t:.4g}" for t in times[apart][:_SHOWN])
     more = f" and {int(apart.sum()) - _SHOWN} more" if apart.sum() > _SHOWN else ""
     return (
-        f"{int(knocked.sum())} spikes of the acceleration at {shown}{more} s do not move the mass: "
-        "the slope of the displacement does not change there, as it does at an impact of the ball. "
-        "They are left out; they are probably knocks on the table or on the sensor's cable"
+        f"{times.size} spike{'s' * (times.size > 1)} of the acceleration at {shown}{more} s "
+        f"{'are no impacts' if times.size > 1 else 'is no impact'} of the ball, which was on its "
+        "way from wall to wall. Left out; look for knocks on the table or on the sensor's cable, "
+        "a mount that rings, or friction in the guide of the mass"
     )
 
 
@@ -529,17 +545,17 @@ _UNRESOLVED = (
 _CALIBRATED = 1.2  # a sensitivity may be off by as much
 _CUT_UP = 0.05  # of the contacts of either wall, that are in parts
 _SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
-_FEWEST = 10
+_FEWEST, _SHOWN_JUMP = 10, 5.0  # jumps; standard errors of one that the displacement shows
 
 
 def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
     """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth.
 
-    What the displacement's own errors scatter them by does not count. Contacts in parts (NaN) are
-    a soft wall where they are at one wall, else pulses that scatter.
+    Only jumps that it surely shows count, and not what its own errors scatter them by. Contacts in
+    parts (NaN) are a soft wall where they are at one wall, else pulses that scatter.
     """
     jumps = slopes.jump
-    known, parts = np.isfinite(jumps), np.isnan(pulses)
+    known, parts = np.abs(jumps) > _SHOWN_JUMP * slopes.jump_error, np.isnan(pulses)
     walls = [parts[known & (side * jumps > 0.0)] for side in (1.0, -1.0)]
     cut = min(float(own.mean()) if own.size else 0.0 for own in walls)
     both = known & (~parts | (cut > _CUT_UP))
@@ -578,13 +594,16 @@ _TURNS = 4
 _BEND_KNOWN = 0.02  # periods: error of a time that a bend of the displacement shows
 
 
+def _jumps(found: Detection, slopes: SlopeChanges, sign: float) -> tuple[FloatArray, FloatArray]:
+    """Jumps by both sensors."""
+    return weighted(found.jump / sign, found.jump_error / abs(sign), slopes.jump, slopes.jump_error)
+
+
 def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
     slopes = slopes or SlopeChanges(*[unknown] * 8)
-    jump, error = weighted(
-        found.jump / sign, found.jump_error / abs(sign), slopes.jump, slopes.jump_error
-    )
+    jump, error = _jumps(found, slopes, sign)
     return Impacts(
         time_s=start + found.time,
         nes=np.zeros(n, dtype=np.int64),

@@ -31,9 +31,6 @@ _LEAST = 6  # points to either side
 _MOST = 64  # impacts in a window: what is more crowded shows no single one of them
 _TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the displacement
 _SOONER, _LEAST_R = 0.25, 0.3  # of the time in which a ball of so small an r comes back to a wall
-_AREA = 0.15  # share by which the area of a pulse may be off
-_SEEN, _STILL = 0.1, 9.0  # of the usual jump: an error that shows it; chi^2 of no jump
-_SURE = 25.0  # difference in chi^2: five standard deviations
 
 
 @dataclass(frozen=True)
@@ -515,9 +512,7 @@ def events_of(times: FloatArray, *, frequency: float) -> IntArray:
     return np.asarray(np.cumsum(apart), dtype=np.int64)
 
 
-def joined(
-    found: Detection, x: Coarse, *, frequency: float, clearance: float
-) -> tuple[Detection, IntArray]:
+def joined(found: Detection, x: Coarse, *, frequency: float, clearance: float) -> Detection:
     """Contacts of a single ball that are parts of one longer contact, as one.
 
     A ball that left a wall comes back to it after 2 r v/a, a being the largest acceleration of the
@@ -538,12 +533,12 @@ def joined(
 
     Returns
     -------
-    Detection, int array
-        And the first contact of each. The jump of one that has parts is NaN, and so is its error.
+    Detection
+        The jump of one that has parts is NaN, and so is its error.
     """
     n = found.time.size
     if n < 2:
-        return found, np.arange(n)
+        return found
     size = np.abs(found.jump)
     event = events_of(found.time, frequency=frequency)
     usual = float(np.median(np.bincount(event, size)))
@@ -554,7 +549,7 @@ def joined(
     apart |= np.diff(event) > 0  # a contact of a twelfth of a period is none
     begins = np.flatnonzero(np.append(True, apart))
     if begins.size == n:
-        return found, begins
+        return found
     whole = np.diff(begins, append=n) == 1
     total = np.maximum(np.add.reduceat(size, begins), 1e-300)
 
@@ -572,78 +567,4 @@ def joined(
         confidence=largest_of(found.confidence),
         crowded=~whole | found.crowded[begins],
         clipped=np.logical_or.reduceat(found.clipped, begins),
-    ), begins
-
-
-def knocks_among(
-    found: Detection, x: Coarse, *, frequency: float, gain: float, lag: float,
-    settings: SlopeSettings,
-) -> tuple[BoolArray, BoolArray]:  # fmt: skip
-    """Which contacts of a single ball's record are no impacts, and which lie under a knock.
-
-    Contacts within a few milliseconds are of one wall: a ball cannot cross its cavity in between,
-    and their jumps add up. An event whose displacement shows no jump, where the pulses ask
-    for one far above its error, is a knock. Where it shows less than they ask for, a knock lies
-    over an impact: the contact as large as the jump stays, and place and velocity there are not
-    believed.
-
-    Parameters
-    ----------
-    found : Detection
-    x : Coarse
-        Displacement, m.
-    frequency : float
-        Of the oscillation, Hz.
-    gain, lag : float
-        Of the acceleration beside the displacement; s by which the latter is late.
-
-    Returns
-    -------
-    knocked, doubtful : bool arrays
-        For each contact: left out; kept, under a knock.
-    """
-    if not found.time.size:
-        return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
-    event = events_of(found.time, frequency=frequency)
-    count = int(event[-1]) + 1
-    jumps = np.asarray(found.jump / gain, dtype=np.float64)
-    size = np.asarray(np.bincount(event, np.abs(jumps), count), dtype=np.float64)
-    error = np.sqrt(np.bincount(event, (found.jump_error / gain) ** 2, count))
-    at = np.asarray(
-        np.bincount(event, np.abs(jumps) * found.time, count) / np.maximum(size, 1e-300),
-        dtype=np.float64,
     )
-    net = np.asarray(np.bincount(event, jumps, count), dtype=np.float64)
-    slopes = slope_changes(x, at + lag, net, frequency=frequency, settings=settings)
-    # A ball that comes to rest at a wall pushes the mass for many milliseconds: that is no jump.
-    resting = np.zeros(count, dtype=bool)
-    for number in np.flatnonzero(np.bincount(event) > 1):
-        own = jumps[event == number] * np.sign(net[number])
-        resting[number] = own[-1] > 0.0 and (np.diff(own) < 0.0).all()
-    # Without those that seem to be knocks the others are seen better, and so are these.
-    knocked = np.zeros(count, dtype=bool)
-    for _ in range(3):
-        shown, own = np.abs(slopes.jump), slopes.jump_error
-        still = (shown / own) ** 2
-        asked = ((shown - size) / np.hypot(np.hypot(own, error), _AREA * size)) ** 2
-        # Nothing is seen where what most events show would be, and would be seen.
-        others = shown[~knocked & np.isfinite(shown)]
-        usual = float(np.median(others)) if others.size else 0.0
-        blind = resting | ~np.isfinite(shown) | (own > _SEEN * usual) | (still > _STILL)
-        new: BoolArray = ~blind & (asked - still > _SURE)
-        if (new == knocked).all():
-            break
-        knocked = new
-        slopes = slope_changes(
-            x, at + lag, np.where(knocked, 0.0, net), frequency=frequency, settings=settings
-        )
-    over = ~resting & np.isfinite(shown) & ~knocked & (asked > _SURE) & (size > shown)
-    over &= np.asarray(np.bincount(event, minlength=count) > 1)
-    left_out = knocked[event]
-    doubtful = np.zeros(event.size, dtype=bool)
-    for number in np.flatnonzero(over):
-        members = np.flatnonzero(event == number)
-        best = members[np.argmin(np.abs(np.abs(jumps[members]) - shown[number]))]
-        left_out[members] = True
-        left_out[best], doubtful[best] = False, True
-    return left_out, doubtful

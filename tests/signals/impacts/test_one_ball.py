@@ -1,0 +1,85 @@
+"""Spikes between which no ball can have flown are no impacts; impacts are, however odd."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.signals.impacts.one_ball import of_the_ball
+
+M, C1, K1, BALL = 4.7, 3.02, 1.147e4, 0.032
+F, G = 7.862, 0.25e-3
+
+
+@lru_cache(maxsize=16)
+def motion(b, r=0.6, friction=0.0, tilt=0.0, release=0.0):
+    rig = Rig(Oscillator(M, C1, K1), nes=[NES(m=BALL, b=b, r=r, friction=friction, tilt=tilt)])
+    start = Release(x0=release, y0=[release - 0.99 * b])
+    base = None if release else Harmonic(G, F)
+    return simulate(rig, base, start, duration=6.0 if release else 20.0)
+
+
+def impacts_of(found, begin):
+    hits = found.impacts
+    late = (hits["time"] > begin) & (np.abs(hits["v_after"] - hits["v_before"]) > 1e-4)
+    return (
+        hits["time"][late], hits["x"][late], hits["v_before"][late],
+        (hits["v_after"] - hits["v_before"])[late],
+    )  # fmt: skip
+
+
+def with_spikes(found, begin, count, size, rng):
+    """Impacts with spikes between them, and which are impacts."""
+    t, x, v, jump = impacts_of(found, begin)
+    spikes = rng.uniform(t[1], t[-2], count)
+    spikes = spikes[np.abs(spikes[:, np.newaxis] - t).min(axis=1) > 0.01]
+    spikes = spikes[np.diff(spikes, prepend=-1.0) != 0.0]
+    there = found.at(spikes)
+    false = size * np.median(np.abs(jump)) * rng.choice([-1.0, 1.0], spikes.size)
+    order = np.argsort(np.concatenate([t, spikes]), kind="stable")
+    both = [
+        np.concatenate(pair)[order]
+        for pair in ((t, spikes), (x, there[0]), (v, there[1]), (jump, false))
+    ]
+    return both, order < t.size
+
+
+@pytest.mark.parametrize("size", [0.02, 0.1, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("b", [0.026, 0.031, 0.035, 0.045])
+def test_spikes_of_any_size_in_a_flight_are_told_from_impacts(b, size):
+    told, kept_of = [], []
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        (t, x, v, jump), true = with_spikes(motion(b), 8.0, 30, size, rng)
+        kept = of_the_ball(t, x, v, jump, np.full(t.size, 2e-4), clearance=b)
+        # an impact that is told from nothing by little may go with a spike beside it
+        faint = np.abs(jump) < 0.1 * np.median(np.abs(jump[true]))
+        kept_of += kept[true & ~faint].tolist()
+        told += (~kept[~true]).tolist()
+    assert np.mean(kept_of) > 0.99
+    # a spike at the moment at which a ball at the wall would strike as little goes for an impact
+    assert np.mean(told) > (0.7 if size < 0.2 else 0.85)
+
+
+@pytest.mark.parametrize(
+    "rig",
+    [
+        {"b": 0.026}, {"b": 0.031}, {"b": 0.045}, {"b": 0.06}, {"b": 0.031, "r": 0.3},
+        {"b": 0.031, "r": 0.9}, {"b": 0.031, "friction": 0.3}, {"b": 0.031, "tilt": 0.3},
+        {"b": 0.015, "release": 0.02}, {"b": 0.006, "release": 0.02},
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("stated", [1.0, 2.0, 0.5])
+def test_all_impacts_of_a_rig_are_impacts(rig, stated):
+    """Chatter, friction, a slope, a clearance that is typed as the total travel."""
+    t, x, v, jump = impacts_of(motion(**rig), 0.0 if "release" in rig else 8.0)
+    kept = of_the_ball(t, x, v, jump, np.full(t.size, 2e-4), clearance=stated * rig["b"])
+    assert kept.mean() > 0.99
+
+
+def test_where_no_law_of_flights_holds_every_spike_stays():
+    rng = np.random.default_rng(0)
+    t = np.sort(rng.uniform(0.0, 10.0, 100))
+    v, jump = rng.standard_normal((2, 100))
+    assert of_the_ball(t, 0.01 * v, v, jump, np.full(100, 1e-3), clearance=0.03).all()
