@@ -60,6 +60,8 @@ _MIDST = 0.2  # of its range that a motion's place of rest is away from its ends
 _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
 _EQUAL, _HELD = 4, 3  # samples: a gap is as long, and as so many values of a slow sensor
 _QUANTA = 8.0  # usual steps
+_LONE, _MOST_LONE = 30.0, 3  # usual bends, or steps, of a sample far off; of them in a row
+_RARE, _BACK = 0.01, 0.3  # of the samples, that are far off; of their bends, that may be left
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
 
 #: A counter that starts anew jumps across so much of the range, and no other step is half as large.
@@ -374,6 +376,46 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     ])  # fmt: skip
 
 
+def lone_samples(view: RecordView, role: str) -> Stretches:
+    """One to three samples that lie far from the motion on either side: a bit that was lost.
+
+    Each is far off the middle of its neighbours, and so are these by one half; a step is far off
+    beside two samples alone.
+
+    Examples
+    --------
+    >>> import tempfile; from pathlib import Path
+    >>> from vinesexp.records.stored.store import RecordWriter, open_record
+    >>> x = 0.005 * np.sin(np.arange(8000) / 100.0); x[3000] += 0.02; x[5000:5002] -= 0.01
+    >>> x[7000:] += 0.001
+    >>> path = Path(tempfile.mkdtemp()) / "a.nc"
+    >>> quantities = {"displacement": "displacement"}
+    >>> with RecordWriter(path, sample_rate=1e3, quantities=quantities) as writer:
+    ...     writer.append({"displacement": x})
+    >>> with open_record(path) as view:
+    ...     lone_samples(view, "displacement")
+    ((3000, 3001), (5000, 5002))
+    """
+    step = _levels(view, role).usual
+    found: list[tuple[int, int]] = []
+    for begin in range(0, view.n, _BLOCK):
+        low = max(begin - _BESIDE, 0)
+        x = view.read(role, low, begin + _BLOCK + _BESIDE)
+        bend = np.pad(x[1:-1] - 0.5 * (x[:-2] + x[2:]), 1)
+        far = np.abs(bend) > _LONE * max(float(np.median(np.abs(bend))), step)
+        if far.mean() > _RARE:
+            continue
+        at = np.flatnonzero(far)
+        for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size else ():
+            first, end = int(group[0]) + (group.size > 1), int(group[-1]) + (group.size == 1)
+            own = bend[first - 1 : end + 1]
+            # out and back: a crest bends to one side
+            alone = abs(float(own.sum())) < _BACK * float(np.abs(own).sum())
+            if 0 < end - first <= _MOST_LONE and alone:
+                found.append((low + first, low + end))
+    return _joined(found)
+
+
 def _gaps_at(values: IntArray, index: IntArray, otherwise: int) -> IntArray:
     """Values at indexes, of which some may lie beyond."""
     if not values.size:
@@ -512,6 +554,7 @@ def look_over(
             # A target is lost for a moment: what stands still for longer is a fault.
             moment = [run for run in stuck if period is not None and run.length < period]
             gaps = gaps_of_target(view, role, frozen=moment)
+            gaps = _joined([*gaps, *lone_samples(view, role)])
             stuck = [run for run in stuck if not within(run, gaps)]
         else:
             gaps = ()
