@@ -109,10 +109,17 @@ def test_the_size_of_the_blocks_plays_no_part(rows, tmp_path, monkeypatch):
     rate, start, values = read_channels(tmp_path / "a.csv", campaign.channels, time=campaign.time)
     assert (rate, start) == (RATE, 2 / RATE)
     np.testing.assert_allclose(values["displacement"], X[2:-1], rtol=1e-7, atol=1e-11)
-    # A hole in the middle is refused wherever the blocks end.
-    lines[70] = lines[70].rsplit(",", 1)[0] + ","
+    # A hole of one channel in the middle is a gap of this one, wherever the blocks end.
+    for line in (70, 71, 72):
+        lines[line] = lines[line].rsplit(",", 1)[0] + ","
     (tmp_path / "a.csv").write_text("\n".join(lines))
-    with pytest.raises(RecordError, match="line 71, column CH3: empty or NaN"):
+    values = read_channels(tmp_path / "a.csv", campaign.channels, time=campaign.time)[2]
+    empty = {role: np.flatnonzero(np.isnan(x)).tolist() for role, x in values.items()}
+    assert empty == {"base": [], "displacement": [], "acceleration": [67, 68, 69]}
+    # One of all channels is refused.
+    lines[70] = lines[70].split(",", 1)[0] + ",,,"
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    with pytest.raises(RecordError, match="line 71, column CH1: empty or NaN"):
         read_channels(tmp_path / "a.csv", campaign.channels, time=campaign.time)
 
 

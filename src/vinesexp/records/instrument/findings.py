@@ -538,10 +538,18 @@ def look_over(
     period = _period(view, record)
     missing: dict[str, Stretches] = _paused(view, record, samples, period)
     for role in view.roles:
+        empty = tuple((first - 1, end) for first, end in samples.lost.get(role, ()))
+        if empty:
+            said = _left_out(view, record, samples, role, empty, period, "cells are empty")
+            if record.test == "drop":
+                raise RecordError(f"{said.detail}: {_EVERY_HIT}")
+            found.append(said)
+            missing[role] = _joined([*missing.get(role, ()), *samples.lost[role]])
         if reported := samples.overload(role):
             found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
         # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
-        stuck = frozen(view, role, period=period if role == "displacement" else None)
+        still = frozen(view, role, period=period if role == "displacement" else None)
+        stuck = [run for run in still if not within(run, empty)]
         if role in _TARGETS and (at := starts_anew(view, role)).size:
             jump = np.ptp(view.read(role, int(at[0]) - 1, int(at[0]) + 1))
             raise RecordError(
@@ -558,11 +566,11 @@ def look_over(
             stuck = [run for run in stuck if not within(run, gaps)]
         else:
             gaps = ()
-        clipped = [run for run in saturated(view, role) if not within(run, gaps)]
+        clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
         stuck = [run for run in stuck if run not in clipped]
         if gaps:
-            found.append(_left_out(view, record, samples, role, gaps, period))
-            missing[role] = tuple(sorted({*missing.get(role, ()), *gaps}))
+            found.append(_left_out(view, record, samples, role, gaps, period, _JUMPS))
+            missing[role] = _joined([*missing.get(role, ()), *gaps])
         if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
             reported = f"{role} does not change at all; noise below one step of the instrument?"
             found.append(Check(record.id, "frozen", "warning", reported))
@@ -574,6 +582,10 @@ def look_over(
     return found, missing
 
 
+_EVERY_HIT = "a drop test needs every hit; cut the record there"
+_JUMPS = "it jumps away from its motion and back, as a laser that loses its target"
+
+
 def _paused(
     view: RecordView, record: Record, samples: AnySamples, period: float | None
 ) -> dict[str, Stretches]:
@@ -582,7 +594,7 @@ def _paused(
         return {}
     said = next(said for check, said in samples.warnings if check == "time")
     if record.test == "drop":
-        raise RecordError(f"{said}: a drop test needs every hit; cut the record there")
+        raise RecordError(f"{said}: {_EVERY_HIT}")
     _refuse_pieces(view, record, samples.gaps, period, said)
     return dict.fromkeys(view.roles, samples.gaps)
 
@@ -602,7 +614,7 @@ def _refuse_pieces(
 
 def _left_out(
     view: RecordView, record: Record, samples: AnySamples, role: str, gaps: Stretches,
-    period: float | None,
+    period: float | None, why: str,
 ) -> Check:  # fmt: skip
     """What is said of gaps; the record is refused where they leave no two periods in a row."""
     number, seconds = len(gaps), sum(end - first for first, end in gaps) / view.sample_rate
@@ -612,8 +624,7 @@ def _left_out(
         f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, {number} "
         f"time{'' if number == 1 else 's'}, the longest for "
         f"{1e3 * (end - first) / view.sample_rate:.3g} ms from {at:.6g} s "
-        f"({samples.source.locate(samples.trimmed[0] + first)}): it jumps away from its motion and "
-        "back, as a laser that loses its target"
+        f"({samples.source.locate(samples.trimmed[0] + first)}): {why}"
     )
     _refuse_pieces(view, record, gaps, period, reported)
     return Check(record.id, "gaps", "warning", f"{reported}; these stretches are left out")

@@ -173,9 +173,9 @@ def read_channels(
     if samples.quantities.get("displacement") == "velocity":
         velocity = values["displacement"] - np.nanmean(values["displacement"])
         values["displacement"] = integrated(velocity, 1.0 / samples.sample_rate)
-    for first, end in samples.gaps:  # what was not measured
-        for role in values:
-            values[role][first:end] = np.nan
+    for role, x in values.items():  # what was not measured
+        for first, end in (*samples.gaps, *samples.lost.get(role, ())):
+            x[first:end] = np.nan
     return samples.sample_rate, samples.start, values
 
 

@@ -79,6 +79,7 @@ class JoinedSamples:
         pairs = zip(sources, wanted, strict=True)
         self._parts = [_read(source, channels, setup) for source, channels in pairs if channels]
         self.quantities = {r: q for part in self._parts for r, q in part.samples.quantities.items()}
+        self.lost: dict[str, list[tuple[int, int]]] = {}  # such files are refused
         self.source = sources[0]
         self.trimmed, self.gaps = (0, 0), ()  # files whose times pause are not laid over another
         self.sample_rate, self.start, self._values = 1.0, 0.0, dict[str, FloatArray]()
@@ -148,6 +149,7 @@ def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
     with naming(source.path):
         samples = Samples(source, channels, time=setup.time, sample_rate=setup.sample_rate)
         blocks = samples.whole()
+        samples.refuse_lost()
         if samples.gaps:
             raise RecordError(
                 f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there"

@@ -2,9 +2,10 @@
 
 Rows come as blocks of complete ones: trimmed at the ends, whole in between, in range. Missing cells
 before the first or after the last complete row are trimmed, which is what loggers write when
-channels start or stop apart; a hole in the middle would shift everything behind it, so the record
-is refused. Samples marked as out of the instrument's range stand at its end instead. What
-campaign.yaml says of a channel leads to its column (`find_column`) and the size of its numbers.
+channels start or stop apart. A hole of some channels in the middle is a gap of these; one of all
+channels would shift everything behind it, so the record is refused. Samples marked as out of the
+instrument's range stand at its end instead. What campaign.yaml says of a channel leads to its
+column (`find_column`) and the size of its numbers.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cached_property
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.errors import RecordError, nearest
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
@@ -209,7 +211,10 @@ class Samples:
             source,
             indexes if self._time is None else [*indexes, self._time],
             measured=len(indexes),
+            partial=True,
         )
+        #: Of each channel with empty cells among its samples: first, and the one after the last.
+        self.lost: dict[str, list[tuple[int, int]]] = {}
         self.sample_rate = self._stated_rate(sample_rate)
         self.start = 0.0 if self._clock is not None else self._start
 
@@ -243,6 +248,7 @@ class Samples:
         for row, block in self._once(self._rows):
             if self._clock is not None:
                 self._clock.add(block[:, -1], row=row)
+            block = self._held(block)
             self.rows += len(block)
             yield self._si(block, row)
         self._compare_rows()
@@ -283,6 +289,27 @@ class Samples:
             if not again.all():
                 yield row, block[~again] if again.any() else block
 
+    def refuse_lost(self) -> None:
+        """Refuse a record with empty cells among its samples, and name the first of them."""
+        if any(self.lost.values()):
+            self._rows.refuse_hole(self.trimmed[0])
+
+    def _held(self, block: FloatArray) -> FloatArray:
+        """The block with the sample before them in the place of empty cells, which are noted."""
+        if np.isfinite(block).all():
+            self._last = block[-1]
+            return block
+        block = block.copy()
+        for k, conversion in enumerate(self._conversions):
+            runs = self.lost.setdefault(conversion.channel.role, [])
+            for first, end in runs_of(np.isnan(block[:, k])):
+                block[first:end, k] = self._last[k] if first == 0 else block[first - 1, k]
+                if runs and runs[-1][1] == self.rows + first:
+                    first = runs.pop()[0] - self.rows
+                runs.append((self.rows + first, self.rows + end))
+        self._last = block[-1]
+        return block
+
     def whole(self) -> list[dict[str, FloatArray]]:
         """All blocks at once, resampled where the clock is uneven."""
         try:
@@ -306,6 +333,7 @@ class Samples:
         n = round((clock.last - clock.first) / interval) + 1
         self._resampler = Resampler(clock.first, interval, n)
         self._uneven = uneven
+        self.refuse_lost()  # at even times nobody knows where they are
         self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
         self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
 
@@ -495,6 +523,9 @@ class Rows:
         The opened file.
     indexes : sequence of int
         Columns, of which the first `measured` are channels; a column of times may follow.
+    partial : bool
+        Between the first and the last complete row, give those too in which some channel has a
+        value.
 
     Attributes
     ----------
@@ -509,6 +540,7 @@ class Rows:
     source: Source
     indexes: Sequence[int]
     measured: int
+    partial: bool = False
     trimmed: tuple[int, int] = (0, 0)
     found: int = 0
     overloads: dict[int, tuple[int, int]] = field(default_factory=dict)
@@ -520,18 +552,37 @@ class Rows:
         for raw in self.source.blocks(self.indexes):
             block = self._within_range(raw, done)
             known = np.asarray(~np.isnan(block).any(axis=1))
+            if self.partial and not known.all() and (begin is not None or known.any()):
+                place = done + np.arange(len(block))
+                start = place[known][0] if begin is None else begin
+                known |= self._some(block) & (place > start) & (place < self._last)
             whole = np.flatnonzero(known)
             if len(whole):
                 first, last = int(whole[0]), int(whole[-1]) + 1
                 if begin is not None and done + first > end:
-                    self._refuse_hole(end)
+                    self.refuse_hole(end)
                 if len(whole) < last - first:
-                    self._refuse_hole(done + first + int(np.argmin(known[first:last])))
+                    self.refuse_hole(done + first + int(np.argmin(known[first:last])))
                 begin, end = done + first if begin is None else begin, done + last
                 yield done + first, block[first:last]
             done += len(raw)
         self.trimmed = (done, 0) if begin is None else (begin, done - end)
         self.found = done
+
+    def _some(self, block: FloatArray) -> BoolArray:
+        """Rows with their time and a value of some channel."""
+        empty = np.isnan(block)
+        channels, time = empty[:, : self.measured], empty[:, self.measured :]
+        return np.asarray(~channels.all(axis=1) & ~time.any(axis=1))
+
+    @cached_property
+    def _last(self) -> int:
+        """The last complete row, from one pass over the file."""
+        last, done = -1, 0
+        for raw in self.source.blocks(self.indexes):
+            whole = np.flatnonzero(~np.isnan(marks_to_infinity(raw)).any(axis=1))
+            last, done = (done + int(whole[-1]) if whole.size else last), done + len(raw)
+        return last
 
     def _within_range(self, raw: FloatArray, row: int) -> FloatArray:
         """Samples marked as out of the instrument's range, at the end of the range instead."""
@@ -566,18 +617,20 @@ class Rows:
             self._limits[index] = (low, high)
         return self._limits[index]
 
-    def _refuse_hole(self, row: int) -> None:
-        """Name the first missing cell of row `row`."""
+    def refuse_hole(self, row: int = 0) -> None:
+        """Name the first missing cell from row `row` on."""
         seen = 0
         for raw in self.source.blocks(self.indexes):
-            block = marks_to_infinity(raw)
-            if seen + len(block) > row:
-                column = self.indexes[int(np.argmax(np.isnan(block[row - seen])))]
+            empty = np.isnan(marks_to_infinity(raw))
+            empty[: max(row - seen, 0)] = False
+            if empty.any():
+                at = int(np.argmax(empty.any(axis=1)))
+                column = self.indexes[int(np.argmax(empty[at]))]
                 raise RecordError(
                     "empty or NaN among the samples; fill the gap, or cut the record before it",
-                    where=f"{self.source.locate(row)}, {self.name(column)}",
+                    where=f"{self.source.locate(seen + at)}, {self.name(column)}",
                 )
-            seen += len(block)
+            seen += len(empty)
 
     def emptiest(self) -> str:
         """Which column has no values, as a clause; empty where each has some."""
