@@ -278,4 +278,4 @@ def test_two_balls_that_take_turns_are_no_single_contact() -> None:
     one = np.full(80, 1e-4)
     found = Detection(times, one, jump, one, one, one, one, flags, flags, None, 1e-4, 0.0)
     x = Coarse(9.7e-3 * np.sin(2.0 * np.pi * 4.978 * np.arange(4100) * 1e-3), 1e-3, 0.0)
-    assert joined(found, x, frequency=4.978, clearance=0.0544)[0].time.size == 80
+    assert joined(found, x, frequency=4.978, clearance=0.0544).time.size == 80

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp.records.instrument import findings
-from vinesexp.records.instrument.findings import gaps_of_target, within
+from vinesexp.records.instrument.findings import gaps_of_target, lone_samples, within
 from vinesexp.records.stored.store import RecordWriter, open_record
 
 RATE, F = 5000.0, 7.9
@@ -92,3 +92,22 @@ def test_the_last_value_held_for_a_moment_is_a_gap(tmp_path):
         found = gaps_of_target(view, "displacement", frozen=frozen)
     assert found == ((7001, 7090),) or found == ((7000, 7090),)
     assert all(within(run, found) for run in frozen)
+
+
+@pytest.mark.parametrize("bits", [10, 12, 16, 24])
+def test_a_lost_bit_is_a_gap_of_one_sample(tmp_path, bits):
+    x, rng = swing(bits=bits), np.random.default_rng(4)
+    at = np.sort(rng.choice(np.arange(10, x.size - 10, 10), 20, replace=False))
+    x[at] += rng.choice([-1.0, 1.0], 20) * 4e-3
+    with stored(tmp_path, x) as view:
+        assert lone_samples(view, "displacement") == tuple((i, i + 1) for i in at.tolist())
+
+
+@pytest.mark.parametrize("bits", [6, 8, 12, 16])
+@pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-4])
+@pytest.mark.parametrize("every", [1, 10, 100])
+def test_an_honest_record_has_no_lone_sample(tmp_path, bits, noise, every):
+    x = swing(bits=bits, noise=noise)[::every]
+    x = np.where(np.arange(x.size) < 0.4 * x.size, x[0], x)  # held, then let go
+    with stored(tmp_path, x) as view:
+        assert lone_samples(view, "displacement") == ()

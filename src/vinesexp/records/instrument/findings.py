@@ -559,9 +559,7 @@ def look_over(
                 "phase starts anew there; measure with a wider range, or unwrap it"
             )
         if role in _TARGETS and (len(stuck) != 1 or stuck[0].length < view.n):
-            # A target is lost for a moment: what stands still for longer is a fault.
-            moment = [run for run in stuck if period is not None and run.length < period]
-            gaps = gaps_of_target(view, role, frozen=moment)
+            gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
             gaps = _joined([*gaps, *lone_samples(view, role)])
             stuck = [run for run in stuck if not within(run, gaps)]
         else:
