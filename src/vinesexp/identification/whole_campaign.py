@@ -613,7 +613,8 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
         name = weighed.cause.about
         if weighed.cause.kind != "effect" or name not in posterior:
             continue
-        value, error = posterior.of({name: 1.0})
+        laws = {"slope": 1.0, "fade": 1.0} if name == "slope" else {name: 1.0}
+        value, error = posterior.of(laws)
         if name == "wall":
             for wall, sign in (("plus", 0.5), ("minus", -0.5)):
                 r, r_error = posterior.of({"r": 1.0, "wall": sign})

@@ -1,5 +1,6 @@
 """Causes are weighed by their evidence, and none is seen in noise."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -26,7 +27,7 @@ from vinesexp.identification.joint.unknowns import (
     fit,
     posterior_of,
 )
-from vinesexp.identification.joint.whole import _only_so_true
+from vinesexp.identification.joint.whole import _as_sure_as_causes, _only_so_true
 from vinesexp.identification.joint.words import called, cause_checks
 
 
@@ -342,6 +343,19 @@ def test_what_changes_among_the_tests_with_a_ball_is_in_the_error():
     value, error = _only_so_true(data, observed, judged).of({"ln_f0": 1.0})
     assert value == pytest.approx(1e-3, abs=1e-5)
     assert error == pytest.approx(1e-3, rel=0.01)
+
+
+def test_a_cause_that_predicts_nothing_is_in_the_value_by_half_and_the_error_holds_both():
+    """With the one cause f0 is that of half of the records, without it that of all."""
+    observed, data = steps([0.0] * 4 + [2e-3] * 4)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    (found,) = judged.found
+    assert _as_sure_as_causes(data, observed, judged) is judged.posterior
+    doubted = replace(judged, found=(replace(found, sure=False),))
+    value, error = _as_sure_as_causes(data, observed, doubted).of({"ln_f0": 1.0})
+    with_it, without = 2e-3, 1e-3
+    assert value == pytest.approx(0.5 * (with_it + without), rel=0.01)
+    assert error == pytest.approx(0.5 * (with_it - without), rel=0.01)
 
 
 def test_one_test_that_is_unlike_all_others_is_named_and_the_value_is_that_of_the_others():

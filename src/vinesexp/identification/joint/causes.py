@@ -51,6 +51,7 @@ _ACCELERATION = tuple(FACTORS)
 _WIDTHS = {
     "wall": 0.05,
     "slope": 0.05,
+    "fade": 0.05,
     "friction": 0.3,
     "tilt": 0.1,
     "contact": 1e-3,
@@ -59,6 +60,8 @@ _WIDTHS = {
     "even": 0.3,
     "odd": 30.0,
 }
+#: Laws of the same effect, of which one is enough.
+_ABOUT = {"fade": "slope"}
 #: Effects and changes are as small as in most labs or, more rarely, far larger: walls of steel and
 #: rubber, an amplifier in another range.
 _AS_FAR, _NEAR = (("", 1.0, 1), (", strong", 6.0, 5)), ("contact", "even", "odd")
@@ -376,6 +379,8 @@ def _same(a: Cause, b: Cause) -> bool:
     """Whether two causes say the same of the same thing: one of them is enough."""
     if a.about != b.about or a.kind != b.kind or a.direction is None or b.direction is None:
         return False
+    if a.kind == "effect":
+        return True
     keys = set(a.direction.terms) | set(b.direction.terms)
     u = np.array([a.direction.terms.get(k, 0.0) for k in keys])
     v = np.array([b.direction.terms.get(k, 0.0) for k in keys])
@@ -543,7 +548,7 @@ def _effects(o: Observed) -> list[Cause]:
     if pulses:
         priors["contact"] = Prior(*(share * float(np.median(pulses)) for share in _OF_PULSE))
     found = [
-        Cause(f"effect {name}{how}", "effect", name,
+        Cause(f"effect {name}{how}", "effect", _ABOUT.get(name, name),
               Direction({name: 1.0}, Prior(prior.value, times * prior.error)),
               positive=name in ("friction", "contact", "drag"), members=members)
         for name, prior in priors.items()

@@ -12,6 +12,8 @@ of ball and contact moves them in its own way:
     rolling, a share s             + s (v - mean v of the mass) at either end
     hollow floor, kappa (y - x)    the ball arrives and had left slower by kappa b T/6, and by what
                                    the mass moves in between
+    speed u of an impact           r + slope (u - u0), or r + fade u0 ln(u/u0), which metals and
+                                   plastics follow over a wide range
     drag, kappa w |w|              the air in a narrow cavity slows a ball of relative speed w:
                                    by kappa times the mean of w^2 t over the flight slower at the
                                    end, of w^2 (T - t) faster at the beginning
@@ -40,12 +42,14 @@ from vinesexp.identification.joint.unknowns import Local
 #: Local quantities of the collisions of a record, in order.
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
-    "wall", "slope", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even", "odd",
+    "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
+    "odd",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
     "wall": "1",
     "slope": "s/m",
+    "fade": "s/m",
     "friction": "m/s^2",
     "tilt": "m/s^2",
     "contact": "s",
@@ -63,6 +67,7 @@ _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
 _OF_NORMAL = 0.831
 _SETTLED = 30  # steps towards that scale, each of which leaves less than half of what is off
 _TINY = 1e-9
+_SLOWEST = 0.02  # of the usual speed: slower ones, which noise may turn, count as this one
 _LEAST, _MOST = 0.4, 6.0  # variance of a mean over that of independent collisions
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
@@ -109,10 +114,10 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: ComplexArray) -> ComplexArray:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (18, ..., 1)."""
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (19, ..., 1)."""
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
-        wall, slope, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:]
+        wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:]
 
         def straight(x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
             """A place without the bend of the sensor, and what it makes of a velocity there."""
@@ -149,7 +154,9 @@ class Collisions:
         u_after = u_after - begins + contact * carried_after / T_after + roll * rolled_after
         before, after = v_before - u_before, v_after - u_after
         speed = before * np.sign(before.real)
-        own_r = r + 0.5 * wall * s + slope * (speed - self.speed)
+        faster = speed / self.speed
+        faster = np.where(faster.real > _SLOWEST, faster, _SLOWEST)
+        own_r = r + 0.5 * wall * s + self.speed * (slope * (faster - 1.0) + fade * np.log(faster))
         # the spring moves the mass on while they touch
         moved = _DURING * (1.0 - r) * contact * self.omega2 * x * scale
         eps = np.exp(ln_eps)
