@@ -24,11 +24,9 @@ from vinesexp.report.replay_verdict import other_branches, replay_verdict
 from vinesexp.report.tables_shown import (
     PARAMETERS,
     TESTS,
-    budget_table,
     coverage_table,
     effects_table,
     identified_table,
-    levels_table,
     regimes_by_test,
     stated_rows,
     stated_sentence,
@@ -338,9 +336,9 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             for name, what in PARAMETERS.items()
             if name not in known and f"{name}_1" not in known  # r of balls that differ
         },
-        "levels": levels_table(found.rows("level_values")),
+        "levels": found.rows("level_values"),
         "coverage": coverage_table(),
-        "budget": budget_table(found.rows("budget")),
+        "budget": found.rows("budget"),
         **_of_tests(found),
         "definitions": REGIMES,
         "replay": replay_verdict(found.rows("replay"), found.rows("checks")),

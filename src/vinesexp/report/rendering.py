@@ -9,7 +9,13 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.figures.numbers import millimetres, rounded, significant
+from vinesexp.figures.numbers import (
+    millimetres,
+    plus_minus,
+    plus_minus_brief,
+    rounded,
+    significant,
+)
 from vinesexp.figures.style import Drawn
 from vinesexp.units import counted
 
@@ -100,9 +106,9 @@ def rendered(package: str, template: str, content: dict[str, Any]) -> str:
     package : str
         It has a folder ``templates``.
     template : str
-        Values are escaped; the filters are ``counted``, ``millimetres``, ``rounded``,
-        ``significant`` and ``symbols``. A name that the template uses and `content` lacks is an
-        error, never an empty place on the page.
+        Values are escaped; the filters are ``counted``, ``millimetres``, ``plus_minus``,
+        ``plus_minus_brief``, ``rounded``, ``significant`` and ``symbols``. A name that the
+        template uses and `content` lacks is an error, never an empty place on the page.
     content : dict
     """
     return environment(package).get_template(template).render(**content)
@@ -123,6 +129,8 @@ def environment(package: str) -> Environment:
     found.filters.update(
         counted=counted,
         millimetres=millimetres,
+        plus_minus=plus_minus,
+        plus_minus_brief=plus_minus_brief,
         rounded=rounded,
         significant=significant,
         symbols=symbols,

@@ -1,5 +1,5 @@
-"""Tables of the report as text: tests, identified values, their budget, levels, regimes, stated
-values, and how often stated intervals held the truth."""
+"""Tables of the report as text: tests, identified values, regimes, stated values, and how often
+stated intervals held the truth."""
 
 from __future__ import annotations
 
@@ -22,40 +22,6 @@ from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
 from vinesexp.units import COVERAGE_95, counted
-
-_VALUES = {
-    "f0": ("f0_hz", "f0_error_hz"),
-    "zeta": ("zeta", "zeta_error"),
-    "c1": ("c1_n_s_m", "c1_error_n_s_m"),
-    "k1": ("k1_n_m", "k1_error_n_m"),
-}
-
-
-def levels_table(rows: Sequence[Row]) -> list[dict[str, str]]:
-    """Rows of level_values.csv as text; a value that is not known is a dash.
-
-    Examples
-    --------
-    >>> row = {"base_amplitude_mm": 0.25, "amplitude_m": 0.0053, "f0_hz": 7.86732,
-    ...        "f0_error_hz": 0.0012, "zeta": 0.00776, "zeta_error": 0.00002}
-    >>> levels_table([row])[0]["zeta"], levels_table([row])[0]["c1"]
-    ('(7.760 ± 0.039)·10⁻³', '–')
-    """
-    return [
-        {
-            "base": significant(row["base_amplitude_mm"]),
-            "amplitude": significant(row["amplitude_m"], factor=1e3),
-            **{name: _shown(row, *columns) for name, columns in _VALUES.items()},
-        }
-        for row in rows
-    ]
-
-
-def _shown(row: Row, value: str, error: str) -> str:
-    if not row.get(value):
-        return "–"
-    return plus_minus(row[value], row[error])
-
 
 #: Tests in the order of the page, each with its heading.
 TESTS = {
@@ -136,19 +102,9 @@ def regimes_by_test(results: CampaignResults) -> dict[str, list[dict[str, Any]]]
                 "regime": words,
                 "impacts": each if " | " in each else significant(row["impacts_per_cycle"]),
                 "lost": lost_in_words(lost) or "–",
-                "mean": _mean(row),
-                "cycles": "–" if row.get("cycles") is None else f"{row['cycles']:.0f}",
             }
         )
     return found
-
-
-def _mean(row: Row) -> str:
-    """Mean amplitude, mm, with its ± where the record gives one."""
-    error = row.get("amplitude_error_m")
-    if error is None:
-        return significant(row["amplitude_mean_m"], factor=1e3)
-    return plus_minus_brief(1e3 * row["amplitude_mean_m"], 1e3 * error)
 
 
 def bands_in_words(rows: Sequence[Row]) -> str:
@@ -259,49 +215,6 @@ def stated_sentence(rows: Sequence[Row]) -> str:
 
 def _with_unit(row: Row, name: str) -> str:
     return plus_minus(row[name], row[f"{name}_error"] or 0.0, row["unit"])
-
-
-#: Shares below this are left to the sum of the rest.
-_LEAST = 0.01
-
-
-def budget_table(rows: Sequence[Row]) -> list[dict[str, str]]:
-    """Rows of budget.csv, the largest share of each parameter first.
-
-    Examples
-    --------
-    >>> rows = [{"parameter": "M", "source": "scatter", "contribution": 0.001, "share": 0.2,
-    ...          "note": ""},
-    ...         {"parameter": "M", "source": "added mass", "contribution": 0.002, "share": 0.8,
-    ...          "note": "1 g assumed"}]
-    >>> [(row["source"], row["share"]) for row in budget_table(rows)]
-    [('added mass', '80 %'), ('scatter', '20 %')]
-    """
-    shown = []
-    for parameter in dict.fromkeys(row["parameter"] for row in rows):
-        own = [row for row in rows if row["parameter"] == parameter]
-        own.sort(key=lambda row: -(row["share"] or 0.0))
-        for row in own:
-            share = row["share"] or 0.0
-            if share < _LEAST:
-                continue
-            shown.append(
-                {
-                    "parameter": parameter,
-                    "source": row["source"],
-                    "contribution": _contribution(row),
-                    "share": f"{100.0 * share:.0f} %",
-                    "note": row["note"],
-                }
-            )
-    return shown
-
-
-def _contribution(row: Row) -> str:
-    """In the unit of the identified value; clearances in mm."""
-    if row["parameter"].startswith(("b_c", "b_t")):
-        return f"{significant(row['contribution'], digits=2, factor=1e3)} mm"
-    return significant(row["contribution"], digits=2)
 
 
 #: calibration.csv, which benchmarks/calibration writes.
