@@ -118,16 +118,8 @@ def lead(found: Differences) -> str:
 
 def differences_page(found: Differences) -> str:
     """What changed first, what stayed folded below; one HTML file that needs nothing else."""
-    parts = []
-    for kind, heading in _KINDS.items():
-        rows = [row for row in found.rows if row.kind == kind]
-        always = kind in ("value", "clearance")
-        shown = [row for row in rows if always or row.matters]
-        folded = [row for row in rows if not (always or row.matters)]
-        if rows:
-            parts.append({"heading": heading, "shown": shown, "folded": folded})
-    content = {"a": found.a, "b": found.b, "lead": lead(found), "about": found.about_data()}
-    return rendered("vinesexp.report", "differences.html.j2", {**content, "parts": parts})
+    content = {"found": found, "lead": lead(found), "kinds": _KINDS}
+    return rendered("vinesexp.report", "differences.html.j2", content)
 
 
 def _apart(row: Difference) -> str:
@@ -189,23 +181,13 @@ def mean_in_words(one: Repeated) -> str:
 
 def repeatability_page(found: Repeatability) -> str:
     """The page, one HTML file that needs nothing else."""
-    shown = [
-        {
-            "name": one.what,
-            "mean": mean_in_words(one),
-            "spread": spread_in_words(one),
-            "kind": {"scatters": "differ", "repeats": "agree"}.get(one.verdict, "open"),
-            "verdict": one.verdict,
-            "figure": _figure(one, number) if one.values.size > 1 else "",
-        }
-        for number, one in enumerate(found.series)
-    ]
     content = {
-        "names": found.names,
-        "folders": found.folders,
+        "found": found,
         "lead": repeatability_lead(found),
         "errors": about_errors(found),
-        "series": shown,
+        "mean": mean_in_words,
+        "spread": spread_in_words,
+        "figure": _figure,
     }
     return rendered("vinesexp.report", "repeatability.html.j2", content)
 
