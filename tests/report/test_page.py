@@ -126,6 +126,19 @@ def test_the_verdict_comes_first(full):
     assert "bc lies where two impacts per cycle end" in text
 
 
+def test_a_record_stands_beside_its_replays(full):
+    """Made up 2 % off, with a range of 4 %."""
+    text = text_of(full.html)
+    row = re.search(
+        r"amplitude \(mm\) ([\d.]+) ([\d.]+) \(([\d.]+) to ([\d.]+)\) -2.0 % – two symmetric x",
+        text,
+    )
+    assert row is not None
+    measured, replayed, low, high = map(float, row.groups())
+    assert replayed == pytest.approx(1.02 * measured, rel=2e-3)
+    assert (low, high) == pytest.approx((measured, 1.04 * measured), rel=2e-3)
+
+
 def test_the_first_figure_stands_before_the_first_table(full, bare):
     for made, name in ((full, "clearance_periodic"), (bare, "ringdown_fit")):
         assert made.html.index(f'id="figure-{name}"') < made.html.index("<table")

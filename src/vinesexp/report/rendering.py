@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from vinesexp.figures.numbers import (
     millimetres,
+    percent,
     plus_minus,
     plus_minus_brief,
     rounded,
@@ -106,9 +107,9 @@ def rendered(package: str, template: str, content: dict[str, Any]) -> str:
     package : str
         It has a folder ``templates``.
     template : str
-        Values are escaped; the filters are ``counted``, ``millimetres``, ``plus_minus``,
-        ``plus_minus_brief``, ``rounded``, ``significant`` and ``symbols``. A name that the
-        template uses and `content` lacks is an error, never an empty place on the page.
+        Values are escaped; the filters are ``counted``, those of `figures.numbers` and
+        ``symbols``. A name that the template uses and `content` lacks is an error, never an empty
+        place on the page.
     content : dict
     """
     return environment(package).get_template(template).render(**content)
@@ -129,6 +130,7 @@ def environment(package: str) -> Environment:
     found.filters.update(
         counted=counted,
         millimetres=millimetres,
+        percent=percent,
         plus_minus=plus_minus,
         plus_minus_brief=plus_minus_brief,
         rounded=rounded,

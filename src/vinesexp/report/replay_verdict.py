@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.errors import VinesexpError
-from vinesexp.figures.numbers import percent, significant
 from vinesexp.maps.basins import STARTS, Attractor, coexisting
 from vinesexp.records.stored.tables import Row
 from vinesexp.theory.regime_definitions import PERMANENT
@@ -19,12 +19,6 @@ from vinesexp.theory.regime_definitions import PERMANENT
 ALIKE = 0.1
 #: Records that are looked at; more say no more.
 MOST = 12
-
-#: What a record is judged by, the first that it has: its name with the unit, units per SI unit.
-_SHOWN = {
-    "amplitude": ("amplitude (mm)", 1e3),
-    "decay time": ("decay time (s)", 1.0),
-}
 
 
 @dataclass(frozen=True)
@@ -35,12 +29,13 @@ class ReplayVerdict:
     ----------
     sentence : for the section.
     warning : for the verdict; empty where every record is replayed.
-    rows : one a record, as shown; those that differ first.
+    rows : one a record, those that differ first: ``record``, ``differs``, the names of its
+        quantities that do, and ``own``, its rows of replay.csv by quantity.
     """
 
     sentence: str
     warning: str
-    rows: tuple[dict[str, str], ...]
+    rows: tuple[dict[str, Any], ...]
 
 
 def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict | None:
@@ -103,42 +98,11 @@ def _within(rows: Sequence[Row]) -> str:
     return ", ".join(shown) or "as far as they can be compared"
 
 
-def _records(rows: Sequence[Row]) -> Iterator[dict[str, str]]:
-    """One row a record: what it is judged by, impacts per cycle, and the regime of its replays."""
+def _records(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
     for record in dict.fromkeys(row["record"] for row in rows):
         own = {row["quantity"]: row for row in rows if row["record"] == record}
-        main = next((name for name in _SHOWN if name in own), "")
-        regime = own.get("regime", {})
-        yield {
-            "record": record,
-            **(_compared(own[main]) if main else dict.fromkeys(_COMPARED, "–")),
-            "impacts": _impacts(own.get("impacts per cycle")),
-            "regime": regime.get("measured") or "–",
-            "starts": regime.get("starts") or regime.get("replayed") or "–",
-            "differs": ", ".join(name for name, row in own.items() if row["outcome"] == "differs"),
-        }
-
-
-_COMPARED = ("quantity", "measured", "replayed", "deviation")
-
-
-def _compared(row: Row) -> dict[str, str]:
-    """The cells of one quantity, in the units of the report."""
-    name, factor = _SHOWN[row["quantity"]]
-    low, high = (significant(row[end], factor=factor) for end in ("low", "high"))
-    replayed = significant(row["replayed"], factor=factor)
-    return {
-        "quantity": name,
-        "measured": significant(row["measured"], factor=factor),
-        "replayed": replayed if low == high else f"{replayed} ({low} to {high})",
-        "deviation": "–" if row["deviation"] is None else percent(row["deviation"]),
-    }
-
-
-def _impacts(row: Row | None) -> str:
-    if row is None:
-        return "–"
-    return f"{significant(row['measured'])}, {significant(row['replayed'])}"
+        differs = ", ".join(name for name, row in own.items() if row["outcome"] == "differs")
+        yield {"record": record, "differs": differs, "own": own}
 
 
 def other_branches(
