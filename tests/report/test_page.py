@@ -129,14 +129,23 @@ def test_the_verdict_comes_first(full):
 def test_a_record_stands_beside_its_replays(full):
     """Made up 2 % off, with a range of 4 %."""
     text = text_of(full.html)
-    row = re.search(
-        r"amplitude \(mm\) ([\d.]+) ([\d.]+) \(([\d.]+) to ([\d.]+)\) -2.0 % – two symmetric x",
-        text,
-    )
+    number = r"([\d.]+)"
+    cells = rf"amplitude \(mm\) {number} {number} \({number} to {number}\) -2.0 % –"
+    row = re.search(f"{cells} two symmetric x", text)
     assert row is not None
     measured, replayed, low, high = map(float, row.groups())
     assert replayed == pytest.approx(1.02 * measured, rel=2e-3)
     assert (low, high) == pytest.approx((measured, 1.04 * measured), rel=2e-3)
+
+
+def test_a_release_has_a_line_with_what_is_bracketed(full):
+    """20 mm to 10 mm is fastest at the largest that was tried: the line does not name it."""
+    text = text_of(full.html)
+    (line,) = re.findall(r"Release from 20 mm: bt exact .*?\.(?= [A-Z])", text)
+    assert re.search(
+        r"exact 27.3 ± 0.\d mm, published 33.3 mm; measured fastest to 3 mm with", line
+    )
+    assert "to 10 mm" not in line
 
 
 def test_the_first_figure_stands_before_the_first_table(full, bare):

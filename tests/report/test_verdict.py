@@ -9,7 +9,6 @@ from vinesexp.report.verdict import (
     agreement,
     headline,
     predicted,
-    release_lines,
     within,
 )
 
@@ -178,16 +177,6 @@ def test_what_is_absent_stays_absent():
     row = {"published_mm": 33.3, "exact_mm": None, "release_mm": 20.0, "target_mm": 3.0}
     assert predicted(row) == ""
     assert within(row) == ""
-    (line,) = release_lines([row])
-    assert (line["exact"], line["published"], line["fastest"]) == ("", "33.3", "")
-
-
-def test_a_bound_is_no_fastest_clearance():
-    """20 mm to 10 mm is fastest at the largest that was tried: the line does not name it."""
-    rows = [release(10.0, 48.0, 41.94, None, "at least"), release(3.0, 30.0, 23.94, 33.06)]
-    (line,) = release_lines(rows)
-    assert line == {
-        "height": "20 mm", "exact": "27.3 ± 0.3", "published": "33.3",
-        "fastest": "to 3 mm with 30.0 mm",
-    }  # fmt: skip
-    assert predicted(rows[1] | {"predicted_low_mm": None, "predicted_high_mm": None}) == "27.32"
+    known = release(3.0, 30.0, 23.94, 33.06)
+    assert predicted(known) == "27.3 ± 0.3"
+    assert predicted(known | {"predicted_low_mm": None, "predicted_high_mm": None}) == "27.32"

@@ -36,7 +36,6 @@ from vinesexp.report.verdict import (
     headline,
     periodic_verdicts,
     predicted,
-    release_lines,
     release_rows,
     span,
     within,
@@ -360,7 +359,6 @@ def _answer(results: CampaignResults, parameters: Mapping[str, str]) -> dict[str
     return {
         "periodic": periodic,
         "releases": releases,
-        "heights": release_lines(releases),
         "headline": headline(periodic, releases, parameters, results.rows("checks")),
         "within": within,
         "span": span,

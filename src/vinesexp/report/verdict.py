@@ -322,34 +322,6 @@ def _agreement(periodic: Sequence[PeriodicVerdict]) -> str:
     return f" Prediction and measurement agree{every}."
 
 
-def release_lines(releases: Sequence[Row]) -> list[dict[str, str]]:
-    """One line a release height: b_t, and the fastest clearance that was bracketed to each level.
-
-    Examples
-    --------
-    >>> row = {"release_mm": 20.0, "target_mm": 3.0, "published_mm": 33.33, "exact_mm": 27.3,
-    ...        "measured_mm": 30.0, "measured_low_mm": 24.0, "measured_high_mm": 33.1, "bound": ""}
-    >>> release_lines([row])[0]["fastest"]
-    'to 3 mm with 30.0 mm'
-    """
-    heights: dict[float, list[Row]] = {}
-    for row in releases:
-        heights.setdefault(row["release_mm"], []).append(row)
-    return [
-        {
-            "height": f"{height:.6g} mm",
-            "exact": predicted(own[0]),
-            "published": millimetres(own[0]["published_mm"]),
-            "fastest": ", ".join(
-                f"to {row['target_mm']:.6g} mm with {millimetres(row['measured_mm'])} mm"
-                for row in own
-                if within(row) and not row["bound"]
-            ),
-        }
-        for height, own in heights.items()
-    ]
-
-
 _EDGE = {
     "at most": "the smallest that was tried, or as good as that one",
     "at least": "the largest that was tried, or as good as that one",
