@@ -537,10 +537,10 @@ def _others_in_words(times: FloatArray, start: float) -> str:
 
 #: What checks.csv says of an accelerometer whose pulses are no measure of jumps.
 _UNRESOLVED = (
-    "the areas of the accelerometer's pulses do not agree with the jumps of velocity that "
-    "the displacement shows: the sensor was sampled too slowly for them, without a filter before "
-    "(aliased), or is loose; the jumps are those of the displacement alone. Sample faster, or "
-    "filter before sampling"
+    "the areas of the accelerometer's pulses do not agree with the jumps of velocity that the "
+    "displacement shows, so that the jumps are those of the displacement alone. Either the sensor "
+    "was sampled too slowly for them, without a filter before (aliased), or it is loose, or "
+    "contacts that last overlap"
 )
 _CALIBRATED = 1.2  # a sensitivity may be off by as much
 _CUT_UP = 0.05  # of the contacts of either wall, that are in parts
