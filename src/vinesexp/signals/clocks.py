@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from scipy.special import stdtrit
 
-from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
+from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
@@ -27,7 +27,7 @@ from vinesexp.signals.base_motion import sines_of_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.corrections import Correction, as_read, correct, with_indices
 from vinesexp.signals.free_from import free_sample
-from vinesexp.signals.means import channel_means, fill_gaps, group_size, longest_run
+from vinesexp.signals.means import channel_means, fill_gaps, group_size
 
 #: Tests whose motion shows the clock of a recorder.
 MENDED = ("periodic", "ringdown", "transient")
@@ -138,7 +138,6 @@ class Cut:
     """Samples that are lost between two of a record, nobody knows how many: two records in one.
 
     Where only the channels in `late` lost them: about how many, by which what follows is too early.
-    A gap that is longer than half a period is one too, whatever its times say.
     """
 
     first: int
@@ -149,6 +148,18 @@ class Cut:
     def kept(self, n: int) -> tuple[int, int]:
         """First sample of the longer part, and the one after its last."""
         return (self.last, n) if n - self.last > self.first else (0, self.first)
+
+
+@dataclass(frozen=True)
+class LongGaps:
+    """Gaps across which the motion is not known, whatever their times say.
+
+    The longest stretch between them is that from `begin` to `end`.
+    """
+
+    count: int
+    begin: int
+    end: int
 
 
 @dataclass(frozen=True)
@@ -166,6 +177,9 @@ class Start:
 
     roles: tuple[str, ...]
     late: int
+
+
+Fault = Lost | Cut | LongGaps | OtherClock | Start
 
 
 def law_of(series: Course) -> Law | None:
@@ -392,7 +406,7 @@ def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:
 
 def fault_of(
     view: RecordView, *, frequency: float, driven: bool, together: bool = False
-) -> Lost | Cut | OtherClock | Start | None:
+) -> Fault | None:
     """The most certain fault of a record's clocks.
 
     Parameters
@@ -405,9 +419,9 @@ def fault_of(
     together : bool
         Whether its recorders were laid over one another already.
     """
-    gap = _long_gap(view, frequency)
-    if gap is not None:
-        return gap
+    gaps = _long_gaps(view, frequency)
+    if gaps is not None:
+        return gaps
     start = None if together else _start_of_recorders(view, frequency)
     if start is not None:
         return start
@@ -420,13 +434,16 @@ def fault_of(
     return one or _jump(view, frequency) or every
 
 
-def _long_gap(view: RecordView, frequency: float) -> Cut | None:
-    """The longest stretch in which some channel shows nothing, if it is too long to be filled."""
+def _long_gaps(view: RecordView, frequency: float) -> LongGaps | None:
+    """Stretches in which some channel shows nothing, that are too long to be filled."""
     lost = np.zeros(view.n, dtype=bool)
     for role in view.roles:
         lost |= ~np.isfinite(np.concatenate([*as_read(view, role)]))
-    first, last = longest_run(lost)
-    return Cut(first, last) if last - first > _LONG * view.sample_rate / frequency else None
+    limit = _LONG * view.sample_rate / frequency
+    gaps = [gap for gap in runs_of(lost) if gap[1] - gap[0] > limit]
+    ends, begins = [*(gap[0] for gap in gaps), view.n], [0, *(gap[1] for gap in gaps)]
+    longest = max(zip(begins, ends, strict=True), key=lambda part: part[1] - part[0])
+    return LongGaps(len(gaps), *longest) if gaps else None
 
 
 def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
@@ -698,7 +715,7 @@ def _correction(
     return Correction([check], *_mended(view, found))
 
 
-def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequency: float) -> str:
+def _in_words(found: Fault, view: RecordView, frequency: float) -> str:
     if isinstance(found, OtherClock):
         total = found.ratio * view.n / view.sample_rate
         return (
@@ -707,19 +724,21 @@ def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequenc
             f"acceleration and displacement drifts by {1e3 * total:.3g} ms over the record; it is "
             "resampled to their clock"
         )
+    if isinstance(found, LongGaps):
+        begin, end = view.time(found.begin, found.begin + 1)[0], view.time(found.end - 1)[0]
+        times = "once" if found.count == 1 else f"{found.count} times"
+        return (
+            f"a channel shows nothing for longer than half a period of the motion, {times}: only "
+            f"the longest part between, from {begin:.6g} to {end:.6g} s, is used"
+        )
     if isinstance(found, Cut):
-        begin, end = (float(view.time(i, i + 1)[0]) for i in (found.first, found.last))
+        at = float(view.time(found.first, found.first + 1)[0])
         kept = "after" if found.kept(view.n)[0] else "before"
-        if found.last > found.first and not found.late:
-            return (
-                f"a channel shows nothing from {begin:.6g} to {end:.6g} s, longer than half a "
-                f"period of the motion: only the longer part, {kept} it, is used"
-            )
         seen = "the displacement jumps there and continues around the same mean"
         if found.late:
             seen = "the lag between acceleration and displacement steps there"
         return (
-            f"samples are lost at {begin:.6g} s: {seen}; the number of lost samples is not "
+            f"samples are lost at {at:.6g} s: {seen}; the number of lost samples is not "
             f"certain, so only the longer part, {kept} this time, is used"
         )
     if isinstance(found, Start):
@@ -748,14 +767,15 @@ def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequenc
     )
 
 
-def _mended(
-    view: RecordView, found: Lost | Cut | OtherClock | Start
-) -> tuple[Mapping[str, Iterator[FloatArray]], float]:
+def _mended(view: RecordView, found: Fault) -> tuple[Mapping[str, Iterator[FloatArray]], float]:
     """The channels without the fault, and the time of their first sample."""
     if isinstance(found, Lost):
         return {role: _with_gap(view, role, found) for role in view.roles}, view.start
     if isinstance(found, OtherClock):
         return {found.role: _on_clock(view, found)}, view.start
+    if isinstance(found, LongGaps):
+        streams = {role: as_read(view, role, found.begin, found.end) for role in view.roles}
+        return streams, float(view.time(found.begin, found.begin + 1)[0])
     if isinstance(found, Start):
         first, n = max(-found.late, 0), view.n - abs(found.late)
         begins = {role: first + found.late * (role in found.roles) for role in view.roles}
