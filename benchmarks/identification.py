@@ -15,6 +15,7 @@ import argparse
 import math
 import tempfile
 import time
+import timeit
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,12 +89,7 @@ def records(
 
 def timed(work: Callable[[], object], repeat: int = 3) -> float:
     """Milliseconds of the processor, the least of a few."""
-    best = math.inf
-    for _ in range(repeat):
-        begin = time.process_time()
-        work()
-        best = min(best, time.process_time() - begin)
-    return 1e3 * best
+    return 1e3 * min(timeit.repeat(work, timer=time.process_time, number=1, repeat=repeat))
 
 
 def variance(noise: float, full: float, sigma: float) -> float:

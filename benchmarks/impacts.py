@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 import time
+import timeit
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -108,12 +109,7 @@ def speeds() -> list[Speed]:
 
 
 def _best(function: Callable[[], object]) -> float:
-    times = []
-    for _ in range(3):
-        begin = time.process_time()
-        function()
-        times.append(time.process_time() - begin)
-    return min(times)
+    return min(timeit.repeat(function, timer=time.process_time, number=1, repeat=3))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

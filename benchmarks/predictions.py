@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 import time
+import timeit
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -365,12 +366,7 @@ def several(rig: Rig, G: float) -> Several:
 
 def timed(task: Callable[[], object], repeat: int) -> float:
     """Least processor time of `repeat` calls, s."""
-    best = np.inf
-    for _ in range(repeat):
-        begin = time.process_time()
-        task()
-        best = min(best, time.process_time() - begin)
-    return best
+    return min(timeit.repeat(task, timer=time.process_time, number=1, repeat=repeat))
 
 
 def speeds() -> list[tuple[str, str, float]]:
