@@ -117,7 +117,7 @@ class Hdf5Source(TableSource):
                 + (f" and {more} more" if more > 0 else "")
             )
         columns = [c for name, item in self._found for c in self._columns_of(name, item)]
-        super().__init__(path, "HDF5", columns, self._places)
+        super().__init__(path, "HDF5", tuple(columns), self._places)
         if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
             raise self._contradictions[0]
         self.sample_interval = interval_from(self._stated[""])

@@ -84,7 +84,8 @@ def find_layout(path: Path) -> Layout:
         names, unpaired = _paired(layout, body, names, at, first)
     typical = _typical(layout, body, first)
     holding = sorted(body.numeric | body.stamps)
-    lines = [_unmarked(layout, line) for line in body.lines[:first]]
+    above_data = map(_unmarked, body.lines[:first])
+    lines = [layout.cells(line) if line.strip() else [] for line in above_data]
     if holding[0] >= 2:
         lines += [cells[: holding[0]] for cells in body.rows[first : first + _BESIDE]]
     stated = read_preamble(layout, lines)
@@ -115,12 +116,10 @@ def _typical(layout: Layout, body: Body, first: int) -> int:
     return counts.most_common(1)[0][0]
 
 
-def _unmarked(layout: Layout, line: str) -> list[str]:
-    """The cells of a line above the data, without the mark of a comment."""
-    if not line.strip():
-        return []
+def _unmarked(line: str) -> str:
+    """A line above the data without the mark of a comment."""
     mark = _MARK.match(line)
-    return layout.cells(line[mark.end() :] if mark else line)
+    return line[mark.end() :] if mark else line
 
 
 def _over(layout: Layout, body: Body, i: int) -> list[str]:
@@ -129,12 +128,12 @@ def _over(layout: Layout, body: Body, i: int) -> list[str]:
     A program may write names with commas over numbers with tabs or blanks between them: where
     another delimiter than that of the numbers gives as many cells as there are columns, it counts.
     """
-    cells, most = _unmarked(layout, body.lines[i]), body.width
+    line = _unmarked(body.lines[i])
+    cells, most = layout.cells(line), body.width
     blanks = layout.delimiter is None
     if len(cells) == most or (not blanks and (most < 2 or sum(map(bool, cells)) > 1)):
         return cells
-    mark = _MARK.match(body.lines[i])
-    line = body.lines[i][mark.end() if mark else 0 :].strip()
+    line = line.strip()
     split = [[cell.strip() for cell in line.split(sign)] for sign in ";,\t"]
     split += [re.split(r"\s{2,}|\t", line)]
     split += [re.split(r"\s+(?![(\[])", line)] if blanks else []

@@ -80,7 +80,7 @@ def open_file(path: Path) -> TableSource:
     source = TableSource(
         path,
         "LeCroy TRC",
-        [Column(name, stated_unit(label))],
+        (Column(name, stated_unit(label)),),
         [values],
         sample_interval=meant_by_single(interval),
         start=start,

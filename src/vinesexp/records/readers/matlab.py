@@ -104,7 +104,7 @@ def open_file(path: Path) -> TableSource:
         for c in columns
     ]
     interval = hdf5.interval_from(stated[""])
-    source = TableSource(path, "MATLAB", columns, series, sample_interval=interval, first=1)
+    source = TableSource(path, "MATLAB", tuple(columns), series, sample_interval=interval, first=1)
     if lost:
         source.losses = (f"not read: {', '.join(lost)}",)
     return source

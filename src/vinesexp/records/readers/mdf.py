@@ -41,7 +41,7 @@ def open_file(path: Path) -> TableSource:
     time = 0 if groups == 1 else None
     if time == 0:
         columns = [Column(c.name, c.unit) for c in columns]
-    return TableSource(path, "MDF", columns, series, time_column=time)
+    return TableSource(path, "MDF", tuple(columns), series, time_column=time)
 
 
 def _group(file: Any, number: int) -> list[tuple[Column, FloatArray]]:

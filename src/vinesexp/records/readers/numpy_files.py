@@ -56,7 +56,7 @@ def open_file(path: Path) -> TableSource:
     source = TableSource(
         path,
         "NumPy",
-        columns,
+        tuple(columns),
         series,
         sample_interval=interval_from(stated),
         time_column=only_time(columns),

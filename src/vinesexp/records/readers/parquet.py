@@ -38,4 +38,4 @@ def open_file(path: Path) -> TableSource:
             columns.append(Column(name, unit))
             series.append(values)
     time = only_time(columns)
-    return TableSource(path, "Parquet", columns, series, time_column=time, place="row")
+    return TableSource(path, "Parquet", tuple(columns), series, time_column=time, place="row")

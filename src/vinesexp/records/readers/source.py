@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import IO, Any, Protocol
 
@@ -189,6 +189,7 @@ class Series(Protocol):
     def __getitem__(self, rows: slice, /) -> NDArray[np.generic]: ...
 
 
+@dataclass(eq=False)
 class TableSource(Source):
     """Columns that can be sliced, which a library has read whole or reads as they are asked for.
 
@@ -208,34 +209,25 @@ class TableSource(Source):
         What the format calls a sample: ``"sample"``, ``"row"``.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        format: str,
-        columns: Sequence[Column],
-        series: Sequence[Series],
-        *,
-        sample_interval: float | None = None,
-        start: float = 0.0,
-        time_column: int | None = None,
-        first: int = 0,
-        place: str = "sample",
-    ) -> None:
-        if not columns:
-            raise RecordError(f"holds no columns of numbers ({format})")
-        self.path = path
-        self.format = format
-        self.columns = tuple(columns)
-        self.sample_interval = sample_interval
-        self.start = start
-        self.time_column = time_column
-        self._series = list(series)
-        self._first = first
-        self._place = place
+    path: Path
+    format: str
+    columns: tuple[Column, ...]
+    series: Sequence[Series]
+    _: KW_ONLY
+    sample_interval: float | None = None
+    start: float = 0.0
+    time_column: int | None = None
+    first: int = 0
+    place: str = "sample"
+
+    def __post_init__(self) -> None:
+        self.columns = tuple(self.columns)
+        if not self.columns:
+            raise RecordError(f"holds no columns of numbers ({self.format})")
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
-        series = [self._series[column] for column in columns]
+        series = [self.series[column] for column in columns]
         lengths = {self.columns[c].name: len(s) for c, s in zip(columns, series, strict=True)}
         require_equal_lengths(lengths)
         length = len(series[0])
@@ -245,7 +237,7 @@ class TableSource(Source):
 
     def locate(self, row: int) -> str:
         """``"sample 12"`` or ``"row 12"``."""
-        return f"{self._place} {row + self._first}"
+        return f"{self.place} {row + self.first}"
 
 
 def columns_of(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:

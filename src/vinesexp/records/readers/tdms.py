@@ -46,7 +46,7 @@ def open_file(path: Path) -> TableSource:
         if channel.dtype.kind in "iufM" and len(channel) > 1
     ]
     counted = Counter(channel.name for channel in channels)
-    columns = [_column(channel, counted[channel.name] > 1) for channel in channels]
+    columns = tuple(_column(channel, counted[channel.name] > 1) for channel in channels)
     series = [_Samples(channel) for channel in channels]
     source = TableSource(path, "TDMS", columns, series, time_column=only_time(columns))
     source.losses = tuple(_cut_short(path))

@@ -57,7 +57,7 @@ def open_file(path: Path) -> TableSource:
     source = TableSource(
         path,
         "Tektronix ISF",
-        [Column(name, stated_unit(label))],
+        (Column(name, stated_unit(label)),),
         [values],
         sample_interval=interval,
         start=start,

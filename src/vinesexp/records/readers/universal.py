@@ -52,7 +52,7 @@ def open_file(path: Path) -> TableSource:
         )
     counted = Counter(str(one["id1"]).strip() for one in records)
     columns = [_column(one, counted) for one in records]
-    source = TableSource(path, "UFF", columns, [np.asarray(one["data"]) for one in records])
+    source = TableSource(path, "UFF", tuple(columns), [np.asarray(one["data"]) for one in records])
     pairs = [(int(one.get("num_pts") or 0), np.size(one["data"])) for one in records]
     source.losses = tuple(
         f"'{column.name}' states {stated} samples, {found} are there"

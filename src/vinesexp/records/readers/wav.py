@@ -40,7 +40,7 @@ def open_file(path: Path) -> TableSource:
     source = TableSource(
         path,
         "WAV",
-        [Column(names.get(k + 1, str(k))) for k in range(channels)],
+        tuple(Column(names.get(k + 1, str(k))) for k in range(channels)),
         [_Track(path, coding, channels, k, begin, there // frame) for k in range(channels)],
         sample_interval=1.0 / rate,
     )

@@ -244,13 +244,11 @@ class RecordWriter:
                 f"expected 1-D blocks of equal length for {sorted(self._quantities)}, "
                 f"found { {role: np.shape(values) for role, values in block.items()} }"
             )
-        stop = self.n + min(lengths)[0]
         for role, values in block.items():
             if role not in self._data:
                 self._data[role] = self._signal(role, first=len(values))
-            self._data[role].resize((stop,))
-            self._data[role][self.n : stop] = _rounded(values)
-        self.n = stop
+            _extend(self._data[role], _rounded(values))
+        self.n += min(lengths)[0]
 
     def append_measured(self, times: FloatArray, block: Mapping[str, FloatArray]) -> None:
         """Add samples as they were measured, with their true times (s), where these are uneven."""
@@ -259,9 +257,7 @@ class RecordWriter:
             if name not in group:
                 kind = np.float64 if name == "time" else np.float32
                 group.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(_CHUNK,))
-            data = group[name]
-            data.resize((len(data) + len(values),))
-            data[len(data) - len(values) :] = values if name == "time" else _rounded(values)
+            _extend(group[name], values if name == "time" else _rounded(values))
 
     def __enter__(self) -> RecordWriter:
         import h5py
@@ -314,6 +310,12 @@ class RecordWriter:
         time.make_scale("time")
         for data in self._data.values():
             data.dims[0].attach_scale(time)
+
+
+def _extend(data: Any, values: NDArray[np.floating[Any]]) -> None:
+    begin = len(data)
+    data.resize((begin + len(values),))
+    data[begin:] = values
 
 
 def _rounded(values: FloatArray) -> NDArray[np.float32]:
