@@ -13,7 +13,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -257,7 +257,7 @@ def _record(
     record = Record(
         id=required("record", read_id) or "",
         file=files[0] if files else folder,
-        test=required("test", read_test) or "",
+        test=required("test", lambda text: read_one_of(text, TESTS, "test")) or "",
         clearance=cell("clearance_mm", lambda text: read_clearance(text, number, n_masses), ()),
         base_amplitude=cell("base_amplitude_mm", lambda text: read_least(text, number, _MM), None),
         frequency=cell("frequency_hz", lambda text: read_frequency(text, number), None),
@@ -268,7 +268,7 @@ def _record(
         note=row.get("note", ""),
         row=line,
         more_files=files[1:] if files else (),
-        setup=cell("setup", lambda text: read_setup(text, tuple(campaign.setups)), ""),
+        setup=cell("setup", lambda text: read_one_of(text, campaign.setups, "setup"), ""),
         people={name: text for name, text in row.items() if name not in COLUMNS and text},
     )
     return record if len(problems.found) == before else None
@@ -375,11 +375,11 @@ def read_id(text: str) -> str:
     return text
 
 
-def read_test(text: str) -> str:
-    """One of the tests there are."""
-    if text not in TESTS:
-        close = nearest(text, TESTS)
-        raise ParameterError(f"unknown test '{text}'; {close}")
+def read_one_of(text: str, known: Collection[str], what: str) -> str:
+    """One of the tests, or of the setups, that there are."""
+    if text not in known:
+        hint = nearest(text, known) if known else f"campaign.yaml has no '{what}s'"
+        raise ParameterError(f"unknown {what} '{text}'; {hint}")
     return text
 
 
@@ -389,14 +389,6 @@ def read_exclude(text: str) -> bool:
     if answer is None:
         raise ParameterError(f"found '{text}', expected yes or no (the reason goes to note)")
     return answer
-
-
-def read_setup(text: str, setups: tuple[str, ...]) -> str:
-    """The name of one of the setups."""
-    if text not in setups:
-        hint = nearest(text, setups) if setups else "campaign.yaml has no 'setups'"
-        raise ParameterError(f"unknown setup '{text}'; {hint}")
-    return text
 
 
 _MARK = b"\xef\xbb\xbf"  # of UTF-8, as spreadsheets write it

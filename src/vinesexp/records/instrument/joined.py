@@ -25,10 +25,9 @@ _OFF = 0.1  # of a sample: how far apart two clocks may stand
 
 @dataclass(frozen=True)
 class _Part:
-    """What one file contributes: samples by role, and when its first was taken (s)."""
+    """What one file contributes, and its samples by role."""
 
     samples: Samples
-    start: float
     values: dict[str, FloatArray]
 
     @property
@@ -110,8 +109,8 @@ class JoinedSamples:
             pairs = zip(names, rates, strict=True)
             reported = ", ".join(f"{name} {rate:.9g} Hz" for name, rate in pairs)
             raise RecordError(f"files of different sample rates ({reported}); resample them to one")
-        self.sample_rate, self.start = rates[0], max(part.start for part in parts)
-        shifts = np.array([(self.start - part.start) * rates[0] for part in parts])
+        self.sample_rate, self.start = rates[0], max(part.samples.start for part in parts)
+        shifts = np.array([(self.start - part.samples.start) * rates[0] for part in parts])
         whole = np.rint(shifts).astype(int)
         off = float(np.abs(shifts - whole).max())
         if off > _OFF:
@@ -155,7 +154,7 @@ def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
                 f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there"
             )
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
-    return _Part(samples, samples.start, values)
+    return _Part(samples, values)
 
 
 #: Samples of a record, in one file or in several.
