@@ -139,11 +139,11 @@ class Clock:
         RecordError
             A time that does not increase, with its line.
         """
+        now, before = times, np.append(self.last, times[:-1])
         if not self.n:
-            self.first, self.last = float(times[0]), float(times[0])
-            steps = np.diff(times)
-        else:
-            steps = np.diff(times, prepend=self.last)
+            self.first = self.last = float(times[0])
+            now, before, row = times[1:], times[:-1], row + 1
+        steps = now - before
         if not len(steps):
             self.n += len(times)
             return
@@ -162,7 +162,7 @@ class Clock:
                 most = steps[np.abs(steps) < _USUAL * abs(usual)]
                 self._interval = float(most.mean()) if most.size else usual
         if not self._are_even(steps):
-            long = self._judge_steps(times, steps, row)
+            long = self._judge_steps(before, now, row)
             self._uneven = True
             self._interval = float(steps[~long].mean())  # a clock may slow down
         index = np.arange(self.n, self.n + len(times))
@@ -266,47 +266,49 @@ class Clock:
             raise self._refusal
         raise UnevenClockError(0.0, interval, self.pauses)
 
-    def _judge_steps(self, times: FloatArray, steps: FloatArray, row: int) -> BoolArray:
-        """Which steps are pauses; a step backward, or of nothing, is refused."""
-        interval = self._interval
+    def _judge_steps(self, before: FloatArray, now: FloatArray, row: int) -> BoolArray:
+        """Which steps are pauses; a step backward, or of nothing, is refused.
+
+        Parameters
+        ----------
+        before, now : array
+            Times on either side of each step.
+        row : int
+            Of the first of `now`.
+        """
+        interval, steps = self._interval, now - before
         long = steps > _GAP * interval if interval > 0.0 else np.zeros(steps.size, dtype=bool)
-        inner = len(steps) != len(times)
         for k in np.flatnonzero(long).tolist():
-            at, step = k + inner, float(steps[k])
-            pause = Pause(float(times[at]) - step, float(times[at]), row + at)
+            pause = Pause(float(before[k]), float(now[k]), row + k)
             self.pauses.append(pause)
             if self._refusal is None:
                 self._refusal = RecordError(
-                    f"time steps by {step:.6g} from {pause.before:.9g} to {pause.after:.9g}, "
+                    f"time steps by {steps[k]:.6g} from {pause.before:.9g} to {pause.after:.9g}, "
                     f"expected {interval:.3g}; samples are missing or unevenly spaced, cut the "
                     "record there, or give 'sample_rate' instead of 'time' if only the times are "
                     "wrong",
                     where=self._locate(pause.row),
                 )
-        still = (steps == 0.0) & ~long
-        wrong = steps < 0.0
+        still, back = (steps == 0.0) & ~long, steps < 0.0
         self._still += int(still.sum())
-        if not wrong.any() and (self._stood is not None or not still.any()):
-            return long
-        k = int(np.argmax(wrong if wrong.any() else still))
-        step = float(steps[k])
-        at = row + k + (0 if len(steps) == len(times) else 1)
-        now = times[k if len(steps) == len(times) else k + 1]
-        if step < 0.0:
-            problem = f"time goes backward, from {now - step:.9g} to {now:.9g}; remove the rows "
-            problem += "that are out of order, or give 'sample_rate' instead of 'time'"
-            if at >= _RECORD and now <= self.first + abs(interval):
-                problem = (
-                    f"the times start again, from {now - step:.9g} to {now:.9g}: a second record, "
-                )
-                problem += "most likely; put each into a file of its own"
-        else:
-            problem = f"the time does not advance at {now:.9g}; if it is only printed too "
-            problem += "coarsely, give 'sample_rate' instead of 'time'"
-        refusal = RecordError(problem, where=self._locate(at))
-        if step < 0.0:
-            raise refusal
-        self._stood = refusal
+        if back.any():
+            k = int(np.argmax(back))
+            moved = f"from {before[k]:.9g} to {now[k]:.9g}"
+            problem = (
+                f"time goes backward, {moved}; remove the rows that are out of order, or give "
+                "'sample_rate' instead of 'time'"
+            )
+            if row + k >= _RECORD and now[k] <= self.first + abs(interval):
+                problem = f"the times start again, {moved}: a second record, most likely; put each "
+                problem += "into a file of its own"
+            raise RecordError(problem, where=self._locate(row + k))
+        if still.any() and self._stood is None:
+            k = int(np.argmax(still))
+            self._stood = RecordError(
+                f"the time does not advance at {now[k]:.9g}; if it is only printed too coarsely, "
+                "give 'sample_rate' instead of 'time'",
+                where=self._locate(row + k),
+            )
         return long
 
     def _are_even(self, steps: FloatArray) -> bool:
