@@ -36,38 +36,37 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
     RecordError
         None fits (the message lists those there are) or several do.
     """
-    columns = source.columns
-    if isinstance(wanted, int):
-        if wanted < len(columns):
-            return wanted
-        raise RecordError(f"no column {wanted}; there are {_listed(columns)}", where=where)
-    names = [column.name.strip() for column in columns]
-    found = fitting(names, wanted)
+    columns, found = source.columns, _columns_fitting(source, wanted)
     if len(found) == 1:
         return found[0]
     if found:
-        reported = ", ".join(f"{j}: '{names[j]}'" for j in found)
+        reported = ", ".join(f"{j}: '{columns[j].name.strip()}'" for j in found)
         raise RecordError(
             f"'{wanted}' fits several columns ({reported}); name one, or give its number",
             where=where,
         )
-    unpaired = getattr(source, "unpaired", "")
-    if unpaired:
+    if isinstance(wanted, int):
+        raise RecordError(f"no column {wanted}; there are {_listed(columns)}", where=where)
+    if source.unpaired:
         raise RecordError(
-            f"no column '{wanted}': names and columns cannot be paired ({unpaired}); correct the "
-            "names, or give the column by its number, from 0",
+            f"no column '{wanted}': names and columns cannot be paired ({source.unpaired}); "
+            "correct the names, or give the column by its number, from 0",
             where=where,
         )
-    close = nearest(wanted, [name for name in names if name])
+    close = nearest(wanted, [column.name.strip() for column in columns if column.name.strip()])
     hint = f"; {close}" if close.startswith("did") else ""
     raise RecordError(f"no column '{wanted}'; there are {_listed(columns)}{hint}", where=where)
 
 
 def has_column(source: Source, wanted: str | int) -> bool:
     """Whether any column fits."""
+    return bool(_columns_fitting(source, wanted))
+
+
+def _columns_fitting(source: Source, wanted: str | int) -> list[int]:
     if isinstance(wanted, int):
-        return wanted < len(source.columns)
-    return bool(fitting([column.name.strip() for column in source.columns], wanted))
+        return [wanted] if wanted < len(source.columns) else []
+    return fitting([column.name.strip() for column in source.columns], wanted)
 
 
 def fitting(names: Sequence[str], wanted: str) -> list[int]:

@@ -136,12 +136,13 @@ class Layout:
         """
         if self.decimal == ",":
             cell = cell.translate(_SWAPPED)
-        if _NUMBER.fullmatch(cell):
-            return cell.replace("D", "e").replace("d", "e")
-        match = _GROUPED.fullmatch(cell)
-        if match and (self.grouped or match[1] != "," or match[2] or cell.count(",") > 1):
-            return re.sub(r"[,'’\s]", "", cell).replace("D", "e").replace("d", "e")
-        return None
+        if not _NUMBER.fullmatch(cell):
+            match = _GROUPED.fullmatch(cell)
+            sure = match and (match[1] != "," or match[2] or cell.count(",") > 1)
+            if not match or not (sure or self.grouped):
+                return None
+            cell = re.sub(r"[,'’\s]", "", cell)
+        return cell.replace("D", "e").replace("d", "e")
 
     def is_value(self, cell: str) -> bool:
         """Whether a cell is a number, or the word an instrument writes for one out of range."""

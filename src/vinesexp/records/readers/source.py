@@ -154,6 +154,8 @@ class Source(Protocol):
         Names of the records of a file that holds several; empty for one.
     losses : tuple of str
         What the file says it holds and does not: a warning each.
+    unpaired : str
+        Why names cannot be paired with the columns; empty where they are.
     """
 
     path: Path
@@ -165,6 +167,7 @@ class Source(Protocol):
     stated_rows: int | None = None
     parts: tuple[str, ...] = ()
     losses: tuple[str, ...] = ()
+    unpaired: str = ""
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """The given columns, in the given order, as (n, k) blocks; NaN where a cell is missing.
