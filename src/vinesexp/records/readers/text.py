@@ -229,7 +229,7 @@ class TextSource(Source):
         self._first_stamps: dict[int, str] = {}
         self.time_column, self.stated_rows = layout.time_column, layout.rows
         self.sample_interval, self.start = layout.interval, layout.start
-        self.unpaired = layout.unpaired
+        self.unpaired = self._placed(layout.unpaired)
         if len(self.columns) == 1 and self.columns[0].name == CODED:  # GW Instek
             cells = [layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
             if all(cell.lstrip("+-").isdecimal() for cell in cells):
