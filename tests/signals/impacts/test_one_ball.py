@@ -78,8 +78,10 @@ def test_all_impacts_of_a_rig_are_impacts(rig, stated):
     assert kept.mean() > 0.99
 
 
-def test_where_no_law_of_flights_holds_every_spike_stays():
+def test_where_no_law_of_flights_holds_it_says_so_and_too_few_are_not_judged():
     rng = np.random.default_rng(0)
     t = np.sort(rng.uniform(0.0, 10.0, 100))
     v, jump = rng.standard_normal((2, 100))
-    assert of_the_ball(t, 0.01 * v, v, jump, np.full(100, 1e-3), clearance=0.03).all()
+    assert of_the_ball(t, 0.01 * v, v, jump, np.full(100, 1e-3), clearance=0.03) is None
+    few = (one[:8] for one in (t, 0.01 * v, v, jump, np.full(100, 1e-3)))
+    assert of_the_ball(*few, clearance=0.03).all()

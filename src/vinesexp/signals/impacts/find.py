@@ -338,7 +338,7 @@ def find_impacts(
             record, conditioned, motion, clearance, test, settings, said
         )
     elif settings.slopes.use and motion:
-        found, slopes = _where_it_bends(record, motion, clearance, settings.slopes)
+        found, slopes = _where_it_bends(record, motion, clearance, settings.slopes, said)
     else:
         return no_impacts()
     impacts = _table(found, slopes, sign=sign, start=record.start)
@@ -414,7 +414,7 @@ def _of_the_ball(
         kept = of_the_ball(
             found.time, slopes.x, slopes.v_before, jump, error, clearance=clearance[0]
         )
-        if kept.all():
+        if kept is None or kept.all():
             break
         others.append(found.time[~kept])
         found = found.keep(kept)
@@ -423,28 +423,45 @@ def _of_the_ball(
 
 
 def _where_it_bends(
-    record: RecordView, frequency: float, clearance: Sequence[float], settings: SlopeSettings
-) -> tuple[Detection, SlopeChanges]:
+    record: RecordView, frequency: float, clearance: Sequence[float], settings: SlopeSettings,
+    said: list[tuple[str, str, str]] | None,
+) -> tuple[Detection, SlopeChanges]:  # fmt: skip
     """Impacts by the displacement alone: bends that are surely there, once all are fitted."""
     x = coarse_displacement(record, frequency, settings=settings)
     steps = resolution_of(record.read("displacement", 0, _LOOK))
     samples = round(x.step * record.sample_rate)
     found = detect_bends(x, frequency=frequency, resolution=steps / math.sqrt(samples))
+    fastest = 2.0 * math.pi * frequency * float(np.ptp(x.values))
     jumps = found.jump
     while found.time.size:
         slopes = slope_changes(x, found.time, jumps, frequency=frequency, settings=settings)
         found, slopes = _by_displacement(
             found, slopes, x, frequency=frequency, lag=0.0, settings=settings
         )
-        sure = np.abs(slopes.jump) > _SURE_BEND * slopes.jump_error
-        if sure.all():
-            fit = partial(_slopes, x=x, sign=1.0, lag=0.0, frequency=frequency, settings=settings)
-            found, of_ball, _ = _of_the_ball(found, fit, clearance)
-            return found, of_ball or slopes
-        found, jumps = found.keep(sure), slopes.jump[sure]
+        size = np.abs(slopes.jump)
+        sure: BoolArray = (size > _SURE_BEND * slopes.jump_error) & (size < fastest)
+        kept: BoolArray | None = sure
+        if sure.all() and len(clearance) == 1:
+            kept = of_the_ball(
+                found.time, slopes.x, slopes.v_before, slopes.jump, slopes.jump_error,
+                clearance=clearance[0],
+            )  # fmt: skip
+            if kept is None and said is not None:
+                said.append(("impacts", "warning", _NO_FLIGHTS))
+        if kept is None:
+            found = found.keep(np.zeros(found.time.size, dtype=bool))
+        elif kept.all():
+            return found, slopes
+        else:
+            found, jumps = found.keep(kept), slopes.jump[kept]
     return found, SlopeChanges(*[np.empty(0)] * 8)
 
 
+_NO_FLIGHTS = (
+    "the displacement bends, but not as a ball that flies from wall to wall makes it: another mode "
+    "or a harmonic moves the target, or the sensor shakes; no impact is taken from it. Put an "
+    "accelerometer on the mass"
+)
 _SURE_BEND, _LOOK = 6.0, 1 << 16  # standard errors of a jump; samples that show a converter
 
 

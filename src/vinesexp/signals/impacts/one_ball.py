@@ -41,8 +41,10 @@ class _Law:
 def of_the_ball(
     time: FloatArray, x: FloatArray, v_before: FloatArray, jump: FloatArray,
     jump_error: FloatArray, *, clearance: float,
-) -> BoolArray:  # fmt: skip
-    """Which spikes are impacts of the ball; all of them where no law of flights holds.
+) -> BoolArray | None:  # fmt: skip
+    """Which spikes are impacts of the ball: all where they are too few to tell.
+
+    None where they are many and no law of flights holds.
 
     The most probable subset: each flight costs what it misses the law of momentum by, each spike
     that is left out as much as a flight that nothing explains.
@@ -71,14 +73,16 @@ def of_the_ball(
     """
     n = time.size
     given = _Spikes(time, x, v_before, jump, jump_error, -np.sign(jump))
-    found = [
-        _flown(given, law)
-        for any_clearance in (0.0, _ANY_CLEARANCE)
-        if (law := _law(given, clearance, any_clearance)) is not None
-    ]
+    known = np.isfinite(x + v_before + jump)
+    least = _LARGE * np.quantile(np.abs(jump[known]), 0.9) if known.any() else 0.0
+    large = np.flatnonzero(known & (np.abs(jump) >= least))
+    if large.size < _FEWEST:
+        return np.ones(n, dtype=bool)
+    laws = (_law(given, large, clearance, free) for free in (0.0, _ANY_CLEARANCE))
+    found = [_flown(given, law) for law in laws if law is not None]
     _, kept, explained = min(found, key=lambda one: one[0], default=(0.0, None, 0))
     if kept is None or explained < max(_FEWEST, _CONSISTENT * kept.sum()):
-        return np.ones(n, dtype=bool)
+        return None
     return kept
 
 
@@ -118,18 +122,11 @@ def _flown(given: _Spikes, law: _Law) -> tuple[float, BoolArray, int]:
     return least, kept, int((cost[own[1:], np.diff(own) - 1] < 0.5 * _CAP).sum())
 
 
-def _law(given: _Spikes, clearance: float, any_clearance: float) -> _Law | None:
+def _law(given: _Spikes, large: IntArray, clearance: float, any_clearance: float) -> _Law | None:
     """What the large jumps that follow one another have in common; None where nothing.
 
     The clearance is the stated one, or another one where `any_clearance` is above zero.
     """
-    known = np.isfinite(given.x + given.v_before + given.jump)
-    if known.sum() < _FEWEST:
-        return None
-    size = np.abs(given.jump)
-    large = np.flatnonzero(known & (size >= _LARGE * np.quantile(size[known], 0.9)))
-    if large.size < _FEWEST:
-        return None
     flat, across, jump = given.of(large[:-1], large[1:])
     usual = float(np.median(np.abs(jump)))
     columns = -np.stack([flat + clearance * across, across], axis=1)
