@@ -55,6 +55,8 @@ def _beside(found: Sequence[float], stated: Sequence[float]) -> str:
 def settings_of(record: Record, stated: Record | None = None) -> list[tuple[str, str, str]]:
     """How a record was taken: name of each setting, its value, and both as words of a title.
 
+    A title leaves out the frequency, which all tests of a campaign may share.
+
     Parameters
     ----------
     record : Record
@@ -80,10 +82,13 @@ def settings_of(record: Record, stated: Record | None = None) -> list[tuple[str,
             typed = value if stated is None else getattr(stated, field)
             text = f"{_beside([value], [typed])} {unit}"
             found.append((name, text, words.format(text)))
+    if record.frequency:
+        ends = dict.fromkeys(f"{frequency:g}" for frequency in record.frequency)
+        found.append(("frequency", f"{' to '.join(ends)} Hz", ""))
     return found
 
 
 def titled(record: Record, stated: Record | None = None) -> str:
     """Name and settings of a record, as the title of its figure."""
-    words = ", ".join(words for _, _, words in settings_of(record, stated))
+    words = ", ".join(words for _, _, words in settings_of(record, stated) if words)
     return f"{short(record.id)}: {words or f'{record.test} test'}"

@@ -21,6 +21,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from vinesexp.errors import VinesexpError
 from vinesexp.figures.numbers import rounded
+from vinesexp.figures.record_words import settings_of
 from vinesexp.live.session import EDITABLE, ChangedMeanwhileError, Followed, Session
 from vinesexp.records.campaign.missing_cells import asked_in
 from vinesexp.records.campaign.records_xlsx import head_of
@@ -137,21 +138,8 @@ def _counted(session: Session, records: list[Record]) -> str:
 
 def _row_words(record: Record) -> str:
     """A row as one says it."""
-    parts = [record.test]
-    if record.clearance:
-        parts.append(" + ".join(f"{1e3 * b:.4g}" for b in record.clearance) + " mm clearance")
-    if record.base_amplitude is not None:
-        parts.append(f"{1e3 * record.base_amplitude:.4g} mm base")
-    if record.frequency:
-        low, high = record.frequency
-        parts.append(f"{low:.5g} Hz" if low == high else f"{low:.4g} to {high:.4g} Hz")
-    if record.release is not None:
-        parts.append(f"{1e3 * record.release:.4g} mm release")
-    if record.added_mass:
-        parts.append(f"{1e3 * record.added_mass:.4g} g added")
-    if record.exclude:
-        parts.append("left out")
-    return ", ".join(parts)
+    taken = [words or value for _, value, words in settings_of(record)]
+    return ", ".join([record.test, *taken, *(["left out"] if record.exclude else [])])
 
 
 @dataclass(frozen=True)

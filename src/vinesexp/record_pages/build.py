@@ -162,12 +162,8 @@ def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
 
 def set_up(record: Record, stated: Record) -> list[list[str]]:
     """How the record was taken, name and value; where the records contradict it, both values."""
-    found = [["test", record.test]]
-    found += [[name, value] for name, value, _ in settings_of(record, stated)]
-    if record.frequency:
-        ends = sorted({f"{f:g}" for f in record.frequency}, key=float)
-        found.append(["frequency", " to ".join(ends) + " Hz"])
-    return found
+    taken = [[name, value] for name, value, _ in settings_of(record, stated)]
+    return [["test", record.test], *taken]
 
 
 def regime_words(row: Row) -> list[list[str]]:
