@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vinesexp.figures.numbers import plus_minus_brief, significant
 from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.tables import Row
 
 #: Letters of a name that the axis or the title of a figure has room for.
 _MOST = 28
@@ -86,6 +88,34 @@ def settings_of(record: Record, stated: Record | None = None) -> list[tuple[str,
         ends = dict.fromkeys(f"{frequency:g}" for frequency in record.frequency)
         found.append(("frequency", f"{' to '.join(ends)} Hz", ""))
     return found
+
+
+def regime_words(row: Row) -> list[tuple[str, str]]:
+    """A row of regimes.csv as names and values; what is not known is left out.
+
+    Examples
+    --------
+    >>> regime_words({"regime": "two symmetric", "amplitude_mean_m": 5e-3})
+    [('regime', 'two symmetric'), ('mean amplitude (mm)', '5')]
+    """
+    mean, error = row.get("amplitude_mean_m"), row.get("amplitude_error_m")
+    size: float | None = 1e3
+    if mean is not None and error is not None:
+        mean, size = plus_minus_brief(1e3 * mean, 1e3 * error), None
+    shown = (
+        ("regime", row.get("regime"), None),
+        ("impacts per cycle", row.get("impacts_per_cycle"), 1.0),
+        ("mean amplitude (mm)", mean, size),
+        ("largest amplitude (mm)", row.get("amplitude_max_m"), 1e3),
+        ("share of cycles captured", row.get("captured"), 1.0),
+        ("captured until (s)", row.get("captured_until_s"), 1.0),
+        ("amplitude at which the ball is lost (mm)", row.get("transition_m"), 1e3),
+    )
+    return [
+        (name, str(cell) if factor is None else significant(cell, factor=factor))
+        for name, cell, factor in shown
+        if cell not in (None, "")
+    ]
 
 
 def titled(record: Record, stated: Record | None = None) -> str:

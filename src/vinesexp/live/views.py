@@ -8,7 +8,6 @@ each record, and is made with the values of the last time. The newest record wai
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vinesexp.clearance.comparison import start_lasts
-from vinesexp.figures.numbers import plus_minus_brief
+from vinesexp.figures.record_words import regime_words
 from vinesexp.identification.estimate import COMBINED
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import checks_of_regime, read_checks
@@ -82,9 +81,10 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordShown:
             f"{counted(impacts.n, 'impact')}: measure with a wider range"
         )
     facts = [("length", f"{length:.4g} s at {rate:.6g} Hz"), ("channels", roles)]
-    if regime.get("regime"):
-        facts.append(("regime", str(regime["regime"])))
-    facts += _numbers(regime, rows["base"])
+    facts += regime_words(regime)
+    if rows["base"]:
+        amplitude, frequency = rows["base"][0]["amplitude_m"], rows["base"][0]["frequency_hz"]
+        facts.append(("base", f"{1e3 * amplitude:.4g} mm at {frequency:.6g} Hz"))
     if record.clearance or record.test == "drop":
         sure = int(np.count_nonzero(np.nan_to_num(impacts.confidence) > 0.9))
         facts.append(("impacts", f"{impacts.n}, of which {sure} certain"))
@@ -123,23 +123,6 @@ def _of_start(since: float | None, paths: ResultPaths) -> list[str]:
         return [f"{begun}; only a ring-down shows how long the start lasts; {advice}"]
     lasts = start_lasts(f0=found["f0"]["value"], zeta=found["zeta"]["value"])
     return [f"{begun}, and the start lasts {lasts:.3g} s: {advice}"] if since < lasts else []
-
-
-def _numbers(regime: dict[str, object], base: list[dict[str, float]]) -> list[tuple[str, str]]:
-    found = []
-    mean, largest = regime.get("amplitude_mean_m"), regime.get("amplitude_max_m")
-    if isinstance(mean, float) and isinstance(largest, float):
-        error = regime.get("amplitude_error_m")
-        known = 1e3 * error if isinstance(error, float) else math.nan
-        shown = plus_minus_brief(1e3 * mean, known, "mm")
-        found.append(("amplitude of the mass", f"{shown}, largest {1e3 * largest:.4g} mm"))
-    per_cycle = regime.get("impacts_per_cycle")
-    if isinstance(per_cycle, float):
-        found.append(("impacts per cycle", f"{per_cycle:.3g}"))
-    if base:
-        amplitude, frequency = base[0]["amplitude_m"], base[0]["frequency_hz"]
-        found.append(("base", f"{1e3 * amplitude:.4g} mm at {frequency:.6g} Hz"))
-    return found
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.invariant_manifold import on_manifold, sim_parts
 from vinesexp.figures.numbers import plus_minus, significant
-from vinesexp.figures.record_words import clearance_of, settings_of
+from vinesexp.figures.record_words import clearance_of, regime_words, settings_of
 from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.record_pages.traces import exact, packed, samples_of, script, traces_of
@@ -164,24 +164,6 @@ def set_up(record: Record, stated: Record) -> list[list[str]]:
     """How the record was taken, name and value; where the records contradict it, both values."""
     taken = [[name, value] for name, value, _ in settings_of(record, stated)]
     return [["test", record.test], *taken]
-
-
-def regime_words(row: Row) -> list[list[str]]:
-    """The record's row of regimes.csv as names and values."""
-    shown = (
-        ("regime", row.get("regime", ""), None),
-        ("impacts per cycle", row.get("impacts_per_cycle"), 1.0),
-        ("mean amplitude (mm)", row.get("amplitude_mean_m"), 1e3),
-        ("largest amplitude (mm)", row.get("amplitude_max_m"), 1e3),
-        ("share of cycles captured", row.get("captured"), 1.0),
-        ("captured until (s)", row.get("captured_until_s"), 1.0),
-        ("amplitude at which the ball is lost (mm)", row.get("transition_m"), 1e3),
-    )
-    return [
-        [name, str(cell) if factor is None else significant(cell, factor=factor)]
-        for name, cell, factor in shown
-        if cell not in (None, "")
-    ]
 
 
 def _estimates(record: Record, stated: Record, paths: ResultPaths) -> list[list[str]]:
