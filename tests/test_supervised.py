@@ -161,21 +161,32 @@ def test_a_record_that_fails_leaves_the_others(go, tmp_path, capfd):
     assert f"vinesexp: a: is wrong (log: {tmp_path / 'a.log'})" in capfd.readouterr().err
 
 
-def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
-    """Ctrl-C twice: what the step clears away on its way out is cleared away."""
+def started(work, seen):
+    """A run that has some work done, under way: a file says that the work has begun."""
     code = (
         "import signal, sys\nfrom pathlib import Path\nfrom tests.watched import Watched\n"
         "from vinesexp.supervised import run_apart\n"
         "signal.signal(signal.SIGINT, lambda *_: None)\n"
-        f"held = Watched(Path({str(tmp_path)!r}), held=True)\n"
-        "sys.exit(run_apart('a', held, log=Path('/dev/null')))\n"
+        f"sys.exit(run_apart('a', {work}, log=Path('/dev/null')))\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
+    assert until(seen.exists)
+    return run
+
+
+def until(happens):
+    """Whether something happens within half a minute."""
     for _ in range(600):
-        if (tmp_path / "temporary").exists():
-            break
+        if happens():
+            return True
         time.sleep(0.05)
+    return False
+
+
+def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
+    """Ctrl-C twice: what the step clears away on its way out is cleared away."""
+    run = started(f"Watched(Path({str(tmp_path)!r}), held=True)", tmp_path / "temporary")
     for _ in range(2):
         os.killpg(run.pid, signal.SIGINT)
         time.sleep(0.1)
@@ -185,27 +196,18 @@ def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
 
 def test_a_step_ends_when_the_run_is_killed(tmp_path):
     """The next record does not begin; what waits for the step ends too."""
-    code = (
-        "from pathlib import Path\nfrom tests.watched import Watched\n"
-        "from vinesexp.supervised import run_apart\n"
-        f"work = Watched(Path({str(tmp_path)!r}), ('a', 'b'), takes=0.5)\n"
-        "run_apart('a', work, log=Path('/dev/null'))\n"
-    )
-    root = Path(__file__).parents[1]
-    run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
-    for _ in range(600):
-        if (tmp_path / "a.tried").exists():
-            break
-        time.sleep(0.05)
+    work = f"Watched(Path({str(tmp_path)!r}), ('a', 'b'), takes=0.5)"
+    run = started(work, tmp_path / "a.tried")
     run.kill()
     run.wait()
-    for _ in range(600):
+
+    def ended():
         try:
             os.killpg(run.pid, 0)
         except ProcessLookupError:
-            break
-        time.sleep(0.05)
-    else:
-        pytest.fail("processes are left")
+            return True
+        return False
+
+    assert until(ended), "processes are left"
     assert (tmp_path / "a").exists()
     assert not (tmp_path / "b.tried").exists()
