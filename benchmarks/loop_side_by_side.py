@@ -41,8 +41,8 @@ base, found = Harmonic(amplitude=0.25e-3, frequency=o.f0), {}
 for b in ([0.030], [0.034], [0.036], [0.040], [0.060], [0.034, 0.034]):
     rig = Rig(o, nes=[NES(m=0.032 / len(b), b=one, r=0.6) for one in b])
     response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
-    par, log = parameters(rig, WeakDamping()), np.zeros((40000, 6))
-    labels, work = np.zeros((40000, 3), dtype=np.int32), np.zeros((4, ORDER + 1))
+    par, log = parameters(rig, WeakDamping()), np.zeros((40000, 10))
+    labels, work = np.zeros((40000, 3), dtype=np.int32), np.zeros((7, ORDER + 1))
     best = math.inf
     for _ in range(7):
         start = Release(y0=[0.99 * one * (-1) ** i for i, one in enumerate(b)])

@@ -36,11 +36,11 @@ def loop(b: float) -> float:
     """ns an impact of the compiled loop with its log, 1000 s at clearance b (m)."""
     rig, base = Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=0.6)]), Harmonic(G, TABLE_2.f0)
     response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
-    par, log = parameters(rig, WeakDamping()), np.zeros((40000, 6))
+    par, log = parameters(rig, WeakDamping()), np.zeros((40000, 10))
     labels, best = np.zeros((40000, 3), dtype=np.int32), math.inf
     for _ in range(ROUNDS):
         balls, state = ball_table(rig, Release(y0=[0.99 * b]))[0], np.zeros(4)
-        work = np.zeros((4, ORDER + 1))
+        work = np.zeros((7, ORDER + 1))
         begin = time.process_time_ns()
         rows, _ = run(
             True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work

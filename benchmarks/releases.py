@@ -17,6 +17,7 @@ import numpy as np
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.design.predictions import LEVELS
 from vinesexp.design.released import FOLLOWED, LONGEST, _measures, released
+from vinesexp.design.task import OpenRig
 from vinesexp.theory.transient import Decaying, best_clearance
 
 SEED, OTHERS = 80_000, 30
@@ -29,7 +30,7 @@ def study(index: int) -> list[tuple[float, float, float, float, float, float]]:
     eps, zeta = 10.0 ** rng.uniform(-3.0, np.log10([0.05, 0.03]))
     r = float(rng.uniform(0.3, 0.9))
     o, levels = Oscillator.from_modal(M=1.0, f0=F_0, zeta=zeta), [s * X_M for s in LEVELS]
-    falls = released(o, [(eps, r, 1.0)], x0=X_M, v0=0.0, levels=levels)
+    falls = released(OpenRig(o, (eps,), (r,)), x0=X_M, v0=0.0, levels=levels)
     duration = min(FOLLOWED / (zeta * o.w0), LONGEST / F_0)
     places, found = rng.uniform(-1.0, 1.0, OTHERS), []
     for k, level in enumerate(levels):

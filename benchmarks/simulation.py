@@ -76,7 +76,7 @@ DEPARTURES = """
 
 Rig of Table 2, G = 0.25 mm at resonance, 300 s, b = 30 mm where nothing else is said, `simulate`
 with its impact arrays; times of the processor. Flights in which a ball slides on in its direction
-are in closed form like those of the plain rig (`rubbing.glide`): friction and tilt move the
+are in closed form like those of the plain rig (`kernel.glide`): friction and tilt move the
 oscillator's place of rest and give the ball a constant acceleration. With Coulomb friction on the
 oscillator such a flight ends where it turns against its base, found and proved like a contact.
 Where a ball stops on its floor, sticks or chatters it is the power series, event by event; with a
@@ -243,8 +243,8 @@ def kernel_speed() -> list[tuple[str, float, float]]:
     for clearances in cases:
         rig = Rig(TABLE_2, nes=[NES(m=0.032 / len(clearances), b=b, r=0.6) for b in clearances])
         response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
-        par, log = parameters(rig, WeakDamping()), np.zeros((200000, 6))
-        labels, work = np.zeros((200000, 3), dtype=np.int32), np.zeros((4, ORDER + 1))
+        par, log = parameters(rig, WeakDamping()), np.zeros((200000, 10))
+        labels, work = np.zeros((200000, 3), dtype=np.int32), np.zeros((7, ORDER + 1))
         best, used, hits = math.inf, 0, 1
         for _ in range(5):
             balls, _y = ball_table(

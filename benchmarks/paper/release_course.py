@@ -6,6 +6,7 @@ import numpy as np
 from benchmarks.paper.rig import BALL, TABLE_2, R, Verdict, Verdicts, amplitude_peaks, release
 
 from vinesexp.design.released import Fall, released
+from vinesexp.design.task import OpenRig
 from vinesexp.theory import manifold
 
 A_1, A_2 = float(manifold.A_1(R)), float(manifold.A_2(R))
@@ -18,7 +19,7 @@ STARTS, SEED = 40, 20190302
 
 def section_3_2() -> tuple[list[str], Verdicts]:
     """Pumping time, energy and times over clearance; rises of the amplitude in a release."""
-    falls = released(TABLE_2, [(BALL, R, 1.0)], x0=X_M, v0=0.0, levels=LEVELS, marks=SHOWN)
+    falls = released(OpenRig(TABLE_2, (BALL,), (R,)), x0=X_M, v0=0.0, levels=LEVELS, marks=SHOWN)
     found = [min(falls.found, key=lambda one: abs(one.b - b)).anywhere() for b in SHOWN]
     lines = [
         "Release from 30 mm, ball at rest anywhere in its cavity (12 places, medians); pumping "

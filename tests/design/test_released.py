@@ -5,6 +5,7 @@ import pytest
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.design.released import _measures, released
+from vinesexp.design.task import OpenRig
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 LEVELS = (0.010, 0.005, 0.002)
@@ -28,19 +29,19 @@ def test_energy_taken_by_impacts_and_damping_is_what_is_gone() -> None:
 
 @pytest.mark.long
 def test_the_best_clearance_falls_with_the_level_and_wide_cavities_capture_fewer() -> None:
-    falls = released(TABLE_2, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=LEVELS, seed=3)
+    falls = released(OpenRig(TABLE_2, (0.032,), (0.6,)), x0=0.02, v0=0.0, levels=LEVELS, seed=3)
     fastest = [falls.found[i].b for i in falls.fastest]
     assert fastest[0] >= fastest[1] > fastest[2]
     shares = {one.b: one.share for one in falls.found}
     assert shares[min(shares)] > 0.9 or min(shares) < 0.3 * 0.02
     assert shares[max(shares)] < 0.5
-    again = released(TABLE_2, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=LEVELS, seed=3)
+    again = released(OpenRig(TABLE_2, (0.032,), (0.6,)), x0=0.02, v0=0.0, levels=LEVELS, seed=3)
     assert (again.found[4].times == falls.found[4].times).all()
 
 
 def test_an_undamped_release_may_never_reach_its_level() -> None:
     undamped = Oscillator(M=4.7, c1=0.0, k1=1.147e4)
-    falls = released(undamped, [(0.032, 1.0, 1.0)], x0=0.02, v0=0.0, levels=(0.002,))
+    falls = released(OpenRig(undamped, (0.032,), (1.0,)), x0=0.02, v0=0.0, levels=(0.002,))
     assert np.isinf(falls.found[0].times).all()
     assert falls.found[0].dissipated == pytest.approx(0.0, abs=1e-9)
 
@@ -49,7 +50,7 @@ def test_a_lightly_damped_oscillator_alone_reaches_its_levels_late_and_not_never
     """exp(-zeta w0 t) from 20 mm: 2,400 to 5,500 cycles, where balls are followed for 600."""
     light = Oscillator.from_modal(M=4.7, f0=8.0, zeta=1e-4)
     levels = (0.009, 0.002, 0.0004)
-    falls = released(light, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=levels)
+    falls = released(OpenRig(light, (0.032,), (0.6,)), x0=0.02, v0=0.0, levels=levels)
     expected = [np.log(0.02 / level) / (1e-4 * light.w0) for level in levels]
     assert falls.bare == pytest.approx(expected, rel=2e-3)
     assert falls.followed == pytest.approx(600.0 / 8.0)
@@ -59,14 +60,14 @@ def test_a_lightly_damped_oscillator_alone_reaches_its_levels_late_and_not_never
 @pytest.mark.parametrize("zeta", [0.0, 0.01, 3.0])
 def test_a_level_above_the_release_is_reached_at_once(zeta: float) -> None:
     alone = Oscillator.from_modal(M=4.7, f0=8.0, zeta=zeta)
-    falls = released(alone, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=(0.03,))
+    falls = released(OpenRig(alone, (0.032,), (0.6,)), x0=0.02, v0=0.0, levels=(0.03,))
     assert falls.bare == (0.0,)
 
 
 def test_an_oscillator_beyond_critical_damping_creeps_with_its_slower_decay() -> None:
     """zeta = 3: exp(-w0 t/(3 + sqrt(8))), from nearly all of the release on."""
     heavy = Oscillator.from_modal(M=4.7, f0=8.0, zeta=3.0)
-    falls = released(heavy, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=(0.01, 0.002))
+    falls = released(OpenRig(heavy, (0.032,), (0.6,)), x0=0.02, v0=0.0, levels=(0.01, 0.002))
     between = np.log(5.0) * (3.0 + np.sqrt(8.0)) / heavy.w0
     assert falls.bare[1] - falls.bare[0] == pytest.approx(between, abs=1.0 / (8.0 * 8.0))
 
@@ -78,7 +79,7 @@ def test_the_time_of_the_fastest_clearance_holds_for_other_starts(eps, zeta, r):
     """Chosen by the starts that judge it, it was up to seven times too short."""
     one = Oscillator.from_modal(M=2.0, f0=8.0, zeta=zeta)
     levels = (0.01, 0.005)
-    falls = released(one, [(2.0 * eps, r, 1.0)], x0=0.02, v0=0.0, levels=levels)
+    falls = released(OpenRig(one, (2.0 * eps,), (r,)), x0=0.02, v0=0.0, levels=levels)
     places = np.random.default_rng(7).uniform(-1.0, 1.0, 60)
     for k, level in enumerate(levels):
         best = falls.found[falls.fastest[k]]

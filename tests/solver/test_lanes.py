@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
-from vinesexp.excitation import WeakDamping
-from vinesexp.solver.arrays import ball_table, drive_table, parameters
-from vinesexp.solver.contact import REMAINDER
-from vinesexp.solver.kernel import run
-from vinesexp.solver.lanes import add_amplitudes, amplitudes, row_of
-from vinesexp.solver.response import prepare
-from vinesexp.solver.series import ORDER
+from vinesexp.solver.lanes import amplitudes, amplitudes_of, row_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 
@@ -38,19 +32,7 @@ def random_case(number):
 
 def scalar(rig, base, release, settle, duration):
     """Mean, largest, impacts, time of the last impact, by the loop of one motion."""
-    o = rig.oscillator
-    response = prepare(o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
-    (kind, table), par = drive_table(base), parameters(rig, WeakDamping())
-    balls, work = ball_table(rig, release)[0], np.zeros((4, ORDER + 1))
-    log, labels = np.empty((2048, 6)), np.empty((2048, 3), dtype=np.int32)
-    state = np.array([0.0, 0.0, release.x0, release.v0])
-    node, sums = np.array([0.0, release.x0, release.v0, 0.0]), np.zeros(5)
-    while state[0] < duration:
-        rows, _ = run(
-            True, response, par, kind, table, duration, REMAINDER, state, balls, log, labels, work
-        )
-        add_amplitudes(response, log, labels, rows, state, node, settle, sums)
-    return sums[1] / sums[0], sums[2], sums[3], sums[4]
+    return amplitudes_of(simulate(rig, base, release, duration), settle)
 
 
 def rows_of(cases, settle, cycles):

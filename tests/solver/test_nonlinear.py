@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from vinesexp.solver import nonlinear
+from vinesexp.solver import series
 from vinesexp.solver.series import HIGH, LOW
 
 M, C, K, FORCE = 4.7, 3.02, 1.147e4, 0.3
@@ -16,7 +16,7 @@ M, C, K, FORCE = 4.7, 3.02, 1.147e4, 0.3
 @njit
 def fill(par, direction, E, X):
     """The function of the loop, which only compiled code can call."""
-    nonlinear.fill_nonlinear(par, M, FORCE, direction, E, X)
+    series.fill_nonlinear(par, M, FORCE, direction, E, X)
 
 
 def by_the_book(par, direction, E, x, v):

@@ -59,11 +59,11 @@ def test_designer_puts_each_ball_on_its_fold_at_its_level() -> None:
     plan = multiple.design_clearances(
         G_low=0.1e-3, G_high=0.4e-3, oscillator=OSCILLATOR, masses=[0.016, 0.016, 0.016], r=0.6
     )
-    assert list(plan.clearances) == sorted(plan.clearances)
-    assert plan.gaps == ()
-    for i, (b, level) in enumerate(zip(plan.clearances, plan.levels, strict=True)):
+    assert list(plan) == sorted(plan)
+    assert multiple.gaps([NES(m=0.016, b=b, r=0.6) for b in plan]) == []
+    for i, (b, level) in enumerate(zip(plan, (0.1e-3, 0.2e-3, 0.4e-3), strict=True)):
         x = float(manifold.A_1(0.6)) * b
-        balls = [NES(m=0.016, b=c, r=0.6) for c in plan.clearances[: i + 1]]
+        balls = [NES(m=0.016, b=c, r=0.6) for c in plan[: i + 1]]
         balls = [n for n in balls if x <= float(manifold.A_2(0.6)) * n.b]
         assert multiple.base_amplitude_for(x, Rig(OSCILLATOR, balls)) == pytest.approx(level)
 
@@ -74,9 +74,7 @@ def test_designer_with_one_ball_is_the_clearance_of_the_fold() -> None:
     )
     eps = 0.032 / 4.7
     lam = Rig(OSCILLATOR, PAIR[:1]).lam
-    assert plan.clearances[0] == pytest.approx(
-        0.25e-3 / (eps * float(slow_flow.fold_forcing(lam=lam, r=0.6)))
-    )
+    assert plan[0] == pytest.approx(0.25e-3 / (eps * float(slow_flow.fold_forcing(lam=lam, r=0.6))))
 
 
 def test_designer_refusals() -> None:
@@ -108,11 +106,11 @@ def test_each_ball_of_a_design_has_its_own_restitution() -> None:
     """Each sits on its fold at its level, whatever the r of the others."""
     o, masses, r = Oscillator(M=4.7, c1=3.02, k1=1.147e4), (0.032, 0.016), (0.6, 0.8)
     plan = multiple.design_clearances(G_low=1e-4, G_high=3e-4, oscillator=o, masses=masses, r=r)
-    balls = [NES(m=m, b=b, r=one) for m, b, one in zip(masses, plan.clearances, r, strict=True)]
+    balls = [NES(m=m, b=b, r=one) for m, b, one in zip(masses, plan, r, strict=True)]
     fold = float(manifold.A_1(0.8)) * balls[1].b
     assert float(multiple.base_amplitude_for(fold, Rig(o, balls))) == pytest.approx(3e-4, rel=1e-9)
     alike = multiple.design_clearances(G_low=1e-4, G_high=3e-4, oscillator=o, masses=masses, r=0.6)
-    assert plan.clearances[0] == alike.clearances[0]
-    assert plan.clearances[1] > 1.2 * alike.clearances[1]
+    assert plan[0] == alike[0]
+    assert plan[1] > 1.2 * alike[1]
     with pytest.raises(ParameterError, match="2 restitutions for 1 balls"):
         multiple.design_clearances(G_low=1e-4, G_high=3e-4, oscillator=o, masses=(0.03,), r=r)

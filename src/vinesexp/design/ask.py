@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 
 from vinesexp.design.advice import advise
 from vinesexp.design.answer_json import answer_of
@@ -11,10 +12,10 @@ from vinesexp.design.best_clearance import BUDGET
 from vinesexp.design.headline import Answer, headline_of, remarks_of
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.design.predictions import LEVELS, Theory, predict, start_amplitude
-from vinesexp.design.recorded import UnderRecord, under_record
+from vinesexp.design.recorded import under_record
 from vinesexp.design.released import Falls, released
 from vinesexp.design.shown import text_of
-from vinesexp.design.task import Task
+from vinesexp.design.task import OpenRig, Task
 from vinesexp.errors import AnalysisError, ParameterError, RigWarning
 from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
@@ -24,52 +25,41 @@ from vinesexp.theory.multiple import design_clearances
 DRILLED = 0.01
 
 
-def task_of(given: Given) -> Task:
-    """The task of the simulation: every ball, the ranges, and the standard errors given."""
-    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    masses, r = balls_of(given)
-    levels = given.ends("G")
-    frequencies = given.ends("frequency") if "frequency" in given else (o.f0, o.f0)
-    ratios = ratios_of(given)
-    if "b" not in given and len(masses) > 1 and levels[0] < levels[1]:
-        plan = design_clearances(
-            G_low=levels[0], G_high=levels[1], oscillator=o, masses=masses, r=r
-        )
-        ratios = tuple(b / max(plan.clearances) for b in plan.clearances)
-    errors = {n: given[n][0].std_error for n in ("M", "c1", "k1", "m", "r", "G") if n in given}
-    if "frequency" in given:
-        errors["frequency"] = given["frequency"][0].std_error
-    return Task(
-        oscillator=o,
-        masses=masses,
-        r=r,
-        levels=levels,
-        frequencies=frequencies,
+def open_rig_of(given: Given) -> OpenRig:
+    """The rig as given, its clearances left open; their ratios 1 where none was given."""
+    masses, r = (tuple(q.value for q in given[name]) for name in ("m", "r"))
+    ratios = (1.0,) * len(masses)
+    if "b" in given and len(given["b"]) > 1:
+        largest = max(q.value for q in given["b"])
+        ratios = tuple(q.value / largest for q in given["b"])
+    return OpenRig(
+        Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value),
+        masses,
+        r * len(masses) if len(r) == 1 else r,
         ratios=ratios,
         friction=given.size("friction"),
-        damping=damping_of(given),
-        tolerance=tolerance_of(given),
-        std_errors={name: e for name, e in errors.items() if e},
+        damping=WeakDamping(given.size("quadratic"), given.size("coulomb")),
     )
 
 
-def tolerance_of(given: Given) -> float:
-    """How exactly the cavity is built, as a share of b; that of a drilled one unless given."""
-    return given.one("tolerance").value if "tolerance" in given else DRILLED
-
-
-def ratios_of(given: Given) -> tuple[float, ...]:
-    """Clearance of each ball over the largest; 1 where none was given."""
-    n = len(given["m"])
-    if "b" not in given or len(given["b"]) == 1:
-        return (1.0,) * n
-    largest = max(q.value for q in given["b"])
-    return tuple(q.value / largest for q in given["b"])
-
-
-def damping_of(given: Given) -> WeakDamping:
-    """Damping of the oscillator beyond c1."""
-    return WeakDamping(given.size("quadratic"), given.size("coulomb"))
+def task_of(given: Given) -> Task:
+    """The task of the simulation: every ball, the ranges, and the standard errors given."""
+    one, levels = open_rig_of(given), given.ends("G")
+    o = one.oscillator
+    if "b" not in given and len(one.masses) > 1 and levels[0] < levels[1]:
+        plan = design_clearances(
+            G_low=levels[0], G_high=levels[1], oscillator=o, masses=one.masses, r=one.r
+        )
+        one = replace(one, ratios=tuple(b / max(plan) for b in plan))
+    names = ("M", "c1", "k1", "m", "r", "G", "frequency")
+    errors = {name: given[name][0].std_error for name in names if name in given}
+    return Task(
+        **{name: getattr(one, name) for name in one.__dataclass_fields__},
+        levels=levels,
+        frequencies=given.ends("frequency") if "frequency" in given else (o.f0, o.f0),
+        tolerance=given.one("tolerance").value if "tolerance" in given else DRILLED,
+        std_errors={name: e for name, e in errors.items() if e},
+    )
 
 
 def asked_of(given: Given) -> float | None:
@@ -81,48 +71,21 @@ def release_of(given: Given, theory: Theory, *, seed: int) -> Falls | None:
     """Releases over clearance by simulation; None without a release or a whole rig."""
     if "x0" not in given or any(option.symbol not in given for option in RIG):
         return None
-    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    if not o.zeta < 0.9:
+    one, asked, x_m = open_rig_of(given), asked_of(given), start_amplitude(given)
+    if not one.oscillator.zeta < 0.9:
         return None
-    masses, r = balls_of(given)
-    x_m = start_amplitude(given)
-    asked = asked_of(given)
-    marks = [one.b for one in theory.releases] + ([] if asked is None else [asked])
+    marks = [level.b for level in theory.releases] + ([] if asked is None else [asked])
     if theory.b_t is not None:
         marks += [theory.b_t.published, theory.b_t.exact]
     return released(
-        o,
-        list(zip(masses, r, ratios_of(given), strict=True)),
+        one,
         x0=given.one("x0").value,
-        v0=given.one("v0").value if "v0" in given else 0.0,
+        v0=given.size("v0"),
         levels=[share * x_m for share in LEVELS],
         marks=marks,
         asked=asked,
-        friction=given.size("friction"),
-        damping=damping_of(given),
         seed=seed,
     )
-
-
-def driven_of(given: Given, base: Measured, *, seed: int) -> UnderRecord:
-    """A recorded base over clearance by simulation."""
-    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    masses, r = balls_of(given)
-    return under_record(
-        o,
-        list(zip(masses, r, ratios_of(given), strict=True)),
-        base,
-        asked=asked_of(given),
-        friction=given.size("friction"),
-        damping=damping_of(given),
-        seed=seed,
-    )
-
-
-def balls_of(given: Given) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Masses and restitutions, one of each per ball."""
-    masses, r = (tuple(q.value for q in given[name]) for name in ("m", "r"))
-    return masses, r * len(masses) if len(r) == 1 else r
 
 
 #: A value with its unit as text ("32 g"), a number in SI, or several of them.
@@ -179,7 +142,9 @@ def answered(
     try:
         with warnings.catch_warnings():  # of clearances that only the search tries
             warnings.simplefilter("ignore", RigWarning)
-            driven = None if base is None else driven_of(given, base, seed=seed)
+            if base is not None:
+                asked = asked_of(given)
+                driven = under_record(open_rig_of(given), base, asked=asked, seed=seed)
             falls = release_of(given, theory, seed=seed)
             if "G" in given:
                 advice = advise(

@@ -14,23 +14,17 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.solver.arrays import ball_table, drive_table, gap_of, is_plain, parameters
-from vinesexp.solver.contact import REMAINDER
-from vinesexp.solver.effort import Effort
-from vinesexp.solver.kernel import run
-from vinesexp.solver.lanes import add_amplitudes, amplitudes
-from vinesexp.solver.response import H_PHASE, prepare
-from vinesexp.solver.series import ORDER
+from vinesexp.solver.arrays import gap_of, is_plain
+from vinesexp.solver.lanes import amplitudes, amplitudes_of
 from vinesexp.solver.simulation import simulate
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
@@ -385,11 +379,10 @@ def responses(
             found = amplitudes(rows[own], stop=stop.is_set)
             cycles = (spans[own, 1] - spans[own, 0]) * f[own]
             out[:, own] = found.mean, found.largest, found.impacts / cycles
-        room = Room()
         for k in alone[first::step].tolist():
             if stop.is_set():
                 return
-            out[:, k] = _one(runs[k], room, *spans[k].tolist())
+            out[:, k] = _one(runs[k], *spans[k].tolist())
 
     full = alone.size + -(-side_by_side.size // FULL)
     threads = min(workers or os.cpu_count() or 1, full)
@@ -431,55 +424,20 @@ def _work(runs: Runs, lanes: BoolArray, duration: FloatArray, hits: FloatArray) 
     return np.asarray(WORK_RUN + per[0] * cycles + per[1] * (impacts - beyond) + per[2] * beyond)
 
 
-@dataclass
-class Room:
-    """What one thread keeps from run to run: the log, scratch space, closed forms."""
-
-    log: FloatArray = field(default_factory=lambda: np.empty((2048, 6)))
-    labels: NDArray[np.int32] = field(default_factory=lambda: np.empty((2048, 3), dtype=np.int32))
-    work: FloatArray = field(default_factory=lambda: np.zeros((4, ORDER + 1)))
-    tables: dict[tuple[float, float, float, float, float], FloatArray] = field(default_factory=dict)
-
-
-def _one(one: Run, room: Room, settle: float, duration: float) -> tuple[float, float, float]:
+def _one(one: Run, settle: float, duration: float) -> tuple[float, float, float]:
     """(mean, largest, impacts per cycle) of one run."""
     o, base = one.rig.oscillator, one.base
-    if one.damping != VISCOUS or not is_plain(one.rig):
-        return _simulated(one, settle, duration)
-    key = (o.M, o.c1, o.k1, base.amplitude, base.frequency)
-    if key not in room.tables:
-        room.tables[key] = prepare(*key, 0.0)
-    response = room.tables[key].copy()
-    response[H_PHASE] += base.phase
-    kind, table = drive_table(base)
-    par = parameters(one.rig, WeakDamping())
-    balls, _ = ball_table(one.rig, one.release)
-    log, labels, work = room.log, room.labels, room.work
-    work[:] = 0.0
-    state, node, sums = np.zeros(4), np.zeros(4), np.zeros(5)
-    effort = Effort(one.rig, base, VISCOUS, duration)
-    state[2:] = one.release.x0, one.release.v0
-    node[1:3] = one.release.x0, one.release.v0
-    while state[0] < duration:
-        rows, used = run(
-            True, response, par, kind, table, duration, REMAINDER, state, balls, log, labels, work
-        )
-        effort.add(state, used)
-        add_amplitudes(response, log, labels, rows, state, node, settle, sums)
-    cycles = (duration - settle) * base.frequency
-    return sums[1] / sums[0], sums[2], sums[3] / cycles
-
-
-def _simulated(one: Run, settle: float, duration: float) -> tuple[float, float, float]:
-    """The same for a rig without a closed form: friction, a damping law."""
-    o, base = one.rig.oscillator, one.base
     motion = simulate(one.rig, base, one.release, duration=duration, damping=one.damping)
-    pace = max(base.frequency, o.f0)
-    x, v = motion.at(np.linspace(settle, duration, max(int(8 * pace * (duration - settle)), 64)))
-    amplitude = np.hypot(x, v / o.w0)
-    hits = float((motion.impacts["time"] >= settle).sum())
-    cycles = (duration - settle) * base.frequency
-    return float(amplitude.mean()), float(amplitude.max()), hits / cycles
+    if is_plain(one.rig, one.damping):
+        mean, largest, hits, _ = amplitudes_of(motion, settle)
+    else:
+        pace = max(base.frequency, o.f0)
+        points = max(int(8 * pace * (duration - settle)), 64)
+        x, v = motion.at(np.linspace(settle, duration, points))
+        amplitude = np.hypot(x, v / o.w0)
+        mean, largest = float(amplitude.mean()), float(amplitude.max())
+        hits = float((motion.impacts["time"] >= settle).sum())
+    return mean, largest, hits / ((duration - settle) * base.frequency)
 
 
 def _refuse_what_never_settles(runs: Runs) -> None:

@@ -125,7 +125,7 @@ def predict(given: Given) -> Theory:
         except AnalysisError as error:
             no_orbit = str(error)
     if "x0" in given:
-        v0 = given.one("v0").value if "v0" in given else 0.0
+        v0 = given.size("v0")
         b_t = predict_transient(x0=abs(given.one("x0").value), v0=v0, values=values)
     every = releases(given, values) if "x0" in given and len(values) == len(RIG) else []
     return Theory(
@@ -144,7 +144,7 @@ def predict(given: Given) -> Theory:
 def start_amplitude(given: Given) -> float:
     """x_m of the release, m."""
     M, k1 = (given.one(n).value if n in given else 1.0 for n in ("M", "k1"))
-    v0 = given.one("v0").value if "v0" in given else 0.0
+    v0 = given.size("v0")
     return float(release_amplitude(x0=given.one("x0").value, v0=v0, M=M, k1=k1))
 
 

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.released import judged
+from vinesexp.design.released import anywhere, judged, tried_closer
+from vinesexp.design.task import OpenRig
 from vinesexp.excitation import Measured, Release, WeakDamping
-from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.rig import Rig
 from vinesexp.solver.simulation import simulate
 
 #: Clearances tried at first, and between neighbours of the best; balls anywhere, and at a wall; and
@@ -59,7 +59,6 @@ class UnderRecord:
     found : one entry per clearance, sorted; of the best, starts drawn anew.
     least_rms, least_peak : index of the clearance with the least median rms, and of that with the
         least 90th percentile of the peak.
-    asked : index of a clearance that was asked for, if any.
     """
 
     duration: float
@@ -70,7 +69,6 @@ class UnderRecord:
     found: list[Driven]
     least_rms: int
     least_peak: int
-    asked: int | None = None
 
     @property
     def hopeless(self) -> bool:
@@ -83,59 +81,41 @@ class UnderRecord:
 
 
 def under_record(
-    oscillator: Oscillator,
-    balls: Sequence[tuple[float, float, float]],
-    base: Measured,
-    *,
-    asked: float | None = None,
-    friction: float = 0.0,
-    damping: WeakDamping | None = None,
-    seed: int = 1,
+    open_rig: OpenRig, base: Measured, *, asked: float | None = None, seed: int = 1
 ) -> UnderRecord:
     """Simulate a recorded base over clearance, balls at rest anywhere and at a wall.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    open_rig : OpenRig
         At rest at first.
-    balls : sequence of (m, r, ratio)
-        Mass (kg), restitution and clearance over the largest, of each NES.
     base : Measured
         Displacement of the base, m.
     asked : float, optional
         A clearance that is tried besides, m.
-    friction, damping
-        As in `released.released`.
     seed : int
         Of the ball positions: the same at every clearance.
     """
-    rng, n = np.random.default_rng(seed), len(balls)
+    rng, n = np.random.default_rng(seed), len(open_rig.masses)
 
     def drawn(starts: int, at_wall: int) -> list[FloatArray]:
-        strata = (np.arange(starts)[:, None] + rng.uniform(size=(starts, n))) / starts
-        places = [*(2.0 * rng.permuted(strata, axis=0) - 1.0)]
-        return places + [np.full(n, side) for side in np.linspace(1.0, -1.0, at_wall)]
+        walls = [np.full(n, side) for side in np.linspace(1.0, -1.0, at_wall)]
+        return [*anywhere(n, rng, starts), *walls]
 
     few, many = drawn(STARTS, AT_WALL), drawn(FRESH, FRESH * AT_WALL // STARTS)
 
     def tried(b: float, places: Sequence[FloatArray] = few) -> Driven:
-        nes = [NES(m=m, b=b * part, r=r, friction=friction) for m, r, part in balls]
+        rig = open_rig.rig(b)
         starts = [
-            Release(y0=[float(u) * one.b for u, one in zip(p, nes, strict=True)]) for p in places
+            Release(y0=[float(u) * one.b for u, one in zip(p, rig.nes, strict=True)])
+            for p in places
         ]
-        return _driven(Rig(oscillator, nes), b, base, starts, damping)
+        return _driven(rig, b, base, starts, open_rig.damping)
 
-    bare = _driven(Rig(oscillator), 0.0, base, [Release()], damping)
+    bare = _driven(Rig(open_rig.oscillator), 0.0, base, [Release()], open_rig.damping)
     marks = [] if asked is None else [asked]
-    grid = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
-    found = [tried(float(b)) for b in np.unique(grid)]
-    near = {
-        float(b)
-        for best in (int(np.argmin([value(one) for one in found])) for value in (_rms, _peak))
-        for low, high in pairwise([one.b for one in found][max(best - 1, 0) : best + 2])
-        for b in np.geomspace(low, high, CLOSER + 2)[1:-1]
-    }
-    found = sorted([*found, *map(tried, near)], key=lambda one: one.b)
+    first = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
+    found = tried_closer(first, tried, (_rms, _peak), CLOSER)
     least_rms, least_peak = judged(found, [_rms, _peak], lambda one: tried(one.b, many))
     samples = np.asarray(base.samples)
     return UnderRecord(
@@ -147,7 +127,6 @@ def under_record(
         found=found,
         least_rms=least_rms,
         least_peak=least_peak,
-        asked=None if asked is None else int(np.argmin([abs(one.b - asked) for one in found])),
     )
 
 
@@ -160,7 +139,7 @@ def _peak(one: Driven) -> float:
 
 
 def _driven(
-    rig: Rig, b: float, base: Measured, starts: Sequence[Release], damping: WeakDamping | None
+    rig: Rig, b: float, base: Measured, starts: Sequence[Release], damping: WeakDamping
 ) -> Driven:
     count = max(int(PER_CYCLE * rig.oscillator.f0 * base.duration), FEWEST)
     t = np.linspace(0.0, base.duration, count)

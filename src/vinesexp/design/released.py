@@ -13,13 +13,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.design.ensemble import VISCOUS
+from vinesexp.design.task import OpenRig
 from vinesexp.excitation import Release, WeakDamping
-from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.rig import Oscillator, Rig
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.simulation import simulate
 from vinesexp.theory.regime_definitions import activation_spells
@@ -49,9 +51,6 @@ SURE = 0.85
 #: Share of the bare time by which a release has to be faster to be called so.
 WORTH = 0.05
 _PER_CYCLE = 8
-#: No damping beyond c1.
-VISCOUS = WeakDamping()
-Tried = TypeVar("Tried")
 
 
 @dataclass(frozen=True)
@@ -131,25 +130,20 @@ class Falls:
 
 
 def released(
-    oscillator: Oscillator,
-    balls: Sequence[tuple[float, float, float]],
+    open_rig: OpenRig,
     *,
     x0: float,
     v0: float,
     levels: Sequence[float],
     marks: Sequence[float] = (),
     asked: float | None = None,
-    friction: float = 0.0,
-    damping: WeakDamping = VISCOUS,
     seed: int = 1,
 ) -> Falls:
     """Simulate releases with balls at rest anywhere in their cavities, and at their walls.
 
     Parameters
     ----------
-    oscillator : Oscillator
-    balls : sequence of (m, r, ratio)
-        Mass (kg), restitution and clearance over the largest, of each NES.
+    open_rig : OpenRig
     x0, v0 : float
         m, m/s.
     levels : sequence of float
@@ -158,44 +152,33 @@ def released(
         Clearances that theory suggests, m: tried besides.
     asked : float, optional
         One of them that the answer has to show, m.
-    friction : float
-        Deceleration mu g of the balls on their floors, m/s^2.
-    damping : WeakDamping
-        Of the oscillator beyond c1.
     seed : int
         Of the ball positions: the same at every clearance.
     """
+    oscillator, damping = open_rig.oscillator, open_rig.damping
     x_m = float(np.hypot(x0, v0 / oscillator.w0))
     rng = np.random.default_rng(seed)
     heading = float(np.sign(v0 if v0 != 0.0 else -x0))
     few, many = (
-        _places(len(balls), heading, rng, starts=starts, at_wall=at_wall)
+        _places(len(open_rig.masses), heading, rng, starts=starts, at_wall=at_wall)
         for starts, at_wall in ((STARTS, AT_WALL), (FRESH, FRESH_AT_WALL))
     )
     decay = max(oscillator.zeta, 1e-9) * oscillator.w0
     duration = min(FOLLOWED / decay, LONGEST / oscillator.f0)
 
-    def moving(nes: Sequence[NES], place: Sequence[float]) -> Motion:
-        y0 = [x0 + float(u) * n.b for u, n in zip(place, nes, strict=True)]
-        start = Release(x0, v0, y0)
-        return simulate(Rig(oscillator, nes), None, start, duration=duration, damping=damping)
-
     def tried(b: float, starts: tuple[FloatArray, BoolArray] = few) -> Fall:
-        nes = [NES(m=m, b=b * part, r=r, friction=friction) for m, r, part in balls]
-        places, at_wall = starts
-        return _fall(b, [moving(nes, place) for place in places], at_wall, levels)
+        rig, (places, at_wall) = open_rig.rig(b), starts
+        motions = []
+        for place in places:
+            y0 = [x0 + float(u) * n.b for u, n in zip(place, rig.nes, strict=True)]
+            start = Release(x0, v0, y0)
+            motions.append(simulate(rig, None, start, duration=duration, damping=damping))
+        return _fall(b, motions, at_wall, levels)
 
     first = np.concatenate([x_m * np.geomspace(*ENDS, CLEARANCES), list(marks)])
-    found = [tried(float(b)) for b in np.unique(first)]
-    known = [one.b for one in found]
-    closer = {
-        float(b)
-        for at in (int(np.argmin([time(one) for one in found])) for time in _wanted(len(levels)))
-        for low, high in _neighbours(known, at)
-        for b in np.geomspace(low, high, CLOSER + 2)[1:-1]
-    }
-    found = sorted([*found, *map(tried, closer)], key=lambda one: one.b)
-    best = judged(found, _wanted(len(levels)), lambda one: tried(one.b, many))
+    wanted = _wanted(len(levels))
+    found = tried_closer(first, tried, wanted, CLOSER)
+    best = judged(found, wanted, lambda one: tried(one.b, many))
     mine = None if asked is None else int(np.argmin([abs(one.b - asked) for one in found]))
     return Falls(
         levels=tuple(levels),
@@ -208,8 +191,36 @@ def released(
     )
 
 
+class Tried(Protocol):
+    """What was tried at a clearance."""
+
+    @property
+    def b(self) -> float:
+        """The clearance, m."""
+
+
+Clearance = TypeVar("Clearance", bound=Tried)
+
+
+def tried_closer(
+    first: FloatArray,
+    tried: Callable[[float], Clearance],
+    wanted: Sequence[Callable[[Clearance], float]],
+    closer: int,
+) -> list[Clearance]:
+    """Clearances (m) tried, then `closer` more between neighbours of the least by each value."""
+    found = [tried(float(b)) for b in np.unique(first)]
+    near = {
+        float(b)
+        for at in (int(np.argmin([value(one) for one in found])) for value in wanted)
+        for low, high in pairwise([one.b for one in found[max(at - 1, 0) : at + 2]])
+        for b in np.geomspace(low, high, closer + 2)[1:-1]
+    }
+    return sorted([*found, *map(tried, near)], key=lambda one: one.b)
+
+
 def judged(
-    found: list[Tried], wanted: Sequence[Callable[[Tried], float]], anew: Callable[[Tried], Tried]
+    found: list[Any], wanted: Sequence[Callable[[Any], float]], anew: Callable[[Any], Any]
 ) -> list[int]:
     """The least of what was tried by each of some values, as starts drawn anew show them.
 
@@ -271,10 +282,15 @@ def _places(
 
     That is the one behind a ball as the oscillator sets off, in the direction `heading`.
     """
-    strata = (np.arange(starts)[:, None] + rng.uniform(size=(starts, balls))) / starts
-    anywhere = 2.0 * rng.permuted(strata, axis=0) - 1.0
     walls = [np.full(balls, -heading * (1.0 - off)) for off in np.linspace(0.0, OFF_WALL, at_wall)]
-    return np.concatenate([anywhere, walls]), np.arange(starts + at_wall) >= starts
+    places = np.concatenate([anywhere(balls, rng, starts), walls])
+    return places, np.arange(starts + at_wall) >= starts
+
+
+def anywhere(balls: int, rng: np.random.Generator, starts: int) -> FloatArray:
+    """Random places of balls over their clearances, evenly spread for each; a row a start."""
+    strata = (np.arange(starts)[:, None] + rng.uniform(size=(starts, balls))) / starts
+    return np.asarray(2.0 * rng.permuted(strata, axis=0) - 1.0)
 
 
 def _wanted(levels: int) -> list[Callable[[Fall], float]]:
@@ -284,11 +300,6 @@ def _wanted(levels: int) -> list[Callable[[Fall], float]]:
         for at_wall in (False, True)
         for k in range(levels)
     ]
-
-
-def _neighbours(known: Sequence[float], at: int) -> list[tuple[float, float]]:
-    near = known[max(at - 1, 0) : at + 2]
-    return list(pairwise(near))
 
 
 def _fall(b: float, motions: Sequence[Motion], at_wall: BoolArray, levels: Sequence[float]) -> Fall:

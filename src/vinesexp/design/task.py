@@ -142,33 +142,24 @@ def evenly_spread(numbers: range, shift: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Task:
-    """A rig without its clearances, and the excitation to design them for.
+class OpenRig:
+    """A rig without its clearances.
 
     Attributes
     ----------
     oscillator : Oscillator
     masses, r : ball masses (kg) and restitutions, one per NES.
     ratios : clearance of each ball over the largest; (1,) for one ball.
-    levels : base amplitudes (m), least and greatest (equal for one level).
-    frequencies : Hz, least and greatest.
-    std_errors : of M, c1, k1, m, r, G, frequency (SI); what is missing is known exactly.
     friction : deceleration mu g of the balls on their floors, m/s^2.
     damping : of the oscillator beyond c1.
-    tolerance : of what is built, as a share of b: every start has a clearance of its own within it,
-        so that whatever is made least is made least over what a workshop delivers.
     """
 
     oscillator: Oscillator
     masses: tuple[float, ...]
     r: tuple[float, ...]
-    levels: tuple[float, float]
-    frequencies: tuple[float, float]
-    ratios: tuple[float, ...] = (1.0,)
-    std_errors: Mapping[str, float] = field(default_factory=dict)
-    friction: float = 0.0
-    damping: WeakDamping = VISCOUS
-    tolerance: float = 0.0
+    ratios: tuple[float, ...] = field(default=(1.0,), kw_only=True)
+    friction: float = field(default=0.0, kw_only=True)
+    damping: WeakDamping = field(default=VISCOUS, kw_only=True)
 
     def __post_init__(self) -> None:
         if not len(self.masses) == len(self.r) == len(self.ratios):
@@ -176,6 +167,34 @@ class Task:
                 f"{len(self.masses)} ball masses, {len(self.r)} restitutions and "
                 f"{len(self.ratios)} clearance ratios: expected one of each per NES"
             )
+
+    def rig(self, b: float) -> Rig:
+        """The rig with its largest clearance b (m)."""
+        balls = zip(self.masses, self.ratios, self.r, strict=True)
+        mu = self.friction
+        return Rig(self.oscillator, [NES(m=m, b=b * s, r=r, friction=mu) for m, s, r in balls])
+
+
+@dataclass(frozen=True)
+class Task(OpenRig):
+    """A rig without its clearances, and the excitation to design them for.
+
+    Attributes
+    ----------
+    levels : base amplitudes (m), least and greatest (equal for one level).
+    frequencies : Hz, least and greatest.
+    std_errors : of M, c1, k1, m, r, G, frequency (SI); what is missing is known exactly.
+    tolerance : of what is built, as a share of b: every start has a clearance of its own within it,
+        so that whatever is made least is made least over what a workshop delivers.
+    """
+
+    levels: tuple[float, float]
+    frequencies: tuple[float, float]
+    std_errors: Mapping[str, float] = field(default_factory=dict)
+    tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
         for name, (low, high) in (("levels", self.levels), ("frequencies", self.frequencies)):
             if not 0.0 < low <= high:
                 raise ParameterError(f"range of {name} {low:.6g} to {high:.6g}: expected 0 < low")
@@ -185,12 +204,6 @@ class Task:
             )
         if not 0.0 <= self.tolerance < 0.5:
             raise ParameterError(f"tolerance {self.tolerance:.6g}: expected from 0 to below 50 %")
-
-    def rig(self, b: float) -> Rig:
-        """The rig with its largest clearance b (m)."""
-        balls = zip(self.masses, self.ratios, self.r, strict=True)
-        mu = self.friction
-        return Rig(self.oscillator, [NES(m=m, b=b * s, r=r, friction=mu) for m, s, r in balls])
 
     @property
     def plain(self) -> bool:

@@ -36,6 +36,7 @@ from vinesexp.solver.state import (
     TILT,
     UNSET,
     WAY,
+    WORK,
     D,
     U,
 )
@@ -44,7 +45,7 @@ LINEAR = WeakDamping()
 
 
 def is_plain(rig: Rig, damping: WeakDamping = LINEAR) -> bool:
-    """Whether the loop of `kernel.py` serves: free flights, constant r, a linear oscillator.
+    """Whether balls fly freely and bounce with a constant r, the oscillator being linear.
 
     Clearances that differ between the two walls are plain: only the width of a cavity matters.
     """
@@ -75,7 +76,8 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
         )  # fmt: skip
         row[R_PLUS], row[R_MINUS], row[R_SLOPE], row[RUB], row[TILT] = *r, nes.friction, nes.tilt
         row[D], row[SIDE], row[RHO], row[U] = gap, side, release.v0 - vy0[i], vy0[i]
-        row[STATE], row[WAY], row[TAU] = FREE, UNSET, nes.contact_time
+        row[STATE], row[TAU] = FREE, nes.contact_time
+        row[WAY] = UNSET if nes.rubs else 0.0
     return table, np.array(y0, dtype=np.float64)
 
 
@@ -142,7 +144,7 @@ def scratch(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray:
     order = HIGH if damping.quadratic or rig.oscillator.k3 else ORDER
     if isinstance(base, Measured) and rig.oscillator.w0 < THETA[LOW + 1] * base.sample_rate:
         order = LOW  # no segment is longer than a sample
-    return np.zeros((6, order + 1))
+    return np.zeros((WORK, order + 1))
 
 
 CHIRP, POLYNOMIAL = 0, 1

@@ -13,7 +13,7 @@ flight, where a power series about its start would need three: contacts are foun
 the plain rig (`flight.cross`), with u and its derivatives added, and a bound on them.
 
 Where N is too large for that, or not a polynomial of this degree to rounding, `bend` says so and
-the power series (`nonlinear.py`) take over, which know nothing of this and are its test.
+the power series (`series.py`) take over, which know nothing of this and are its test.
 """
 
 from __future__ import annotations

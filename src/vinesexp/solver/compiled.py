@@ -35,10 +35,7 @@ MODULES = (
     "flight",
     "kernel",
     "lanes",
-    "lasting",
-    "nonlinear",
     "response",
-    "rubbing",
     "search",
     "series",
     "state",
@@ -117,7 +114,7 @@ def entry(function: F) -> F:
     call asks for the machine code under a lock on the cache's folder, and whoever comes second
     finds it on disk.
     """
-    dispatcher, type_of = _jit(function), cast("Callable[[Any], Any]", typeof)
+    dispatcher, type_of = _jit(function, _nrt=False), cast("Callable[[Any], Any]", typeof)
 
     @wraps(function)
     def call(*arguments: Any) -> Any:

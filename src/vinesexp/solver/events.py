@@ -1,45 +1,68 @@
-"""Event loop on power series: a linear oscillator, any base motion, any number of balls.
+"""Event loop on power series: any base motion, any number of balls, friction, tilt, weak damping.
 
 State between events: time as a sum of two floats (so that 1e7 flights add up without drift), x, v
 and the table of balls (`state.py`). One turn of the loop expands the motion at the present state
-(`series.py`), finds the first contact or release on the segment (`search.py`), moves everything
-there and carries out what happens (`contact.py`).
+(`series.py`), finds the first event on the segment (`search.py`), moves everything there and
+carries out what happens (`contact.py`): a ball meets a wall, a ball that slides comes to rest on
+its floor (`next_stop`), a held ball slips (`next_slip`). A ball that slides has the constant
+acceleration A = tilt + mu g d, d = `WAY` the sign of x' - y': the floor drags it along, and it
+drags the oscillator back with m mu g d. No segment holds more than one direction of any force, so
+its gap is a power series with another second coefficient than x, whose first root `search.py`
+finds: no impact is missed. Before each segment `decide` settles who is held.
+
+A ball at rest on the floor is held as long as the force that this takes lies within its bounds,
+with p = x'' - tilt the force over m:
+
+    on the floor |p| <= mu g;    at the wall of side S also S p > mu g: the wall pushes.
+
+When several balls are at rest, or the oscillator is held to its base by Coulomb friction, what one
+does changes x'' for the others. With every bound inserted, M x'' + sum m clip(p, low, high) = rest
+of the forces; the left side grows with x'', so there is exactly one x'' (`acceleration`). Forces
+that hold and forces that slide meet where p is at a bound: x'' is continuous there, a slip begins
+with x'' - y'' = 0 and opens like the third power of time, and a ball that has just slipped cannot
+be caught at once, because x''' keeps its sign (its value is multiplied by (M + m)/M).
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import apart, compiled, entry, fused
+from vinesexp.solver.compiled import apart, compiled, fused
 from vinesexp.solver.contact import (
     close_chatter,
     closing_now,
+    expect,
+    go_through,
     impact,
-    release,
+    lasts,
     resting_mass,
-    settle,
+    set_restitution,
 )
-from vinesexp.solver.flight import expect
 from vinesexp.solver.search import EPS, clear_between, first_root, most_of_fourth
 from vinesexp.solver.series import (
     P_C,
+    P_COULOMB,
     P_K,
     P_M,
+    P_QUADRATIC,
     expand,
+    expand_base,
     from_power,
+    is_at_rest,
     own_rate,
-    piece_at,
-    place_at,
+    spring_force,
 )
 from vinesexp.solver.state import (
-    ALLOWANCE,
+    BEFORE,
     CLEARANCE,
     FREE,
     HIT,
     IMPACT,
+    L_A,
+    L_APART,
+    L_FORCE,
+    L_MASS,
     LEFT,
     MASS,
     RELEASED,
@@ -51,12 +74,16 @@ from vinesexp.solver.state import (
     ROOT,
     RUB,
     SIDE,
+    SLIDE,
     STATE,
     STUCK,
     T_HIGH,
     T_LOW,
+    TAU,
+    TILT,
     TOUCHED,
     TURN,
+    UNSET,
     V_NOW,
     WALL,
     WAY,
@@ -68,6 +95,7 @@ from vinesexp.solver.state import (
     advance_clock,
     carry,
     write_event,
+    x_minus_y,
 )
 
 
@@ -132,29 +160,6 @@ def search_walls(
 
 
 @compiled
-def next_release(
-    balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noise: float
-) -> float:
-    """Time until the walls stop pushing the resting balls, inf if beyond `limit`.
-
-    `noise` is the rounding error of x''. Where x'' is no more than that and rises, the push begins.
-    """
-    side, top = 0.0, X.shape[0] - 1
-    for i in range(balls.shape[0]):
-        if balls[i, STATE] == RESTING:
-            side = balls[i, SIDE]
-    if side == 0.0:
-        return math.inf
-    for n in range(top - 1):
-        P[n] = side * (n + 1) * (n + 2) * X[n + 2]
-    P[top - 1] = P[top] = 0.0
-    if abs(P[0]) <= noise and P[1] >= 0.0:
-        P[0] = 0.0
-    first: float = first_root(P, 0, limit)
-    return first
-
-
-@compiled
 def move(
     balls: FloatArray, X: FloatArray, state: FloatArray, s: float, bend: float, gain: float
 ) -> float:
@@ -189,33 +194,17 @@ def move(
     return tie
 
 
-@compiled
-def log_marked(
-    balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int, kind: int, state: FloatArray
-) -> int:
-    """One row for every marked ball, starting or ending a rest."""
-    for i in range(balls.shape[0]):
-        if balls[i, HIT] == 1.0:
-            v = state[V_NOW]
-            labels[row, 0] = kind
-            row = write_event(
-                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW], v, v, v, v
-            )
-    return row
-
-
 @apart
-def collide(
-    balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
-    before: FloatArray,
-) -> int:  # fmt: skip
+def carry_out(
+    balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int
+) -> int:
     """Carry out the impact of the marked balls and log it; rests that it ends are logged too.
 
     Rows of one instant hand the oscillator's velocity on from ball to ball (`Motion.impacts`).
     """
     n, v = balls.shape[0], state[V_NOW]
     for i in range(n):
-        before[i] = balls[i, RHO] if balls[i, STATE] != RESTING else math.inf
+        balls[i, BEFORE] = balls[i, RHO] if balls[i, STATE] != RESTING else math.inf
     dv = impact(balls, M)
     state[V_NOW] = v + dv
     now, moving, count, handed = state[T_HIGH], M + resting_mass(balls), 0, v
@@ -226,68 +215,27 @@ def collide(
             expect(balls, i, now)
             if balls[i, MASS] > M and n == 1:
                 # The lighter body takes the rounding: here the oscillator, of a wall-like ball.
-                push = (1.0 + balls[i, RESTITUTION]) * before[i] * (M / (M + balls[i, MASS]))
+                push = (1.0 + balls[i, RESTITUTION]) * balls[i, BEFORE] * (M / (M + balls[i, MASS]))
                 balls[i, U] += push
                 state[V_NOW] = balls[i, U] + balls[i, RHO]
             else:
                 balls[i, U] = state[V_NOW] - balls[i, RHO]
             count -= 1
-            share = balls[i, MASS] * (balls[i, RHO] - before[i] - dv) / moving
+            share = balls[i, MASS] * (balls[i, RHO] - balls[i, BEFORE] - dv) / moving
             left = handed + share if count > 0 else state[V_NOW]
             labels[row, 0] = IMPACT
             row = write_event(
                 numbers, labels, row, i, balls[i, SIDE], now, state[X_NOW],
-                handed, left, v - before[i], balls[i, U],
+                handed, left, v - balls[i, BEFORE], balls[i, U],
             )  # fmt: skip
             handed = left
-        elif before[i] == math.inf and balls[i, STATE] != RESTING:
+        elif balls[i, BEFORE] == math.inf and balls[i, STATE] != RESTING:
             balls[i, U] = v
             labels[row, 0] = REST_END
             row = write_event(
                 numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
                 v, state[V_NOW], v, v,
             )  # fmt: skip
-    return row
-
-
-@apart
-def turn(
-    par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
-    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
-    work: FloatArray, before: FloatArray,
-) -> int:  # fmt: skip
-    """One turn of the loop: up to the next event, or as far as the series holds; rows written."""
-    E, X, P = work[0], work[1], work[2]
-    if closing_now(balls, state[V_NOW]) > 0:
-        return collide(balls, par[P_M], state, numbers, labels, row, before)
-    mass = par[P_M] + resting_mass(balls)
-    since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
-    reach = expand(par, mass, kind, table, piece, since, state[X_NOW], state[V_NOW], E, X)
-    state[V_NOW] = X[1]
-    if settle(balls, X) > 0:
-        return log_marked(balls, numbers, labels, row, REST_START, state)
-    rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
-    T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], state[V_NOW], remainder)
-    if T >= 0.0:  # it may be too short for the clock to show
-        advance_clock(state, T)
-        state[X_NOW] += dx
-        state[V_NOW] += dv
-        return log_marked(balls, numbers, labels, row, REST_START, state)
-    step, goal = end_of_step(table, piece, duration, state, reach)
-    bend, gain = from_power(X, step, 2)  # x - x0 - v0 s and v - v0, without subtraction
-    contact = next_hit(balls, X, P, step, step, bend, gain)
-    noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
-    let_go = next_release(balls, X, P, min(step, contact), noise / mass)
-    first = min(contact, let_go)
-    if first < step:
-        bend, gain = from_power(X, first, 2)
-    move(balls, X, state, min(first, step), bend, gain)
-    if first >= step and goal < math.inf:
-        state[T_HIGH], state[T_LOW] = goal, 0.0
-    if let_go < contact and let_go <= step:
-        jumped = let_go == 0.0 and 2.0 * abs(X[2]) > noise / mass
-        release(balls, state[V_NOW], FREE if jumped else RELEASED)
-        row = log_marked(balls, numbers, labels, row, REST_END, state)
     return row
 
 
@@ -306,43 +254,330 @@ def end_of_step(
     return reach, math.inf
 
 
-@entry
-def sample(
-    par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
-    pace: float, work: FloatArray, x: FloatArray, v: FloatArray, a: FloatArray,
-) -> float:  # fmt: skip
-    """x, x', x'' at sorted times. `nodes`: rows (time, x, v, mass) after each event.
+@compiled
+def may_hold(balls: FloatArray, i: int) -> bool:
+    """Whether the ball is at rest on its floor or at a wall, so that it may be held there."""
+    if is_held(balls, i):
+        return True
+    at_rest = balls[i, STATE] == FREE and balls[i, RHO] == 0.0
+    waits: bool = at_rest and (balls[i, D] <= 0.0 or balls[i, RUB] > 0.0)
+    return waits
 
-    Returns inf, or the time at which ALLOWANCE segments lay within `pace` seconds.
-    """
-    E, X = work[0], work[1]
-    node, last, spent, since = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
-    t, mass, reach = nodes[0, 0], nodes[0, 3], 0.0
-    piece = piece_at(table, t)
-    X[0], X[1] = nodes[0, 1], nodes[0, 2]
-    reach = expand(par, mass, kind, table, piece, t - table[piece, 0], X[0], X[1], E, X)
-    for i in range(times.shape[0]):
-        while True:
-            stop = nodes[node + 1, 0] if node < last else math.inf
-            knot = table[piece + 1, 0] if piece + 1 < table.shape[0] else math.inf
-            end = min(t + reach, stop, knot)
-            if times[i] < end:
-                break
-            if end == stop:
-                node += 1
-                while node < last and nodes[node + 1, 0] == nodes[node, 0]:
-                    node += 1
-                here, speed, mass = nodes[node, 1], nodes[node, 2], nodes[node, 3]
+
+@compiled
+def bounds(balls: FloatArray, i: int) -> tuple[float, float]:
+    """Least and largest p = x'' - tilt at which the ball is held."""
+    low, high = -balls[i, RUB], balls[i, RUB]
+    if balls[i, D] <= 0.0:
+        if balls[i, SIDE] > 0.0:
+            high = math.inf
+        else:
+            low = -math.inf
+    return low, high
+
+
+@compiled
+def holding_force(balls: FloatArray, a: float) -> float:
+    """Sum of m clip(p, low, high) over the balls that may be held, at x'' = a."""
+    total = 0.0
+    for i in range(balls.shape[0]):
+        if may_hold(balls, i):
+            low, high = bounds(balls, i)
+            total += balls[i, MASS] * min(max(a - balls[i, TILT], low), high)
+    return total
+
+
+@apart
+def acceleration(balls: FloatArray, M: float, force: float) -> float:
+    """x'' under a force, with every ball at rest held or giving way as its bounds say."""
+    below, above = -math.inf, math.inf
+    for i in range(balls.shape[0]):
+        if may_hold(balls, i):
+            low, high = bounds(balls, i)
+            for bound in (low, high):
+                a = balls[i, TILT] + bound
+                if math.isinf(a):
+                    continue
+                if M * a + holding_force(balls, a) <= force:
+                    below = max(below, a)
+                else:
+                    above = min(above, a)
+    # Between these two breakpoints the same balls are held, and x'' follows from them.
+    mass, rest = M, force
+    for i in range(balls.shape[0]):
+        if may_hold(balls, i):
+            low, high = bounds(balls, i)
+            if balls[i, TILT] + low >= above:
+                rest -= balls[i, MASS] * low
+            elif balls[i, TILT] + high <= below:
+                rest -= balls[i, MASS] * high
             else:
-                here, speed, _ = place_at(X, end - t)
-            t = end if end > t else np.nextafter(t, math.inf)
-            while piece + 1 < table.shape[0] and table[piece + 1, 0] <= t:
-                piece += 1
-            reach = expand(par, mass, kind, table, piece, t - table[piece, 0], here, speed, E, X)
-            spent += 1
-            if t > since + pace:
-                spent, since = 0, t
-            elif spent > ALLOWANCE:
-                return float(t)
-        x[i], v[i], a[i] = place_at(X, times[i] - t)
-    return math.inf
+                mass += balls[i, MASS]
+                rest += balls[i, MASS] * balls[i, TILT]
+    return rest / mass
+
+
+@compiled
+def loads(balls: FloatArray) -> tuple[float, float]:
+    """Force of the balls on the oscillator and mass of those held; fills in A of all others."""
+    force, mass = 0.0, 0.0
+    for i in range(balls.shape[0]):
+        if is_held(balls, i):
+            mass += balls[i, MASS]
+            force += balls[i, MASS] * balls[i, TILT]
+            balls[i, A] = 0.0
+        else:
+            drag = balls[i, RUB] * balls[i, WAY]
+            balls[i, A] = balls[i, TILT] + drag
+            force -= balls[i, MASS] * drag
+    return force, mass
+
+
+@compiled
+def next_stop(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
+    """First time in (0, limit] at which a sliding ball comes to rest on its floor; fills TURN."""
+    first, top = math.inf, X.shape[0] - 1
+    for i in range(balls.shape[0]):
+        balls[i, TURN] = math.inf
+        if is_held(balls, i) or balls[i, RUB] == 0.0:
+            continue
+        way = balls[i, WAY]
+        for n in range(1, top):
+            P[n] = way * (n + 1) * X[n + 1]
+        P[0], P[top] = way * balls[i, RHO], 0.0
+        P[1] -= way * balls[i, A]
+        lead = 0
+        if balls[i, STATE] == RELEASED:  # x' - y' and x'' - y'' are zero by definition
+            P[0] = P[1] = 0.0
+            lead = 2
+        elif balls[i, RHO] == 0.0:
+            lead = 1
+        balls[i, TURN] = first_root(P, lead, limit)
+        first = min(first, balls[i, TURN])
+    return first
+
+
+@compiled
+def next_slip(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noise: float) -> float:
+    """First time in (0, limit] at which a held ball reaches a bound; fills ROOT, and WALL with +-1.
+
+    `noise` is the rounding error of x''. Where p is that close to a bound and moves away from it,
+    the ball has just been caught.
+    """
+    first, top = math.inf, X.shape[0] - 1
+    for i in range(balls.shape[0]):
+        if not is_held(balls, i):
+            continue
+        balls[i, ROOT] = math.inf
+        low, high = bounds(balls, i)
+        for end in (-1.0, 1.0):
+            bound = low if end < 0.0 else high
+            if math.isinf(bound):
+                continue
+            for n in range(top - 1):
+                P[n] = -end * (n + 1) * (n + 2) * X[n + 2]
+            P[top - 1] = P[top] = 0.0
+            P[0] += end * (bound + balls[i, TILT])
+            if abs(P[0]) <= noise:
+                P[0] = 0.0
+            root = first_root(P, 0, limit)
+            if root < balls[i, ROOT]:
+                balls[i, ROOT], balls[i, WALL] = root, end
+        first = min(first, balls[i, ROOT])
+    return first
+
+
+@apart
+def write(
+    balls: FloatArray, i: int, what: int, state: FloatArray, numbers: FloatArray,
+    labels: IntArray, row: int,
+) -> int:  # fmt: skip
+    """A row about ball i at this instant, all but what `complete` knows; number of rows."""
+    side = balls[i, SIDE] if balls[i, D] <= 0.0 else 0.0
+    v, vy = state[V_NOW], state[V_NOW] - balls[i, RHO]
+    labels[row, 0] = what
+    return write_event(numbers, labels, row, i, side, state[T_HIGH], state[X_NOW], v, v, vy, vy)
+
+
+@apart
+def complete(
+    balls: FloatArray, M: float, numbers: FloatArray, labels: IntArray, first: int, end: int
+) -> None:
+    """Fill in, in rows first to end, where their balls are and what acts after the event."""
+    force, held = loads(balls)
+    for row in range(first, end):
+        i = labels[row, 1]
+        numbers[row, L_APART], numbers[row, L_A] = x_minus_y(balls, i), balls[i, A]
+        numbers[row, L_FORCE], numbers[row, L_MASS] = force, M + held
+
+
+@compiled
+def free_acceleration(
+    par: FloatArray, balls: FloatArray, x: float, v: float, E: FloatArray, X: FloatArray
+) -> float:
+    """x'' now, with all that may be held held or giving way."""
+    X[0], X[1] = x, v
+    z1, force = v - E[1], spring_force(par, E, X)
+    force -= z1 * (par[P_C] + par[P_QUADRATIC] * abs(z1))
+    for i in range(balls.shape[0]):
+        if not may_hold(balls, i):
+            force -= balls[i, MASS] * balls[i, RUB] * balls[i, WAY]
+    if not is_at_rest(par, par[P_M], E, X):
+        force -= math.copysign(par[P_COULOMB], z1) if par[P_COULOMB] != 0.0 else 0.0
+        a: float = acceleration(balls, par[P_M], force)
+        return a
+    # Held to the base if friction suffices for that, else it slips to the side of the force.
+    low: float = acceleration(balls, par[P_M], force - par[P_COULOMB])
+    high: float = acceleration(balls, par[P_M], force + par[P_COULOMB])
+    held: float = min(max(2.0 * E[2], low), high)
+    return held
+
+
+@compiled
+def decide(
+    par: FloatArray, state: FloatArray, balls: FloatArray, E: FloatArray, X: FloatArray,
+    numbers: FloatArray, labels: IntArray, row: int,
+) -> int:  # fmt: skip
+    """Settle who is held and which way friction acts; what has changed is logged."""
+    n, v, waiting = balls.shape[0], state[V_NOW], False
+    for i in range(n):
+        waiting = waiting or may_hold(balls, i)
+        if balls[i, STATE] == FREE and (balls[i, RHO] != 0.0 or balls[i, WAY] == UNSET):
+            way = math.copysign(1.0, balls[i, RHO])
+            if way != balls[i, WAY] and not may_hold(balls, i):
+                new = balls[i, WAY] == UNSET or balls[i, RUB] != 0.0
+                balls[i, WAY] = way
+                if new:
+                    row = write(balls, i, SLIDE, state, numbers, labels, row)
+    if not waiting:
+        return row
+    a = free_acceleration(par, balls, state[X_NOW], v, E, X)
+    noise = par[P_K] * (abs(E[0]) + abs(state[X_NOW])) + par[P_C] * (abs(E[1]) + abs(v))
+    for i in range(n):
+        if not may_hold(balls, i):
+            continue
+        low, high = bounds(balls, i)
+        p, was = a - balls[i, TILT], is_held(balls, i)
+        slack = 4.0 * EPS * (noise / par[P_M] + abs(balls[i, TILT]) + balls[i, RUB])
+        if low - slack <= p <= high + slack:
+            balls[i, STATE] = RESTING if balls[i, D] <= 0.0 else STUCK
+            balls[i, RHO], balls[i, WAY] = 0.0, 0.0
+            if not was:
+                row = write(balls, i, REST_START, state, numbers, labels, row)
+        else:
+            way = math.copysign(1.0, p)
+            if was or way != balls[i, WAY]:
+                kind = REST_END if was else SLIDE
+                row = write(balls, i, kind, state, numbers, labels, row)
+            balls[i, STATE], balls[i, U], balls[i, WAY] = FREE, v, way
+    return row
+
+
+@compiled
+def collide(
+    balls: FloatArray, M: float, x2: float, state: FloatArray, numbers: FloatArray,
+    labels: IntArray, row: int,
+) -> int:  # fmt: skip
+    """The impact of the marked balls, with r of the wall and the speed; friction holds none in it.
+
+    A contact that lasts begins, under x'' = `x2`; only where the wall holds the ball it is one
+    instant.
+    """
+    struck = False
+    for i in range(balls.shape[0]):
+        if balls[i, HIT] == 1.0:
+            set_restitution(balls, i, balls[i, RHO])
+            if balls[i, TAU] > 0.0 and lasts(balls, i, x2, state[T_HIGH]):
+                balls[i, HIT] = 0.0
+            struck = struck or balls[i, HIT] == 1.0
+        elif balls[i, STATE] == STUCK:
+            row = write(balls, i, REST_END, state, numbers, labels, row)
+            balls[i, STATE], balls[i, U] = FREE, state[V_NOW]
+        elif balls[i, STATE] == RELEASED:
+            balls[i, STATE] = FREE
+    if not struck:
+        return row
+    return carry_out(balls, M, state, numbers, labels, row)
+
+
+@compiled
+def slip(
+    balls: FloatArray, state: FloatArray, tie: float, numbers: FloatArray, labels: IntArray,
+    row: int,
+) -> int:  # fmt: skip
+    """Let the held balls go that have reached a bound."""
+    for i in range(balls.shape[0]):
+        if is_held(balls, i) and balls[i, ROOT] <= tie:
+            row = write(balls, i, REST_END, state, numbers, labels, row)
+            balls[i, STATE], balls[i, WAY] = RELEASED, balls[i, WALL]
+            balls[i, U] = state[V_NOW]
+    return row
+
+
+@compiled
+def any_lasts(balls: FloatArray) -> bool:
+    """Whether contacts of any ball last."""
+    lasts = False
+    for i in range(balls.shape[0]):
+        lasts = lasts or balls[i, TAU] > 0.0
+    return lasts
+
+
+@apart
+def turn(
+    par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
+    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, first: int,
+    work: FloatArray, weak: FloatArray | None,
+) -> int:  # fmt: skip
+    """One turn of the loop: up to the next event, or as far as the series holds; rows written.
+
+    `weak` is scratch space for what a plain rig has not; None leaves that out of what is compiled.
+    """
+    E, X, P, row = work[0], work[1], work[2], first
+    since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
+    base_rate = expand_base(kind, table[piece], since, E)
+    if closing_now(balls, state[V_NOW]) > 0:
+        x2 = 0.0
+        if weak is not None and any_lasts(balls):
+            x2 = free_acceleration(par, balls, state[X_NOW], state[V_NOW], E, X)
+        row = collide(balls, par[P_M], x2, state, numbers, labels, row)
+        if weak is None:  # ends at the impact, from where samples of the amplitude count
+            complete(balls, par[P_M], numbers, labels, first, row)
+            return row
+    row = decide(par, state, balls, E, X, numbers, labels, row)
+    complete(balls, par[P_M], numbers, labels, first, row)
+    first = row
+    force, held = loads(balls)
+    mass, x, v = par[P_M] + held, state[X_NOW], state[V_NOW]
+    reach = expand(par, mass, force, base_rate, x, v, E, X, weak)
+    state[V_NOW] = X[1]
+    rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
+    T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], X[1], remainder)
+    if T >= 0.0:  # it may be too short for the clock to show
+        advance_clock(state, T)
+        state[X_NOW] += dx
+        state[V_NOW] += dv
+        for i in range(balls.shape[0]):
+            if balls[i, HIT] == 1.0:
+                row = write(balls, i, REST_START, state, numbers, labels, row)
+                balls[i, WAY] = 0.0
+        complete(balls, par[P_M], numbers, labels, first, row)
+        return row
+    step, goal = end_of_step(table, piece, duration, state, reach)
+    noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
+    soon = math.inf
+    if weak is not None:
+        soon = next_stop(balls, X, P, step)
+    soon = min(soon, next_slip(balls, X, P, min(step, soon), noise / mass))
+    bend, gain = from_power(X, step, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    soon = min(soon, next_hit(balls, X, P, min(step, soon), step, bend, gain))
+    if soon < step:
+        bend, gain = from_power(X, soon, 2)
+    tie = move(balls, X, state, min(soon, step), bend, gain)
+    if soon >= step and goal < math.inf:
+        state[T_HIGH], state[T_LOW] = goal, 0.0
+    row = slip(balls, state, tie, numbers, labels, row)
+    if weak is not None:
+        row = go_through(balls, par[P_M], state, numbers, labels, row)
+    complete(balls, par[P_M], numbers, labels, first, row)
+    return row

@@ -11,7 +11,7 @@ their rates known there, and a bound on the fourth derivative in between, a cubi
 gap stays open (`search.clear_between`). A flight is one stretch, or several where one does not do.
 
 A constant force on the oscillator moves its place of rest by `shift`, and a ball may have a
-constant acceleration A: so balls that rub and floors that are not level (`rubbing.py`) fly by the
+constant acceleration A: so balls that rub and floors that are not level (`events.py`) fly by the
 same rules. A ball that rubs keeps its direction if its rate relative to the floor, whose fourth
 derivative is that of x's rate, stays clear of zero in the same way. So does an oscillator with
 Coulomb friction: z' = x' - x_e' keeps its sign `way` (0: there is no such friction), or the flight
@@ -41,7 +41,7 @@ import math
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.bent import FIFTH, FOURTH, bent_at
 from vinesexp.solver.compiled import apart, compiled, fused
-from vinesexp.solver.contact import remaining_time
+from vinesexp.solver.contact import expect, remaining
 from vinesexp.solver.response import (
     H_BASE,
     H_BASE_C,
@@ -65,18 +65,18 @@ from vinesexp.solver.state import (
     GAP,
     HEADING,
     IMPACT,
+    L_A,
+    L_APART,
+    L_FORCE,
+    L_MASS,
     MASS,
-    PERIOD,
     RATE,
-    REMEMBERED,
     RESTITUTION,
     RHO,
     RUB,
     SIDE,
-    SIDES,
     STATE,
     T_HIGH,
-    TIMES,
     V_NOW,
     WAY,
     X_NOW,
@@ -87,6 +87,7 @@ from vinesexp.solver.state import (
     advance_clock,
     carry,
     write_event,
+    x_minus_y,
 )
 
 LONG = 4.0  # rad: longer flights are proved in two parts at once
@@ -223,9 +224,6 @@ CLOSE = 0.01  # rad: from here the Taylor polynomial of degree 6 is exact (0.01^
 TRIES = 4
 STEPS = 5  # of Newton's rule at most
 ROUNDED = 0.01 * EPS  # share of the lengths that a gap counts as zero by: well below its rounding
-ALIKE = 0.1  # of a period, by which a contact may be off the time of one a period ago
-STEADY = 0.005  # of a period: flights that differ by less count as alike
-BRIEF = 0.05  # of a period: 0.3 rad, the reach of `hop`
 
 
 @compiled
@@ -470,33 +468,6 @@ def arrive(
 
 
 @compiled
-def expect(balls: FloatArray, k: int, now: float) -> None:
-    """Guess the next contact of ball k, which meets a wall now.
-
-    What followed a period ago, when the ball met the same wall, follows again; without such a
-    contact, or where flights are alike, the next goes across and lasts as long as the last. A
-    return to the same wall within BRIEF is left to `hop`, which needs no guess.
-    """
-    period, side = balls[k, PERIOD], balls[k, SIDE]
-    flight, heading = 0.0, -side
-    if balls[k, SIDES] == -side:
-        flight = now - balls[k, TIMES]
-    for j in range(1, REMEMBERED):
-        past = balls[k, TIMES + j]
-        if balls[k, SIDES + j] == side and abs(now - past - period) < ALIKE * period:
-            then, heading = balls[k, TIMES + j - 1] - past, balls[k, SIDES + j - 1]
-            if heading == side or abs(then - flight) > STEADY * period:
-                flight = then
-            break
-    if heading == side and flight < BRIEF * period:
-        flight = 0.0
-    balls[k, EXPECTED], balls[k, HEADING] = now + flight, heading
-    for j in range(REMEMBERED - 1, 0, -1):
-        balls[k, TIMES + j], balls[k, SIDES + j] = balls[k, TIMES + j - 1], balls[k, SIDES + j - 1]
-    balls[k, TIMES], balls[k, SIDES] = now, side
-
-
-@compiled
 def bounce(
     state: FloatArray, balls: FloatArray, k: int, M: float, numbers: FloatArray, labels: IntArray,
     row: int,
@@ -512,6 +483,8 @@ def bounce(
     now = state[T_HIGH]
     expect(balls, k, now)
     labels[row, 0] = IMPACT
+    numbers[row, L_APART], numbers[row, L_MASS] = x_minus_y(balls, k), M
+    numbers[row, L_A] = numbers[row, L_FORCE] = 0.0
     return write_event(
         numbers, labels, row, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
         v - rho, balls[k, U],
@@ -579,7 +552,7 @@ def hop(
     z, away = balls[k, SIDE], -balls[k, SIDE] * balls[k, RHO]
     own = math.sqrt(w0sq)
     measure = max(max(own, slowest), abs(3.0 * X[3] / X[2]))
-    if remaining_time(balls[k], 2.0 * z * X[2], own) * measure <= 2.0 * remainder:
+    if remaining(balls, k, 2.0 * z * X[2], 1.0, own)[0] * measure <= 2.0 * remainder:
         return False
     s, step = away / (z * X[2]), math.inf
     for _ in range(HOP_TRIES):

@@ -1,10 +1,12 @@
-"""The event loop, and its fast way: harmonic base (or none) and linear damping, in closed form.
+"""The event loop, and its fast ways: harmonic base (or none), in closed form between events.
 
 Flights between walls are covered in a few evaluations of the closed form (`response.py`), found by
 a guess and then proved to pass no contact, the bounces of a chatter by a series each (`flight.py`).
-What is neither, that is the end of a chatter, rest, release, several balls at once, starts on a
-wall and what cannot be proved, is one turn of the general loop (`events.py`), which holds those
-rules alone. The general loop, which knows nothing of this one, is its test.
+Flights in which every ball slides on in its direction are so too (`glide`): a constant force moves
+the place of rest of the oscillator, and what is not linear bends the flight (`bent.py`). What is
+neither, that is the end of a chatter, rest, release, several balls at once, starts on a wall and
+what cannot be proved, is one turn of the general loop (`events.py`), which holds those rules alone.
+The general loop, which knows nothing of this one, is its test.
 """
 
 from __future__ import annotations
@@ -14,10 +16,12 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.solver.bent import START as BENT
+from vinesexp.solver.bent import bend
 from vinesexp.solver.compiled import apart, compiled, entry
-from vinesexp.solver.contact import closing_now
-from vinesexp.solver.events import turn
-from vinesexp.solver.flight import SHORT, bounce, cross, first_expected, hop, look_and_cross
+from vinesexp.solver.contact import closing_now, go_through
+from vinesexp.solver.events import collide, complete, loads, may_hold, turn, write
+from vinesexp.solver.flight import SHORT, bounce, cross, first_expected, hop, look_and_cross, second
 from vinesexp.solver.response import (
     ENTRIES,
     H_FREQUENCY,
@@ -26,28 +30,49 @@ from vinesexp.solver.response import (
     H_TWOALPHA,
     H_W,
     H_W0SQ,
+    after,
+    base_at,
     phasor,
 )
 from vinesexp.solver.search import EPS
-from vinesexp.solver.series import piece_at
+from vinesexp.solver.series import (
+    P_C,
+    P_COULOMB,
+    P_CUBIC,
+    P_K,
+    P_M,
+    P_QUADRATIC,
+    moving_way,
+    piece_at,
+    spring_force,
+)
 from vinesexp.solver.state import (
     ALLOWANCE,
     EXPECTED,
     FREE,
     HIT,
-    MASS,
+    LEFT,
     PERIOD,
+    PHASOR,
     RHO,
+    RUB,
     SIDE,
+    SLIDE,
     STATE,
     T_HIGH,
     T_LOW,
+    TAU,
+    TOUCHED,
     V_NOW,
+    WAY,
     X_NOW,
     D,
     IntArray,
+    advance_clock,
+    carry,
 )
 
+TURNED = 64.0 * EPS  # z' over the speeds it is the difference of, where it has just come to zero
 REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
 
 
@@ -78,17 +103,133 @@ def only_hit(balls: FloatArray) -> int:
 
 
 @compiled
-def one_turn(
-    closed: bool, light: bool, response: FloatArray, par: FloatArray, kind: int,
-    table: FloatArray, piece: int, duration: float, remainder: float, state: FloatArray,
-    balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int, work: FloatArray,
-    before: FloatArray,
+def next_turn(
+    response: FloatArray, par: FloatArray, state: FloatArray, c: FloatArray, force: float,
+    E: FloatArray, X: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Sign of z' by which friction acts (0: it holds), and a guess how long it keeps it, s."""
+    E[0], E[1], a = base_at(response, c[0], c[1])
+    E[2], X[0], X[1] = 0.5 * a, state[X_NOW], state[V_NOW]
+    way, rests = moving_way(par, par[P_M], force, E, X)
+    if abs(X[1] - E[1]) <= TURNED * (abs(X[1]) + abs(E[1])) and not rests:
+        way, rests = math.copysign(1.0, force + spring_force(par, E, X) - par[P_M] * a), True
+    u = 0.0 if rests else X[1] - E[1]
+    pull = force - way * par[P_COULOMB] + spring_force(par, E, X) - par[P_C] * u
+    # As if z' were a sine of the base's frequency.
+    ahead = math.atan2(way * (pull / par[P_M] - a), way * u * response[H_W])
+    return way, (ahead + 0.5 * math.pi) / response[H_W]
+
+
+@compiled
+def coast(
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, T: float,
+    shift: float,
+) -> None:  # fmt: skip
+    """Carry everything, one ball in contact, to the next stage of its contact in T seconds."""
+    w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
+    c[0], c[1], xh, vh = after(response, c[0], c[1], x0 - shift - c[0], v0 + w * c[1], T)
+    advance_clock(state, T)
+    state[X_NOW], state[V_NOW] = shift + (c[0] + xh), vh - w * c[1]
+    bend, gain = state[X_NOW] - x0 - v0 * T, state[V_NOW] - v0
+    balls[0, D] = carry(balls, 0, state[V_NOW], T, bend, gain)
+    balls[0, LEFT] = 0.0
+
+
+@apart
+def cross_bent(
+    response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
+    k: int, s: float, longest: float, shift: float, way: float, turns: float, work: FloatArray,
+) -> tuple[bool, bool]:  # fmt: skip
+    """`flight.cross` of an oscillator that is not linear: whether it is at the contact, or turned.
+
+    `turns` is when it may turn before the contact.
+    """
+    xh, vh, bent = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1], work[5]
+    if not bend(response, par, c, xh, vh, shift, way, work):
+        return False, False
+    turned, ends = turns < s, min(longest, response[BENT])
+    for _ in range(2):
+        ball, soon = (-1, turns) if turned else (k, s)
+        if cross(response, state, balls, c, ball, soon, ends, shift, way, bent)[0] > 0.0:
+            return not turned, turned
+        if not turned:
+            break
+        turned = False
+    return False, False
+
+
+@apart
+def glide(
+    response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
+    longest: float, numbers: FloatArray, labels: IntArray, row: int, work: FloatArray,
+) -> tuple[bool, int]:  # fmt: skip
+    """One flight in closed form, all balls sliding, and the impact after it.
+
+    Or up to where the oscillator turns, if Coulomb friction acts on it. Whether it is proved (if
+    not, nothing is changed), and rows written.
+    """
+    n, first, k = balls.shape[0], row, first_expected(balls, state[T_HIGH])
+    if n == 1 and balls[0, STATE] >= TOUCHED and balls[0, LEFT] < longest:
+        if par[P_COULOMB] != 0.0 or par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
+            return False, row
+        force, _ = loads(balls)
+        coast(response, state, balls, c, balls[0, LEFT], force / par[P_K])
+        row = go_through(balls, par[P_M], state, numbers, labels, row)
+        complete(balls, par[P_M], numbers, labels, first, row)
+        return True, row
+    if n == 0 or k < 0:
+        return False, row
+    for i in range(n):
+        if may_hold(balls, i) or (balls[i, RUB] > 0.0 and balls[i, WAY] * balls[i, RHO] <= 0.0):
+            return False, row
+    if balls[k, TAU] > 0.0 and (par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0):
+        return False, row
+    force, _ = loads(balls)
+    soon, way, turns = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0.0, math.inf
+    if par[P_COULOMB] != 0.0 or par[P_QUADRATIC] != 0.0:
+        way, turns = next_turn(response, par, state, c, force, work[0], work[1])
+        if way == 0.0:
+            return False, row
+    shift = (force - way * par[P_COULOMB]) / par[P_K]
+    if par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
+        landed, turned = cross_bent(
+            response, par, state, balls, c, k, soon, longest, shift, way, turns, work
+        )
+        if not landed:
+            return turned, row
+    elif (
+        turns < soon
+        and cross(response, state, balls, c, -1, turns, longest, shift, way, None)[0] > 0.0
+    ):
+        return True, row
+    elif cross(response, state, balls, c, k, soon, longest, shift, way, None)[0] == 0.0:
+        return False, row
+    for i in range(n):
+        balls[i, HIT] = 1.0 if i == k else 0.0
+    xh, vh = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1]
+    x2 = second(response, c[0], xh, vh)
+    row = collide(balls, par[P_M], x2, state, numbers, labels, row)
+    for i in range(n):
+        way = math.copysign(1.0, balls[i, RHO])
+        if way != balls[i, WAY] and not may_hold(balls, i):
+            balls[i, WAY] = way
+            if balls[i, RUB] != 0.0:
+                row = write(balls, i, SLIDE, state, numbers, labels, row)
+    complete(balls, par[P_M], numbers, labels, first, row)
+    return True, row
+
+
+@compiled
+def plain_turn(
+    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray, piece: int,
+    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, row: int, work: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
     """One flight and the impact after it, one bounce, or one turn of the general loop.
 
-    Rows written so far, and evaluations; the phasor in `work[3]` is carried along.
+    Rows written so far, and evaluations; the phasor in work[PHASOR] is carried along.
     """
-    head, c = response, work[3]
+    head, c = response, work[PHASOR]
     left, span = (duration - state[T_HIGH]) - state[T_LOW], (ENTRIES - 2) * head[H_SPACING]
     if closed and closing_now(balls, state[V_NOW]) == 0:
         xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
@@ -96,21 +237,40 @@ def one_turn(
         flown = 0
         if is_flight(balls, a, head[H_RATE]):
             flown = look_and_cross(response, state, balls, c, min(left, span))
-        elif light and hop(head, state, balls, c, work[1], a, left, 1.0 / duration, remainder):
+        elif hop(head, state, balls, c, work[1], a, left, 1.0 / duration, remainder):
             flown = 1
         if flown > 0:
             if state[T_HIGH] >= duration or left <= EPS * duration:
                 state[T_HIGH], state[T_LOW] = duration, 0.0
-            elif light and closing_now(balls, state[V_NOW]) == 1:
-                row = bounce(state, balls, only_hit(balls), par[0], numbers, labels, row)
+            elif closing_now(balls, state[V_NOW]) == 1:
+                row = bounce(state, balls, only_hit(balls), par[P_M], numbers, labels, row)
             return row, flown
     row = turn(
         par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
-        work, before,
+        work, None,
     )  # fmt: skip
     if closed:
         c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
     return row, 1
+
+
+@compiled
+def begin(
+    closed: bool, response: FloatArray, state: FloatArray, balls: FloatArray, work: FloatArray
+) -> None:
+    """The phasor at the present time, and the period after which flights may be alike."""
+    for i in range(balls.shape[0]):
+        balls[i, PERIOD] = 1.0 / response[H_FREQUENCY] if closed else 0.0
+    if closed:
+        work[PHASOR, 0], work[PHASOR, 1] = phasor(response, state[T_HIGH], state[T_LOW])
+
+
+@compiled
+def next_piece(table: FloatArray, piece: int, t: float) -> int:
+    """The piece of the base that holds t, from an earlier one on."""
+    while piece + 1 < table.shape[0] and table[piece + 1, 0] <= t:
+        piece += 1
+    return piece
 
 
 @entry
@@ -121,36 +281,18 @@ def run(
 ) -> tuple[int, int]:  # fmt: skip
     """Run to `duration`, until the log is full or ALLOWANCE is used: rows written, evaluations.
 
-    Resume with the same arrays. `closed` says that `response` holds the closed form of the motion;
-    without it every turn is one of the general loop. `work` (4, ORDER + 1) is scratch space,
-    zeros at the start.
+    Resume with the same arrays. `closed` says that `response` holds the closed form of the motion
+    of a plain rig with light balls; without it every turn is one of the general loop. `work`
+    (WORK, order + 1) is scratch space, zeros at the start.
     """
-    before = np.empty(balls.shape[0])
-    return run_on(
-        closed, response, par, kind, table, duration, remainder, state, balls, numbers, labels,
-        work, before,
-    )  # fmt: skip
-
-
-@apart
-def run_on(
-    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
-    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray, before: FloatArray,
-) -> tuple[int, int]:  # fmt: skip
-    """`run`, with its scratch space."""
     row = int(np.int64(0))  # a literal 0 would be a type of its own, with machine code of its own
     evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
-    room = numbers.shape[0] - 2 * balls.shape[0] - 2
-    head, c = response, work[3]
-    light, span = closed and balls.shape[0] > 0, (ENTRIES - 2) * head[H_SPACING]
-    for i in range(balls.shape[0]):
-        light = light and balls[i, MASS] <= par[0]
-        balls[i, PERIOD] = 1.0 / head[H_FREQUENCY] if closed else 0.0
-    c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
+    room = numbers.shape[0] - 6 * balls.shape[0] - 4
+    c, span = work[PHASOR], (ENTRIES - 2) * response[H_SPACING]
+    begin(closed, response, state, balls, work)
     while row < room and state[T_HIGH] < duration and evaluations < ALLOWANCE:
         # The fast way, as long as its proofs hold.
-        while light and row < room:
+        while closed and balls.shape[0] > 0 and row < room:
             k = first_expected(balls, state[T_HIGH])
             if k < 0:
                 break
@@ -160,20 +302,49 @@ def run_on(
             evaluations += tries
             if T == 0.0:
                 break
-            row = bounce(state, balls, k, par[0], numbers, labels, row)
+            row = bounce(state, balls, k, par[P_M], numbers, labels, row)
             age += 1
             if age >= REFRESH:
-                c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
+                c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
                 age = 0
-        while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
-            piece += 1
-        row, used = one_turn(
-            closed, light, response, par, kind, table, piece, duration, remainder, state, balls,
-            numbers, labels, row, work, before,
+        piece = next_piece(table, piece, state[T_HIGH])
+        row, used = plain_turn(
+            closed, response, par, kind, table, piece, duration, remainder, state, balls, numbers,
+            labels, row, work,
         )  # fmt: skip
         evaluations += used
         age += 1
         if closed and age >= REFRESH:
-            c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
+            c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
             age = 0
     return row, evaluations
+
+
+@entry
+def run_gliding(
+    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
+    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """`run` of rigs that are not plain: compiled of its own, when it is first asked for."""
+    row, turns, age, piece = 0, 0, 0, piece_at(table, state[T_HIGH])
+    room = numbers.shape[0] - 6 * balls.shape[0] - 4
+    c, span = work[PHASOR], (ENTRIES - 2) * response[H_SPACING]
+    begin(closed, response, state, balls, work)
+    while row < room and state[T_HIGH] < duration and turns < ALLOWANCE:
+        flown, turns, age = False, turns + 1, age + 1
+        if closed:
+            left = (duration - state[T_HIGH]) - state[T_LOW]
+            flown, row = glide(
+                response, par, state, balls, c, min(left, span), numbers, labels, row, work
+            )
+        if not flown:
+            piece = next_piece(table, piece, state[T_HIGH])
+            row = turn(
+                par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
+                work, work[2],
+            )  # fmt: skip
+        if closed and (not flown or age >= REFRESH):
+            c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+            age = 0
+    return row, turns

@@ -11,11 +11,11 @@ last step that is exact to rounding, and the proof that nothing came before (`fl
 is one).
 
 What the proofs do not cover leaves the lane and is finished by one turn of the scalar loop
-(`kernel.one_turn`): rest, the end of a chatter, grazing, the start at a wall, the end of the run.
+(`kernel.plain_turn`): rest, the end of a chatter, grazing, the start at a wall, the end of the run.
 Every operation is rounded by itself and no lane looks at another, so a motion is the same in any
 lane, in any company and with any width of the processor's vectors.
 
-`add_amplitudes` takes mean and largest amplitude from the log of one motion, in closed form between
+`amplitudes_of` takes mean and largest amplitude from the log of one motion, in closed form between
 the events.
 """
 
@@ -34,7 +34,8 @@ from vinesexp.solver.arrays import gap_of, starts_of
 from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
-from vinesexp.solver.kernel import one_turn
+from vinesexp.solver.kernel import plain_turn
+from vinesexp.solver.motion import Motion
 from vinesexp.solver.response import (
     ENTRIES,
     H_MISFIT,
@@ -47,6 +48,7 @@ from vinesexp.solver.response import (
     WIDTH,
     after,
     phasor,
+    prepare,
     prepare_into,
 )
 from vinesexp.solver.series import ORDER as SERIES_ORDER
@@ -57,6 +59,9 @@ from vinesexp.solver.state import (
     IMPACT,
     LOG_COLUMNS,
     MASS,
+    PHASOR,
+    R_MINUS,
+    R_PLUS,
     REST_END,
     REST_START,
     RESTITUTION,
@@ -66,6 +71,7 @@ from vinesexp.solver.state import (
     T_HIGH,
     T_LOW,
     V_NOW,
+    WORK,
     X_NOW,
     D,
     IntArray,
@@ -144,6 +150,22 @@ def add_amplitudes(
 ) -> None:  # fmt: skip
     """`sum_amplitudes`, for Python."""
     sum_amplitudes(response, numbers, labels, rows, state, node, settle, sums)
+
+
+def amplitudes_of(motion: Motion, settle: float) -> tuple[float, float, float, float]:
+    """Mean and largest amplitude of a plain rig from `settle` on, impacts, time of the last one.
+
+    From the log of its motion, in closed form between the events.
+    """
+    o, base, start = motion.rig.oscillator, motion.base_drive, motion.release
+    assert isinstance(base, Harmonic)
+    response = prepare(o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
+    x, v = motion.at(motion.duration)
+    end, node = np.array([motion.duration, 0.0, x, v]), np.array([0.0, start.x0, start.v0, 0.0])
+    sums, rows = np.zeros(5), len(motion.events)
+    add_amplitudes(response, motion.events, motion.labels, rows, end, node, settle, sums)
+    time, integral, largest, impacts, latest = sums.tolist()
+    return integral / time, largest, impacts, latest
 
 
 @compiled
@@ -629,8 +651,8 @@ def leave(
 
     `begin`: from the start of the run.
     """
-    state, node, sums, before = scratch[0], scratch[1], scratch[2], scratch[3]
-    c, ball, duration = work[3], balls[0], run[R_DURATION]
+    state, node, sums = scratch[0], scratch[1], scratch[2]
+    c, ball, duration = work[PHASOR], balls[0], run[R_DURATION]
     for k in range(5):
         state[k] = node[k] = sums[k] = 0.0
     par[0], par[1], par[2] = run[R_M], run[R_C], run[R_K]
@@ -638,6 +660,7 @@ def leave(
     for k in range(COLUMNS):
         ball[k] = 0.0
     ball[MASS], ball[CLEARANCE], ball[RESTITUTION] = run[R_BALL], run[R_B], run[R_R]
+    ball[R_PLUS] = ball[R_MINUS] = run[R_R]
     if begin:
         state[X_NOW], state[V_NOW] = run[R_X0], run[R_V0]
         ball[D], ball[SIDE], ball[RHO], ball[U] = (
@@ -660,14 +683,14 @@ def leave(
     calm = begin and is_calm(ball, state, response, c)
     while not calm and state[T_HIGH] < duration and spent < STALL:
         had = row
-        row, used = one_turn(
-            True, True, response, par, 0, table, 0, duration, REMAINDER, state, balls, numbers,
-            labels, row, work, before,
+        row, used = plain_turn(
+            True, response, par, 0, table, 0, duration, REMAINDER, state, balls, numbers, labels,
+            row, work,
         )  # fmt: skip
         spent += used
         if row > had:
             calm = is_calm(ball, state, response, c)
-        if row > numbers.shape[0] - 4 or calm:
+        if row > numbers.shape[0] - 10 or calm:
             sum_amplitudes(response, numbers, labels, row, state, node, P[SETTLE * LANES + i], sums)
             row = 0
     sum_amplitudes(response, numbers, labels, row, state, node, P[SETTLE * LANES + i], sums)
@@ -840,7 +863,7 @@ def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) ->
     progress = np.array([0, 0, 0, n], dtype=np.int32)
     scratch = (
         np.zeros((1, COLUMNS)), np.zeros((64, LOG_COLUMNS)), np.zeros((64, 3), dtype=np.int32),
-        np.zeros((4, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
+        np.zeros((WORK, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((3, 5)),
     )  # fmt: skip
     while progress[1] < len(rows) and not stop():
         carry_on(rows, P, tables, found, progress, *scratch, STEPS_HEARD)

@@ -13,7 +13,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.rig import Rig
-from vinesexp.solver.arrays import base_motion, drive_table, parameters, scratch
+from vinesexp.solver.arrays import base_motion, drive_table, is_plain, parameters, scratch
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.state import (
     IMPACT,
@@ -21,10 +21,8 @@ from vinesexp.solver.state import (
     L_APART,
     L_FORCE,
     L_MASS,
-    LOG_COLUMNS,
     REST_END,
     REST_START,
-    RUBBING_LOG_COLUMNS,
     START,
 )
 
@@ -64,14 +62,14 @@ class Motion:
     def impacts(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
         """One entry per impact."""
         hit = np.flatnonzero(self.labels[:, 0] == IMPACT)
-        columns = self.events.T.take(hit, axis=1)
+        columns = self.events.T[:6].take(hit, axis=1)
         labels = self.labels.T.take(hit, axis=1).astype(np.int64)
         names = ("x", "v_before", "v_after", "vy_before", "vy_after")
         return {
             "time": columns[0],
             "nes": labels[1],
             "side": labels[2],
-            **dict(zip(names, columns[1:LOG_COLUMNS], strict=True)),
+            **dict(zip(names, columns[1:], strict=True)),
         }
 
     @cached_property
@@ -98,21 +96,10 @@ class Motion:
     @cached_property
     def _nodes(self) -> FloatArray:
         """After each event: time, x, v, mass that moves with the oscillator, force on it."""
-        if self._rubs:
-            return np.ascontiguousarray(self.events[:, [0, 1, 3, L_MASS, L_FORCE]])
-        m = np.array([nes.m for nes in self.rig.nes] + [0.0])
-        kind, nes = self.labels[:, 0], self.labels[:, 1]
-        change = np.where(kind == REST_START, m[nes], 0.0) - np.where(kind == REST_END, m[nes], 0.0)
-        mass = self.rig.oscillator.M + np.cumsum(change)
-        # Rests come and go in full, so the sum is exact up to rounding; none resting is M itself.
-        resting = np.cumsum((kind == REST_START).astype(np.int64) - (kind == REST_END))
-        mass[resting == 0] = self.rig.oscillator.M
-        t, x, v = self.events[:, 0], self.events[:, 1], self.events[:, 3]
-        return np.column_stack([t, x, v, mass])
+        return np.ascontiguousarray(self.events[:, [0, 1, 3, L_MASS, L_FORCE]])
 
     def _evaluate(self, t: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        from vinesexp.solver.events import sample
-        from vinesexp.solver.nonlinear import sample_loaded
+        from vinesexp.solver.series import sample
 
         times = self._times(t)
         flat = times.ravel()
@@ -123,11 +110,11 @@ class Motion:
         out = np.empty((3, flat.size))
         kind, table = drive_table(self.base_drive)
         flat = np.ascontiguousarray(flat)
-        evaluate = sample_loaded if self._rubs else sample
         par = parameters(self.rig, self.damping)
         effort = Effort(self.rig, self.base_drive, self.damping, self.duration)
         work = scratch(self.rig, self.base_drive, self.damping)
-        reached = evaluate(par, kind, table, self._nodes, flat, effort.pace, work, *out)
+        weak = None if is_plain(self.rig, self.damping) else work[2]
+        reached = sample(par, kind, table, self._nodes, flat, effort.pace, work, weak, *out)
         if reached < math.inf:
             raise effort.stalled(reached)
         if order is not None:
@@ -185,27 +172,14 @@ class Motion:
         for i in range(len(self.rig.nes)):
             mine = self.labels[:, 1] == i
             rows, kind = self.events[mine], self.labels[mine, 0]
-            apart = self._apart(i, mine)
+            apart = rows[:, L_APART]
             place = np.where(kind == START, rows[:, 4], rows[:, 1] - apart)  # a start row holds y
             last = np.searchsorted(rows[:, 0], times, side="right") - 1
             since = times - rows[last, 0]
-            y[i] = place[last] + rows[last, 5] * since
-            vy[i] = rows[last, 5]
-            if self._rubs:
-                y[i] += 0.5 * rows[last, L_A] * since**2
-                vy[i] += rows[last, L_A] * since
+            a = rows[last, L_A]
+            y[i] = place[last] + (rows[last, 5] + 0.5 * a * since) * since
+            vy[i] = rows[last, 5] + a * since
             rests = kind[last] == REST_START
             y[i, rests] = x[rests] - apart[last][rests]
             vy[i, rests] = v[rests]
         return y, vy
-
-    def _apart(self, i: int, mine: NDArray[np.bool_]) -> FloatArray:
-        """x - y of ball i at its events."""
-        if self._rubs:
-            return np.asarray(self.events[mine, L_APART])
-        side, nes = self.labels[mine, 2], self.rig.nes[i]
-        return np.asarray(side * np.where(side > 0, nes.b, nes.clearance(-1)))
-
-    @property
-    def _rubs(self) -> bool:
-        return bool(self.events.shape[1] == RUBBING_LOG_COLUMNS)

@@ -80,12 +80,19 @@ def prepare_into(
 
 
 @entry
+def fill_in(
+    out: FloatArray, M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
+) -> None:
+    """`prepare_into`, for Python."""
+    prepare_into(out, M, c, k, amplitude, frequency, phase)
+
+
 def prepare(
     M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
 ) -> FloatArray:
     """`prepare_into`, into an array of its own."""
     out = np.zeros(HEADER + WIDTH * ENTRIES)
-    prepare_into(out, M, c, k, amplitude, frequency, phase)
+    fill_in(out, M, c, k, amplitude, frequency, phase)
     return out
 
 

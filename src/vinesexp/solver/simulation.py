@@ -25,7 +25,7 @@ from vinesexp.solver.arrays import (
 )
 from vinesexp.solver.effort import Effort, Progress, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
-from vinesexp.solver.state import L_MASS, LOG_COLUMNS, RUBBING_LOG_COLUMNS, IntArray, U
+from vinesexp.solver.state import L_MASS, LOG_COLUMNS, IntArray, U
 
 Used = tuple[int, int]  # rows written, evaluations
 Loop = Callable[[FloatArray, FloatArray, FloatArray, IntArray], Used]
@@ -109,7 +109,7 @@ def simulate(
         )
     fill = _loop_of(rig, base, damping, duration, remainder, general)
     state = np.array([0.0, 0.0, release.x0, release.v0])
-    log = _Log(rig, base, damping, release, y0, balls)
+    log = _Log(rig, base, release, y0, balls)
     log.refuse_beyond_memory(duration, reached=None)
     while state[0] < duration:
         numbers, labels = log.room()
@@ -129,19 +129,16 @@ class _Log:
     """All rows of a motion in two arrays that grow in place, the start rows first."""
 
     def __init__(
-        self, rig: Rig, base: Base | None, damping: WeakDamping, release: Release, y0: FloatArray,
-        balls: FloatArray,
-    ) -> None:  # fmt: skip
+        self, rig: Rig, base: Base | None, release: Release, y0: FloatArray, balls: FloatArray
+    ) -> None:
         self.cycles = base.frequency if isinstance(base, Harmonic) else rig.oscillator.f0
-        n, plain = len(rig.nes), is_plain(rig, damping)
+        n = len(rig.nes)
         self.least, self.rows = CHUNK + 8 * n, max(n, 1)
-        width = LOG_COLUMNS if plain else RUBBING_LOG_COLUMNS
-        self.numbers = np.zeros((self.rows, width))
+        self.numbers = np.zeros((self.rows, LOG_COLUMNS))
         self.labels = np.zeros((self.rows, 3), dtype=np.int32)
         self.numbers[:, 1], self.numbers[:, 2:4] = release.x0, release.v0
         self.numbers[:n, 4], self.numbers[:n, 5] = y0, balls[:, U]
-        if not plain:
-            self.numbers[:, L_MASS] = rig.oscillator.M
+        self.numbers[:, L_MASS] = rig.oscillator.M
         self.labels[:, 1] = np.arange(self.rows)
         self.held, self.balls = 0, n
 
@@ -187,13 +184,13 @@ def _loop_of(
     rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
     general: bool,
 ) -> Loop:  # fmt: skip
-    """The loop of `kernel.py` or `rubbing.py`: fills a log from a state; rows and evaluations."""
+    """The loop of `kernel.py`: fills a log from a state; rows and evaluations."""
     from vinesexp.solver.contact import REMAINDER
-    from vinesexp.solver.kernel import run
+    from vinesexp.solver.kernel import run, run_gliding
     from vinesexp.solver.response import HEADER
-    from vinesexp.solver.rubbing import run_rubbing
 
-    loop = run if is_plain(rig, damping) else run_rubbing
+    light = all(nes.m <= rig.oscillator.M for nes in rig.nes)
+    loop = run if light and is_plain(rig, damping) else run_gliding
     kind, table = drive_table(base)
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
     response = None if general else closed_form(rig, base, damping)

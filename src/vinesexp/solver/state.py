@@ -45,7 +45,8 @@ TIMES, SIDES = 25, 25 + REMEMBERED
 # A contact that lasts tau: what is left until its momentum goes over or, after that, until it
 # ends, s; how long that second part is; the relative velocity that it takes, m/s.
 TAU, LEFT, AFTER, JUMP = range(25 + 2 * REMEMBERED, 29 + 2 * REMEMBERED)
-COLUMNS = 29 + 2 * REMEMBERED
+BEFORE = 29 + 2 * REMEMBERED  # x' - y' before the impact being solved, inf of a ball at rest
+COLUMNS = BEFORE + 1
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 STUCK = 3.0  # held by friction somewhere on the floor
@@ -56,10 +57,13 @@ UNSET = 2.0
 START, IMPACT, REST_START, REST_END = 0, 1, 2, 3
 SLIDE = 4  # friction begins to act, or turns about
 
-# Columns of the log: time, x, x' before and after, y' before and after; of balls that rub also
-# x - y, and after the event y'', the force on the oscillator and the mass that moves with it.
-LOG_COLUMNS, RUBBING_LOG_COLUMNS = 6, 10
+# Columns of the log: time, x, x' before and after, y' before and after, x - y, and after the event
+# y'', the force on the oscillator and the mass that moves with it.
 L_APART, L_A, L_FORCE, L_MASS = 6, 7, 8, 9
+LOG_COLUMNS = 10
+
+# Rows of the scratch space: series, flights that are bent, and the phasor of the closed form.
+PHASOR, WORK = 6, 7
 
 # Evaluations after which a compiled loop returns, finished or not: an interrupt is heard after a
 # fraction of a second, and no loop runs for ever (`effort.py`).
@@ -90,6 +94,14 @@ def carry(balls: FloatArray, i: int, v: float, s: float, bend: float, gain: floa
     clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i, U]))
     balls[i, RHO] = apart if clear else balls[i, RHO] + (gain - drift)
     return gap
+
+
+@compiled
+def x_minus_y(balls: FloatArray, i: int) -> float:
+    """Where ball i is in its cavity, m."""
+    plus, gap = balls[i, B_PLUS], balls[i, D]
+    apart: float = plus - gap if balls[i, SIDE] > 0.0 else gap - (2.0 * balls[i, CLEARANCE] - plus)
+    return apart
 
 
 @compiled

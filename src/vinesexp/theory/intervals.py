@@ -1,8 +1,8 @@
 """b_c, b_t and b*(level) with derivatives by every rig value, and their intervals (delta method).
 
-b* is where the time to the level over b has an elbow or a flat bottom, and its derivative is that
-of whichever it is (docs/theory.md, 57, 58). To its interval the scatter of the passage through the
-fold is added: no value of the rig gives it.
+b* is where the time to the level over b has an elbow or a flat bottom (docs/theory.md, 57, 58); how
+it moves with a value is a difference. To its interval the scatter of the passage through the fold
+is added: no value of the rig gives it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import AnalysisError, ParameterError, nearest
+from vinesexp.errors import ParameterError, nearest
 from vinesexp.rig import RIG_VALUES, checked
 from vinesexp.theory.boundaries import boundary_residuals, end_of_permanent_response
 from vinesexp.theory.manifold import A_1, loss_parameter
@@ -26,18 +26,14 @@ from vinesexp.theory.optimal_clearance import (
 )
 from vinesexp.theory.orbits import Reduced, family
 from vinesexp.theory.transient import (
-    BestClearance,
     Decaying,
     best_clearance,
-    captured_time,
     passage,
 )
 from vinesexp.units import COVERAGE_95, Quantity
 
-#: Names of the derivatives of b*(level): the rig's values and the release amplitude.
-RELEASE_VALUES = (*RIG_VALUES, "x_m")
-#: Relative step of these; the flown balls' irregularity stays below a percent of it.
-_RELEASE_STEP = 0.04
+#: Share of a value, either way, between which the change of b*(level) is taken.
+_APART = 0.06
 
 
 # Derivatives of b_c with respect to every rig value.
@@ -324,107 +320,33 @@ def predict_transient(
 
 
 # The clearance that is fastest to a level of a release, with its interval.
-def _by_rig(release: Decaying, by_eps: float, by_lam: float, by_r: float) -> dict[str, float]:
-    """Chain rule from eps = m/M, lambda = c1/(m w0), r to the rig's values (5)."""
-    eps, lam = release.eps, release.lam
-    slopes = {
-        "M": (-by_eps * eps + 0.5 * by_lam * lam) / release.M,
-        "c1": by_lam / (release.m * release.w0),
-        "k1": -0.5 * by_lam * lam / release.k1,
-        "r": by_r,
-        "m": (by_eps * eps - by_lam * lam) / release.m,
-    }
-    return {name: float(slope) for name, slope in slopes.items()}
 
 
-def _steps(release: Decaying) -> FloatArray:
-    """Steps of eps, lambda and r; those of r stay below 1, those of lambda cross zero freely."""
-    eps, lam, r = release.eps, release.lam, release.r
-    # at lambda = 0 the step is of the order of the ball's own damping at the fold
-    step = _RELEASE_STEP
-    return np.array([step * eps, step * max(lam, 0.5), min(step * 0.5, 0.8 * (1.0 - r))])
+def _slope(release: Decaying, name: str, level: float) -> float:
+    """Change of b*(level) with one value, m per SI unit, between _APART below and above it.
 
-
-def _moved(release: Decaying, index: int, offset: float, step: float) -> tuple[float, float, float]:
-    values = [release.eps, release.lam, release.r]
-    values[index] += offset * step
-    return values[0], values[1], values[2]
-
-
-def _elbow(eps: float, lam: float, r: float) -> float:
-    """Amplitude at which the flown balls let go, on the average (clearances)."""
-    run = passage(eps=eps, lam=lam, r=r)
-    gone = run.let_go[np.isfinite(run.let_go)]
-    if gone.size == 0:
-        raise AnalysisError(
-            "b*(level): no ball is lost below the fold; there is no elbow to follow"
-        )
-    return float(gone.mean())
-
-
-def gradient_best(
-    release: Decaying, *, level: float
-) -> tuple[BestClearance, dict[str, float], str]:
-    """b*(level), its derivative by every value (m per SI unit) and the kind of optimum.
-
-    The kinds are `let go` (the level is reached as the ball lets go: b* = level/A_let_go, 57),
-    `start at T1` (b* = x_m/A_1: a larger cavity would not capture) and `smooth` (58).
-
-    Raises
-    ------
-    AnalysisError
-        The least time lies at an end of the range searched: no optimum, no derivative.
-
-    Examples
-    --------
-    >>> release = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6, x_m=0.03)
-    >>> best, slopes, kind = gradient_best(release, level=0.005)
-    >>> kind, slopes["x_m"]
-    ('let go', 0.0)
+    A let-go amplitude moves in half cycles, so that what is closer together shows less.
     """
-    best = best_clearance(release, level=level)
-    eps, lam, r = release.eps, release.lam, release.r
-    fold = float(A_1(r))
-    if release.x_m / best.b < fold * 1.005:
-        h = 1e-4
-        slope = (float(A_1(r + h)) - float(A_1(r - h))) / (2.0 * h) if h < r < 1.0 - h else 0.0
-        by_r = -best.b * slope / fold
-        return (
-            best,
-            _by_rig(release, 0.0, 0.0, by_r) | {"x_m": best.b / release.x_m},
-            "start at T1",
-        )
-    run = passage(eps=eps, lam=lam, r=r)
-    reach = run.let_go[np.isfinite(run.let_go)]
-    if reach.size and reach.min() * 0.9 < level / best.b < fold:
-        by = np.zeros(3)
-        for k, step in enumerate(_steps(release)):  # a let-go amplitude moves in half cycles
-            values = [np.log(_elbow(*_moved(release, k, d, step))) for d in _OFFSETS]
-            by[k] = float(np.dot(_WEIGHTS, values)) / step
-        return best, _by_rig(release, *(-best.b * by)) | {"x_m": 0.0}, "let go"
-    return best, _smooth_optimum(release, best.b, level), "smooth"
+    value = float(getattr(release, name))
+    # without damping the step is of the order of the ball's own at the fold
+    size = max(value, 0.5 * release.m * release.w0) if name == "c1" else value
+    step = min(_APART * size, 0.8 * (1.0 - value)) if name == "r" else _APART * size
+    ends = max(value - step, 0.0), value + step
+    b = [best_clearance(replace(release, **{name: end}), level=level).b for end in ends]
+    return (b[1] - b[0]) / (ends[1] - ends[0])
 
 
-def _smooth_optimum(release: Decaying, b: float, level: float) -> dict[str, float]:
-    """-t_bp/t_bb, the implicit function theorem at t_b = 0 (58)."""
-    h = 0.03 * b
+def _scatter(release: Decaying, b: float, level: float) -> float:
+    """Standard deviation of b*(level) over where the ball is at the start, m.
 
-    def slope_and_bend(case: Decaying) -> tuple[float, float]:
-        low, middle, high = captured_time(case, b=[b - h, b, b + h], level=level)
-        return float(high - low) / (2.0 * h), float(low - 2.0 * middle + high) / h**2
-
-    bend = slope_and_bend(release)[1]
-    if not bend > 0.0:
-        raise AnalysisError(
-            f"b*({1e3 * level:.4g} mm) lies at an end of the range searched: no optimum inside"
-        )
-    slopes = {}
-    for name in RELEASE_VALUES:
-        value = getattr(release, name)
-        step = 0.01 * (value if value > 0.0 else 1.0)
-        up, down = (slope_and_bend(replace(release, **{name: value + d}))[0] for d in (step, -step))
-        slopes[name] = -(up - down) / (2.0 * step) / bend
-    return slopes
+    Where the level is reached as the ball lets go: that of the amplitudes at which it does (57).
+    """
+    gone = passage(eps=release.eps, lam=release.lam, r=release.r).let_go
+    gone, fold = gone[np.isfinite(gone)], float(A_1(release.r))
+    lets_go = gone.size > 0 and 0.9 * gone.min() < level / b < fold
+    if not lets_go or release.x_m / b < 1.005 * fold:
+        return 0.0
+    return b * float(gone.std() / gone.mean())
 
 
 def predict_best(*, x_m: Quantity, level: float, values: Mapping[str, Quantity]) -> Quantity:
@@ -445,13 +367,8 @@ def predict_best(*, x_m: Quantity, level: float, values: Mapping[str, Quantity])
         A value is missing; there is no such clearance.
     """
     release = Decaying(**rig_values(values, RIG_VALUES), x_m=float(x_m.value))
-    matrix = np.zeros((6, 6))
-    matrix[:5, :5] = rig_covariance(values, None)
-    matrix[5, 5] = float(checked(x_m.std_error, "standard error of x_m", "m, zero or above")) ** 2
-    best, slopes, kind = gradient_best(release, level=level)
-    scatter = 0.0
-    if kind == "let go":
-        gone = passage(eps=release.eps, lam=release.lam, r=release.r).let_go
-        scatter = best.b * float(np.nanstd(gone) / np.nanmean(gone))
-    std_error = spread(slopes, RELEASE_VALUES, matrix)
-    return Quantity(best.b, float(np.hypot(std_error, scatter)))
+    rig_covariance(values, None)  # refuses standard errors without meaning
+    best = best_clearance(release, level=level)
+    errors = [(name, one.std_error) for name, one in [*values.items(), ("x_m", x_m)]]
+    parts = [_slope(release, name, level) * error for name, error in errors if error > 0.0]
+    return Quantity(best.b, float(np.linalg.norm([*parts, _scatter(release, best.b, level)])))

@@ -90,24 +90,6 @@ def base_amplitude_for(x: ArrayLike, rig: Rig, *, frequency: float | None = None
     return G
 
 
-@dataclass(frozen=True)
-class MultipleDesign:
-    """Clearances for a range of levels.
-
-    Attributes
-    ----------
-    clearances : m, smallest first.
-    levels : base amplitude (m) at which each ball sits exactly on its fold.
-    bands : activation band of each, m.
-    gaps : amplitudes that no ball covers; empty for a sound design.
-    """
-
-    clearances: tuple[float, ...]
-    levels: tuple[float, ...]
-    bands: tuple[ActivationBand, ...]
-    gaps: tuple[ActivationBand, ...]
-
-
 def design_clearances(
     *,
     G_low: float,
@@ -115,9 +97,8 @@ def design_clearances(
     oscillator: Oscillator,
     masses: Sequence[float],
     r: float | Sequence[float],
-    margin: float = 0.0,
-) -> MultipleDesign:
-    """Choose one clearance a ball for base amplitudes from G_low to G_high at resonance.
+) -> tuple[float, ...]:
+    """One clearance a ball (m) for base amplitudes from G_low to G_high at resonance.
 
     Levels in geometric progression, the largest ball tuned to the strongest excitation (the
     paper's advice). Ball by ball from the smallest, the clearance puts the ball on its fold at its
@@ -132,21 +113,16 @@ def design_clearances(
         Ball masses, kg, in the order of growing clearance.
     r : float or sequence of float
         Restitution, of all balls or of each.
-    margin : float
-        Share taken off every clearance, to stay inside permanent response (0.02 covers the error of
-        order eps for eps up to 0.02).
 
     Examples
     --------
     >>> o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
     >>> one = design_clearances(G_low=1e-4, G_high=2.5e-4, oscillator=o, masses=[0.032], r=0.6)
-    >>> [round(1e3 * b, 3) for b in one.clearances]
+    >>> [round(1e3 * b, 3) for b in one]
     [33.746]
     """
     if not masses:
         raise ParameterError("no ball masses given: expected one mass a ball")
-    if not 0.0 <= margin < 1.0:
-        raise ParameterError(f"margin = {margin}: expected a share from 0 to below 1")
     if not 0.0 < G_low <= G_high:
         raise ParameterError(f"range of levels {G_low} to {G_high} m: expected 0 < G_low <= G_high")
     n = len(masses)
@@ -159,13 +135,8 @@ def design_clearances(
     balls: list[NES] = []
     for level, mass, own in zip(levels, masses, each, strict=True):
         b = _clearance_at(float(level), mass, balls, oscillator, own)
-        balls.append(NES(m=mass, b=b * (1.0 - margin), r=own))
-    return MultipleDesign(
-        clearances=tuple(ball.b for ball in balls),
-        levels=tuple(map(float, levels)),
-        bands=tuple(bands(balls)),
-        gaps=tuple(gaps(balls)),
-    )
+        balls.append(NES(m=mass, b=b, r=own))
+    return tuple(ball.b for ball in balls)
 
 
 def _clearance_at(
