@@ -28,6 +28,11 @@ from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import amplitudes, row_of
 from vinesexp.solver.series import ORDER
 
+try:
+    from vinesexp.solver import rubbing  # the older tree
+    more = ()
+except ImportError:
+    more = (None,)
 o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 def over_map(cells, duration):
     levels, clearances = np.linspace(0.05e-3, 0.40e-3, cells), np.linspace(5e-3, 60e-3, cells)
@@ -42,7 +47,7 @@ for b in ([0.030], [0.034], [0.036], [0.040], [0.060], [0.034, 0.034]):
     rig = Rig(o, nes=[NES(m=0.032 / len(b), b=one, r=0.6) for one in b])
     response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
     par, log = parameters(rig, WeakDamping()), np.zeros((40000, 10))
-    labels, work = np.zeros((40000, 3), dtype=np.int32), np.zeros((7, ORDER + 1))
+    labels, work = np.zeros((40000, 3), dtype=np.int32), np.zeros((25, ORDER + 1))
     best = math.inf
     for _ in range(7):
         start = Release(y0=[0.99 * one * (-1) ** i for i, one in enumerate(b)])
@@ -50,7 +55,8 @@ for b in ([0.030], [0.034], [0.036], [0.040], [0.060], [0.034, 0.034]):
         work[:] = 0.0
         begin = time.process_time_ns()
         rows, used = run(
-            True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work
+            True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work,
+            *more
         )
         spent = time.process_time_ns() - begin
         hits = int((labels[:rows, 0] == 1).sum())

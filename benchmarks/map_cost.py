@@ -40,10 +40,22 @@ def loop(b: float) -> float:
     labels, best = np.zeros((40000, 3), dtype=np.int32), math.inf
     for _ in range(ROUNDS):
         balls, state = ball_table(rig, Release(y0=[0.99 * b]))[0], np.zeros(4)
-        work = np.zeros((7, ORDER + 1))
+        work = np.zeros((25, ORDER + 1))
         begin = time.process_time_ns()
         rows, _ = run(
-            True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work
+            True,
+            response,
+            par,
+            kind,
+            table,
+            1000.0,
+            REMAINDER,
+            state,
+            balls,
+            log,
+            labels,
+            work,
+            None,
         )
         spent = time.process_time_ns() - begin
         best = min(best, spent / int((labels[:rows, 0] == 1).sum()))

@@ -182,7 +182,8 @@ def study_breaking() -> np.ndarray:
 def released_on_manifold(A: float, *, eps: float, r: float, zeta: float) -> Motion:
     """Free decay from the SIM at amplitude A: the phase of the impact is known, the ball too."""
     C = float(manifold.upper_branch(A, r=r))
-    phi, after = float(manifold.impact_phase(C, r=r)), 0.02
+    loss = float(manifold.loss_parameter(r))
+    phi, after = float(np.arctan2(1.0 - C, 2.0 * C * loss / np.pi)), 0.02
     speed = 2 * C / np.pi * (1 - 1e-9)
     start = Release(
         x0=A * np.sin(phi + after),

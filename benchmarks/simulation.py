@@ -244,7 +244,7 @@ def kernel_speed() -> list[tuple[str, float, float]]:
         rig = Rig(TABLE_2, nes=[NES(m=0.032 / len(clearances), b=b, r=0.6) for b in clearances])
         response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
         par, log = parameters(rig, WeakDamping()), np.zeros((200000, 10))
-        labels, work = np.zeros((200000, 3), dtype=np.int32), np.zeros((7, ORDER + 1))
+        labels, work = np.zeros((200000, 3), dtype=np.int32), np.zeros((25, ORDER + 1))
         best, used, hits = math.inf, 0, 1
         for _ in range(5):
             balls, _y = ball_table(
@@ -253,7 +253,19 @@ def kernel_speed() -> list[tuple[str, float, float]]:
             state, work[:] = np.zeros(4), 0.0
             begin = time.perf_counter()
             count, used = run(
-                True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work
+                True,
+                response,
+                par,
+                kind,
+                table,
+                1000.0,
+                REMAINDER,
+                state,
+                balls,
+                log,
+                labels,
+                work,
+                None,
             )
             hits = int((labels[:count, 0] == 1).sum())
             best = min(best, (time.perf_counter() - begin) / hits)

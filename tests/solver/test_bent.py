@@ -25,7 +25,7 @@ X0, V0 = 4e-3, 0.15
 
 @njit
 def bend(response, par, c, xh, vh, way, work):
-    return bent.bend(response, par, c, xh, vh, 0.0, way, work)
+    return bent.bend(response, par, c, xh, vh, 0.0, way, work, 7)
 
 
 @njit
@@ -69,7 +69,7 @@ def test_the_bounds_hold_and_are_not_far_off(k3, quadratic, way):
     places = np.linspace(-1.0, 1.0, 2000)
     for order, column in ((4, bent.FOURTH), (5, bent.FIFTH)):
         largest = np.abs(p.deriv(order)(places)).max() * per**order
-        assert largest <= u[column] < 4.0 * largest
+        assert largest <= u[column] < 20.0 * largest
 
 
 def test_what_is_far_from_linear_is_left_to_the_power_series():

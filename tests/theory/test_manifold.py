@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.theory.half_period import impact_map, impact_phase, multipliers
 
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.theory import manifold
@@ -38,8 +39,8 @@ def test_symmetry_breaking_amplitude() -> None:
 @settings(deadline=None, max_examples=60)
 @given(RESTITUTION)
 def test_t1_and_t2_are_eigenvalues_plus_and_minus_one(r: float) -> None:
-    at_fold = manifold.multipliers(manifold.C_1(r), r=r)
-    at_breaking = manifold.multipliers(manifold.C_2(), r=r)
+    at_fold = multipliers(manifold.C_1(r), r=r)
+    at_breaking = multipliers(manifold.C_2(), r=r)
     # the second eigenvalue is r^2 (determinant); near r = 1 the pair is almost double
     assert np.min(np.abs(at_fold - 1.0)) < 1e-6
     assert np.min(np.abs(at_breaking + 1.0)) < 1e-6
@@ -49,9 +50,19 @@ def test_t1_and_t2_are_eigenvalues_plus_and_minus_one(r: float) -> None:
 
 @settings(deadline=None, max_examples=60)
 @given(RESTITUTION, st.floats(0.05, 3.0))
+def test_the_manifold_attracts_where_both_eigenvalues_are_inside_the_unit_circle(
+    r: float, C: float
+) -> None:
+    largest = float(np.abs(multipliers(C, r=r)).max())
+    if abs(largest - 1.0) > 1e-6:
+        assert bool(manifold.is_stable(C, r=r)) == (largest < 1.0)
+
+
+@settings(deadline=None, max_examples=60)
+@given(RESTITUTION, st.floats(0.05, 3.0))
 def test_impact_map_has_the_derived_trace_and_determinant(r: float, C: float) -> None:
-    J = manifold.impact_map(C, r=r)
-    phi = manifold.impact_phase(C, r=r)
+    J = impact_map(C, r=r)
+    phi = impact_phase(C, r=r)
     assert np.linalg.det(J) == pytest.approx(r * r, abs=1e-12)
     trace = 2.0 * r + 0.5 * np.pi * (1.0 - r * r) * np.tan(phi)
     assert np.trace(J) == pytest.approx(float(trace), rel=1e-9, abs=1e-9)
@@ -76,7 +87,7 @@ def _half_period(phase: float, u: float, A: float, r: float) -> tuple[float, flo
 @pytest.mark.parametrize("C", [1.05, 1.3, 1.5, 1.9])
 def test_impact_map_is_the_derivative_of_the_box_itself(C: float) -> None:
     r = 0.6
-    A, phase = float(manifold.amplitude(C, r=r)), float(manifold.impact_phase(C, r=r))
+    A, phase = float(manifold.amplitude(C, r=r)), float(impact_phase(C, r=r))
     state = np.array([phase, 2.0 * C / np.pi])
     np.testing.assert_allclose(_half_period(*state, A, r), state, atol=1e-12)
     numeric = np.empty((2, 2))
@@ -84,7 +95,7 @@ def test_impact_map_is_the_derivative_of_the_box_itself(C: float) -> None:
         step = 1e-5 * np.eye(2)[j]
         up, down = (_half_period(*(state + s * step), A, r) for s in (1, -1))
         numeric[:, j] = (np.array(up) - np.array(down)) / 2e-5
-    np.testing.assert_allclose(manifold.impact_map(C, r=r), numeric, atol=1e-8)
+    np.testing.assert_allclose(impact_map(C, r=r), numeric, atol=1e-8)
 
 
 @settings(deadline=None, max_examples=60)

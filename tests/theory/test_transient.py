@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from benchmarks import box_power, free_decay
+from tests.theory.half_period import multipliers
 
 from vinesexp.errors import AnalysisError
 from vinesexp.theory import manifold, transient
@@ -93,7 +94,7 @@ def test_stored_power_is_what_the_box_takes(r: float) -> None:
 def test_fold_rate_is_the_slope_of_the_multiplier() -> None:
     r, h = 0.6, 1e-6
     C = float(manifold.C_1(r)) + h
-    largest = float(np.max(np.real(manifold.multipliers(C, r=r))))
+    largest = float(np.max(np.real(multipliers(C, r=r))))
     rates = transient.fold_rates(lam=LAM, r=r)
     assert (largest - 1.0) / h == pytest.approx(-2.0 * np.pi * rates.nu, rel=1e-4)
 

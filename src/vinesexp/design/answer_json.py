@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from vinesexp.design.advice import Advice, Judged, Swept
+from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.headline import Answer, gaps_of, headline_of, remarks_of, warnings_of
 from vinesexp.design.inputs import OPTIONS
 from vinesexp.design.predictions import bands_given
@@ -29,6 +29,24 @@ SIMULATED = (
 _SIDE = ("clear", "jump", "before_mm", "amplitude_mm")
 _CHANGED = ("change", "rest_mean_mm", "random_p90_mm", "captured", "bare_mm")
 _ABSORBER = ("tuning", "zeta", "amplitude_mm", "detuned_mm")
+_LEVELS = (
+    "activation_mm", "works_from_mm=low", "works_to_mm=high", "works_below=low_open",
+    "works_above=high_open",
+)  # fmt: skip
+_SWEPT = (
+    "from_hz=begin", "to_hz=end", "duration_s=duration", "largest_mm", "largest_at_hz=at",
+    "largest_running_mean_mm=running",
+)  # fmt: skip
+_DRIVEN = ("rms_mm", "peak_mm", "rms_x_mm", "peak_x_mm", "impacts")
+_RECORD = ("duration_s=duration", "sample_rate_hz=rate", "base_peak_mm", "base_rms_mm", "hopeless")
+_RELEASE = (
+    "level_mm", "b_mm", "low_mm", "high_mm", "time_s=time", "bare_time_s=bare_time",
+    "met_at_most=capture",
+)  # fmt: skip
+_PREDICTION = (
+    "low_mm", "high_mm", "std_error_mm", "sensitivity_m_per_si=gradient",
+    "sensitivity_published_m_per_si=gradient_published",
+)  # fmt: skip
 #: Keys of a clearance that was judged; those beside them are ratios.
 _JUDGED = (
     "b_mm", "rest_mean_mm", "rest_max_mm", "random_mean_mm", "random_p90_mm", "random_error_mm",
@@ -50,25 +68,11 @@ def answer_of(answer: Answer) -> dict[str, object]:
     }
     for name, prediction in (("b_c", theory.b_c), ("b_t", theory.b_t)):
         if prediction is not None:
-            found[name] = {
-                "low_mm": 1e3 * prediction.low,
-                "high_mm": 1e3 * prediction.high,
-                "std_error_mm": 1e3 * prediction.std_error,
-                "sensitivity_m_per_si": dict(prediction.gradient),
-                "sensitivity_published_m_per_si": dict(prediction.gradient_published),
-            }
+            found[name] = _fields(prediction, _PREDICTION)
     if theory.no_orbit:
         found["no_exact_b_c"] = theory.no_orbit
     if theory.releases:
-        found["release"] = [
-            {
-                **_fields(one, ("level_mm", "b_mm", "low_mm", "high_mm")),
-                "time_s": one.time,
-                "bare_time_s": one.bare_time if one.bare_time < float("inf") else None,
-                "met_at_most": one.capture,
-            }
-            for one in theory.releases
-        ]
+        found["release"] = [_fields(one, _RELEASE) for one in theory.releases]
     if theory.unreached:
         found["release_unreached_mm"] = [1e3 * level for level in theory.unreached]
     if answer.falls is not None:
@@ -109,17 +113,11 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "asked": None if advice.asked is None else _judged(advice.asked, advice),
         "unchanged": _fields(advice.unchanged, _CHANGED),
         "changed": [_fields(one, _CHANGED) | {"value": one.name} for one in advice.changed],
-        "levels": {
-            "activation_mm": _mm(working.activation),
-            "works_from_mm": _mm(working.low),
-            "works_to_mm": _mm(working.high),
-            "works_below": working.low_open,
-            "works_above": working.high_open,
-        },
-        "slow_sweep": [_swept(one) for one in advice.sweeps],
+        "levels": _fields(working, _LEVELS),
+        "slow_sweep": [_fields(one, _SWEPT) for one in advice.sweeps],
         "slow_sweep_asked": None
         if advice.asked_sweeps is None
-        else [_swept(one) for one in advice.asked_sweeps],
+        else [_fields(one, _SWEPT) for one in advice.asked_sweeps],
         "tmd": {
             "den_hartog": _fields(advice.den_hartog, _ABSORBER),
             "optimal": _fields(advice.optimal, _ABSORBER),
@@ -135,11 +133,20 @@ def as_json(advice: Advice) -> Mapping[str, object]:
 
 
 def _fields(thing: object, keys: Iterable[str]) -> dict[str, object]:
-    """Fields of a thing by their keys; one whose key ends in ``_mm`` is a length or None."""
-    found = {}
+    """Fields of a thing by their keys, ``key=field`` where the names differ.
+
+    One whose key ends in ``_mm`` is a length or None; infinite numbers become None, arrays their
+    medians.
+    """
+    found: dict[str, object] = {}
     for key in keys:
-        value = getattr(thing, key.removesuffix("_mm"))
-        found[key] = _mm(value) if key.endswith("_mm") else value
+        name, _, own = key.partition("=")
+        value = getattr(thing, own or name.removesuffix("_mm"))
+        if isinstance(value, np.ndarray):
+            value = float(np.median(value))
+        if isinstance(value, float) and math.isinf(value):
+            value = None
+        found[name] = _mm(value) if name.endswith("_mm") else value
     return found
 
 
@@ -156,39 +163,17 @@ def _judged(one: Judged, advice: Advice) -> dict[str, object]:
     }
 
 
-def _swept(one: Swept) -> dict[str, object]:
-    return {
-        "from_hz": one.begin,
-        "to_hz": one.end,
-        "duration_s": one.duration,
-        "largest_mm": _mm(one.largest),
-        "largest_at_hz": one.at,
-        "largest_running_mean_mm": _mm(one.running),
-    }
-
-
 def driven_as_json(driven: UnderRecord) -> dict[str, object]:
     """A recorded base over clearance: every clearance tried, medians over the starts; mm."""
 
-    def row(one: Driven) -> dict[str, float | None]:
-        return {
-            "b_mm": 1e3 * one.b or None,
-            "rms_mm": 1e3 * float(np.median(one.rms)),
-            "peak_mm": 1e3 * float(np.median(one.peak)),
-            "peak_p90_mm": 1e3 * float(np.percentile(one.peak, 90.0)),
-            "rms_x_mm": 1e3 * float(np.median(one.rms_x)),
-            "peak_x_mm": 1e3 * float(np.median(one.peak_x)),
-            "impacts": float(np.median(one.impacts)),
-        }
+    def row(one: Driven) -> dict[str, object]:
+        peak = 1e3 * float(np.percentile(one.peak, 90.0))
+        return _fields(one, _DRIVEN) | {"b_mm": 1e3 * one.b or None, "peak_p90_mm": peak}
 
     return {
-        "duration_s": driven.duration,
-        "sample_rate_hz": driven.rate,
-        "base_peak_mm": 1e3 * driven.base_peak,
-        "base_rms_mm": 1e3 * driven.base_rms,
+        **_fields(driven, _RECORD),
         "least_rms_mm": 1e3 * driven.found[driven.least_rms].b,
         "least_peak_mm": 1e3 * driven.found[driven.least_peak].b,
-        "hopeless": driven.hopeless,
         "bare": row(driven.bare),
         "clearances": [row(one) for one in driven.found],
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -126,15 +126,7 @@ def gather(
     """
     read = read_identified(identified) if identified is not None else {}
     given: dict[str, tuple[Quantity, ...]] = {name: (value,) for name, value in read.items()}
-    for option in OPTIONS:
-        text = text_of(option, texts)
-        if text is not None:
-            try:
-                given[option.symbol] = parse_values(text, option)
-                for one in given[option.symbol]:
-                    refuse_impossible(text, one.value, option.quantity)
-            except ParameterError as error:
-                raise ParameterError(error.problem, where=option.flag) from None
+    given |= read_options(OPTIONS, texts, parse_values)
     if "v0" in given and "x0" not in given:
         given["x0"] = (Quantity(0.0, 0.0),)  # a blow: from rest with a velocity
     _ask_for_missing(given, recorded)
@@ -152,6 +144,26 @@ def gather(
                 "found 0: without excitation there is no best clearance", where=flag
             )
     return Given(given)
+
+
+def read_options(
+    options: Sequence[Option],
+    texts: Mapping[str, Sequence[str] | None],
+    parse: Callable[[str, Option], tuple[Quantity, ...]],
+) -> dict[str, tuple[Quantity, ...]]:
+    """What was written for each option, as `parse` reads it; mistakes name the option."""
+    found = {}
+    for option in options:
+        text = text_of(option, texts)
+        if text is None:
+            continue
+        try:
+            found[option.symbol] = parse(text, option)
+            for one in found[option.symbol]:
+                refuse_impossible(text, one.value, option.quantity)
+        except ParameterError as error:
+            raise ParameterError(error.problem, where=option.flag) from None
+    return found
 
 
 def _refuse_unlike(given: Mapping[str, tuple[Quantity, ...]]) -> None:

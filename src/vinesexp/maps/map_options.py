@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.design.inputs import Option, ends_of, read_identified, text_of
+from vinesexp.design.inputs import Option, ends_of, read_identified, read_options
 from vinesexp.errors import ParameterError
 from vinesexp.rig import Oscillator
-from vinesexp.units import parse_quantity, refuse_impossible
+from vinesexp.units import Quantity, parse_quantity
 
 #: Every value of a rig and its excitation; those with a range in their note may be an axis.
 OPTIONS = (
@@ -51,19 +51,10 @@ def gather_values(
     values: dict[str, float] = {}
     if identified is not None:
         values |= {name: one.value for name, one in read_identified(identified).items()}
-    ranges: dict[str, Ends] = {}
-    for option in OPTIONS:
-        text = text_of(option, texts)
-        if text is not None:
-            values.pop(option.symbol, None)
-            try:
-                found = _read(text, option)
-            except ParameterError as error:
-                raise ParameterError(error.problem, where=option.flag) from None
-            if len(found) == 1:
-                values[option.symbol] = found[0]
-            else:
-                ranges[option.symbol] = found[0], found[1]
+    read = read_options(OPTIONS, texts, _read)
+    ranges = {symbol: (q[0].value, q[-1].value) for symbol, q in read.items() if len(q) > 1}
+    values |= {symbol: q[0].value for symbol, q in read.items()}
+    values = {symbol: value for symbol, value in values.items() if symbol not in ranges}
     missing = [
         f"{option.flag} '{option.example}'"
         for option in OPTIONS
@@ -76,7 +67,7 @@ def gather_values(
     return values, ranges
 
 
-def _read(text: str, option: Option) -> list[float]:
+def _read(text: str, option: Option) -> tuple[Quantity, ...]:
     """One value, or the two ends of a range."""
     if ";" in text:
         raise ParameterError(
@@ -87,13 +78,11 @@ def _read(text: str, option: Option) -> list[float]:
         raise ParameterError(f"found the range '{text}', expected one value")
     found = []
     for one in ends_of(text) if ":" in text else (text,):
-        value = parse_quantity(one, option.quantity).value
-        refuse_impossible(one.strip(), value, option.quantity)
-        _refuse_outside(one.strip(), value, option)
-        found.append(value)
-    if not found[0] < found[-1] and ":" in text:
+        found.append(parse_quantity(one, option.quantity))
+        _refuse_outside(one.strip(), found[-1].value, option)
+    if not found[0].value < found[-1].value and ":" in text:
         raise ParameterError(f"found the range '{text}', expected from a smaller to a larger value")
-    return found
+    return tuple(found)
 
 
 def _refuse_outside(text: str, value: float, option: Option) -> None:

@@ -7,8 +7,9 @@ from the state at the start, and
 
 d the sign of z'. N is taken at the NODES of Chebyshev in [0, h], and u there is a matrix times N:
 the response of the linear oscillator to the polynomial through N, integrated once for a rig. From
-u = 0 on, every repetition brings u nearer by the share of the force that is not linear, a hundred
-to a thousand times, until nothing changes any more (Picard). Then u is a polynomial over the whole
+the last flight that was alike on, or from u = 0, every repetition brings u nearer by the share of
+the force that is not linear, a hundred to a thousand times, until nothing changes any more
+(Picard). Then u is a polynomial over the whole
 flight, where a power series about its start would need three: contacts are found and proved as in
 the plain rig (`flight.cross`), with u and its derivatives added, and a bound on them.
 
@@ -47,21 +48,17 @@ NODES = 24
 REACH = 3.45  # rad, h: half a cycle and a tenth
 #: Repetitions at most, and the share of the last change that the next may be.
 MOST, SHRINKS = 12, 0.1
-#: A polynomial of degree NODES - 1 is at most so many times as large as at the nodes (the constant
-#: of Lebesgue, 2.99 for 24 of Chebyshev).
-BETWEEN = 3.0
 #: Of the lengths in the motion: what may be left of u, and be in the last two coefficients of it;
 #: those that are cut off are thirty times as small.
 LEFT_OUT, LAST = 1e-17, 1e-16
 
 # Behind the table of a response: h, then at the nodes cos, sin, C and S, then the matrices by
 # columns that take N to u and u' at the nodes and to the coefficients of u in polynomials of
-# Chebyshev, those to coefficients of powers, and N to the fourth and fifth derivative at the nodes.
+# Chebyshev, those to coefficients of powers, and the largest fourth and fifth derivatives of these
+# polynomials: T_n is steepest at the ends.
 START = HEADER + WIDTH * ENTRIES
 AT_NODES = START + 1
-TO_U, TO_V, TO_C, TO_POWERS, TO_FOURTH, TO_FIFTH = (
-    AT_NODES + NODES * (4 + NODES * i) for i in range(6)
-)
+TO_U, TO_V, TO_C, TO_POWERS, STEEP = (AT_NODES + NODES * (4 + NODES * i) for i in range(5))
 
 # What `bend` finds: coefficients of u in powers of 2 s/h - 1, then 2/h and bounds on the fourth and
 # fifth derivative of u.
@@ -73,7 +70,8 @@ def _of_any_rig() -> tuple[FloatArray, ...]:
     """What the tables of all rigs share, with h = 2: from -1 to 1.
 
     Nodes; points and weights of the integrals up to each; the polynomials through one at a node
-    there; values to series of Chebyshev, these to powers, and to fourth and fifth derivatives.
+    there; values to series of Chebyshev, these to powers, and their largest fourth and fifth
+    derivatives.
     """
     order = np.arange(NODES)[:, np.newaxis]
     place = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)[::-1]
@@ -85,16 +83,14 @@ def _of_any_rig() -> tuple[FloatArray, ...]:
     powers = np.zeros((NODES, NODES))
     for n in range(NODES):
         powers[: n + 1, n] = chebyshev.cheb2poly(np.eye(n + 1)[n])
-    fourth, fifth = (
-        chebyshev.chebval(place, chebyshev.chebder(np.eye(NODES), n)).T for n in (4, 5)
-    )
-    every = place, until, share, through, series, powers, fourth, fifth
+    steep = [chebyshev.chebval(1.0, chebyshev.chebder(np.eye(NODES), n)) for n in (4, 5)]
+    every = place, until, share, through, series, powers, steep
     return tuple(np.asarray(one, dtype=np.float64) for one in every)
 
 
 @lru_cache(maxsize=64)
 def _matrices(w: float, w0_squared: float, two_alpha: float, rate: float) -> FloatArray:
-    place, until, share, through, series, powers, fourth, fifth = _of_any_rig()
+    place, until, share, through, series, powers, steep = _of_any_rig()
     half, alpha = 0.5 * REACH / rate, 0.5 * two_alpha
     wd = math.sqrt(w0_squared - alpha * alpha)
     nodes, ago = half * (1.0 + place), half * (place[:, np.newaxis] - until)
@@ -104,9 +100,8 @@ def _matrices(w: float, w0_squared: float, two_alpha: float, rate: float) -> Flo
     to_c, fading = series @ to_u, np.exp(-alpha * nodes)
     free = fading * np.sin(wd * nodes) / wd
     at = np.cos(w * nodes), np.sin(w * nodes), fading * np.cos(wd * nodes) + alpha * free, free
-    steep = fourth @ to_c / half**4, fifth @ to_c / half**5
-    matrices = (one.T.ravel() for one in (to_u, to_v, to_c, powers, *steep))
-    return np.concatenate([[2.0 * half], *at, *matrices])
+    matrices = (one.T.ravel() for one in (to_u, to_v, to_c, powers))
+    return np.concatenate([[2.0 * half], *at, *matrices, steep[0] / half**4, steep[1] / half**5])
 
 
 def bent_table(response: FloatArray) -> FloatArray:
@@ -165,13 +160,14 @@ multiply: Any = intrinsic(_multiply)
 @apart
 def bend(
     response: FloatArray, par: FloatArray, c: FloatArray, xh: float, vh: float, shift: float,
-    way: float, work: FloatArray,
+    way: float, work: FloatArray, like: int,
 ) -> bool:  # fmt: skip
     """Find u from a phasor and a free motion, into work[5]; False: it is no such flight.
 
-    `shift` is where a constant force has the oscillator rest, `way` the sign of z'.
+    `shift` is where a constant force has the oscillator rest, `way` the sign of z'. From row `like`
+    on, `work` holds N, u and u' of the last flight that was alike, then of this one.
     """
-    Z, W, N, U, V, bent = work[0], work[1], work[2], work[3], work[4], work[5]
+    Z, W, N, U, V, bent = work[0], work[1], work[like], work[like + 1], work[like + 2], work[5]
     w, two_alpha, w0sq = response[H_W], response[H_TWOALPHA], response[H_W0SQ]
     size = response[H_P] + math.sqrt(xh * xh + vh * vh / w0sq) + abs(shift)
     for j in range(NODES):
@@ -181,7 +177,6 @@ def bend(
         base_x, base_v, _ = base_at(response, re, im)
         Z[j] = shift + (re + fused(C, xh, S * vh)) - base_x
         W[j] = fused(fused(-two_alpha, S, C), vh, -w0sq * S * xh) - w * im - base_v
-        N[j] = U[j] = V[j] = 0.0
     cubic, quadratic = -par[P_CUBIC] / par[P_M], -way * par[P_QUADRATIC] / par[P_M]
     last, enough = math.inf, LEFT_OUT * size * w0sq / REACH
     for _ in range(MOST):
@@ -194,22 +189,22 @@ def bend(
         if change <= enough or (last < math.inf and change * change <= enough * last):
             break
         if last < math.inf and change > SHRINKS * last:
+            for j in range(NODES):
+                N[j] = U[j] = V[j] = 0.0
             return False
         last = change
         multiply(response, TO_U, N, U)
         if quadratic != 0.0:
             multiply(response, TO_V, N, V)
-    multiply(response, TO_C, N, U)
-    if not abs(U[NODES - 1]) + abs(U[NODES - 2]) <= LAST * size:
+    C = Z
+    multiply(response, TO_C, N, C)
+    if not abs(C[NODES - 1]) + abs(C[NODES - 2]) <= LAST * size:
         return False
-    multiply(response, TO_POWERS, U, bent)
-    bent[PER_HALF] = 2.0 / response[START]
-    for bound in (FOURTH, FIFTH):
-        multiply(response, TO_FOURTH if bound == FOURTH else TO_FIFTH, N, V)
-        most = 0.0
-        for j in range(NODES):
-            most = max(most, abs(V[j]))
-        bent[bound] = BETWEEN * most
+    multiply(response, TO_POWERS, C, bent)
+    bent[PER_HALF], bent[FOURTH], bent[FIFTH] = 2.0 / response[START], 0.0, 0.0
+    for j in range(NODES):
+        bent[FOURTH] += abs(C[j]) * response[STEEP + j]
+        bent[FIFTH] += abs(C[j]) * response[STEEP + NODES + j]
     return True
 
 

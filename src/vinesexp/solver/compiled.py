@@ -116,11 +116,15 @@ def entry(function: F) -> F:
     """
     dispatcher, type_of = _jit(function, _nrt=False), cast("Callable[[Any], Any]", typeof)
 
+    compiled_for: set[tuple[type, ...]] = set()
+
     @wraps(function)
     def call(*arguments: Any) -> Any:
-        if not dispatcher.overloads:
+        kinds = tuple(map(type, arguments))
+        if kinds not in compiled_for:
             with _alone(dispatcher.stats.cache_path):
                 dispatcher.compile(tuple(type_of(argument) for argument in arguments))
+            compiled_for.add(kinds)
         return dispatcher(*arguments)
 
     return cast("F", call)

@@ -54,6 +54,7 @@ from vinesexp.solver.response import (
     H_W0SQ,
     after,
     base_at,
+    free_derivatives,
     turned,
 )
 from vinesexp.solver.search import EPS, clear_between, open_until, root_of_cubic
@@ -65,9 +66,7 @@ from vinesexp.solver.state import (
     GAP,
     HEADING,
     IMPACT,
-    L_A,
     L_APART,
-    L_FORCE,
     L_MASS,
     MASS,
     RATE,
@@ -99,10 +98,7 @@ def bound(response: FloatArray, c0: float, c1: float, xh: float, vh: float, T: f
     """S, no less than the fourth derivative within T seconds from there (module `walls`)."""
     w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
     w4 = w * w * w * w
-    ah = fused(-two_alpha, vh, -w0sq * xh)
-    jh = fused(-two_alpha, ah, -w0sq * vh)
-    fh = fused(-two_alpha, jh, -w0sq * ah)
-    gh = fused(-two_alpha, fh, -w0sq * jh)
+    _, _, fh, gh = free_derivatives(two_alpha, w0sq, xh, vh)
     f, df = fused(w4, c0, fh), gh / w - w4 * c1
     free = math.sqrt(fused(fh, fh, gh * gh / w0sq))
     return min(
@@ -245,10 +241,7 @@ def forced_derivatives(
     """Second to sixth derivative of x, of the phasor and the free motion together."""
     w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
     w2 = w * w
-    ah = fused(-two_alpha, vh, -w0sq * xh)
-    jh = fused(-two_alpha, ah, -w0sq * vh)
-    fh = fused(-two_alpha, jh, -w0sq * ah)
-    gh = fused(-two_alpha, fh, -w0sq * jh)
+    ah, jh, fh, gh = free_derivatives(two_alpha, w0sq, xh, vh)
     hh = fused(-two_alpha, gh, -w0sq * fh)
     up, down = w2 * cr, w2 * w * ci
     return ah - up, jh + down, fused(w2, up, fh), fused(-w2, down, gh), fused(-w2 * w2, up, hh)
@@ -329,7 +322,7 @@ def cross(
         return 0.0, tries
     if k < 0:
         v = base_at(response, cr, ci)[1]
-    arrive(state, balls, x, v, T, k, to)
+    arrive(state, balls, x, v, T, x - x0 - v0 * T, v - v0, k, to)
     c[0], c[1] = cr, ci
     return T, tries
 
@@ -373,7 +366,7 @@ def look_and_cross(
     S = bound(response, c[0], c[1], xh0, vh0, s)
     if not nothing_before(response, state, balls, c, x, v, re, im, s, S, -1, 0.0, 0.0, 0.0, None):
         return 0
-    arrive(state, balls, x, v, s, -1, 0.0)
+    arrive(state, balls, x, v, s, x - x0 - v0 * s, v - v0, -1, 0.0)
     c[0], c[1] = re, im
     return count
 
@@ -451,10 +444,13 @@ def nearest_root(
 
 @compiled
 def arrive(
-    state: FloatArray, balls: FloatArray, x: float, v: float, T: float, k: int, to: float
-) -> None:
-    """Set clock, oscillator and balls to T seconds on, ball k at the wall `to`."""
-    bend, gain = x - state[X_NOW] - state[V_NOW] * T, v - state[V_NOW]
+    state: FloatArray, balls: FloatArray, x: float, v: float, T: float, bend: float, gain: float,
+    k: int, to: float,
+) -> None:  # fmt: skip
+    """Set clock, oscillator and balls to T seconds on, ball k at the wall `to`.
+
+    `bend` is x - x0 - v0 T, `gain` is v - v0.
+    """
     advance_clock(state, T)
     state[X_NOW], state[V_NOW] = x, v
     for i in range(balls.shape[0]):
@@ -484,7 +480,6 @@ def bounce(
     expect(balls, k, now)
     labels[row, 0] = IMPACT
     numbers[row, L_APART], numbers[row, L_MASS] = x_minus_y(balls, k), M
-    numbers[row, L_A] = numbers[row, L_FORCE] = 0.0
     return write_event(
         numbers, labels, row, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
         v - rho, balls[k, U],
@@ -587,10 +582,7 @@ def others_stay_clear(
     w0sq = head[H_W0SQ]
     a, j = 2.0 * X[2], 6.0 * X[3]
     # The free motion's fourth derivative and its rate, which never grows together.
-    ah = -head[H_TWOALPHA] * vh - w0sq * xh
-    jh = -head[H_TWOALPHA] * ah - w0sq * vh
-    fh = -head[H_TWOALPHA] * jh - w0sq * ah
-    gh = -head[H_TWOALPHA] * fh - w0sq * jh
+    _, _, fh, gh = free_derivatives(head[H_TWOALPHA], w0sq, xh, vh)
     S = head[H_W] ** 4 * head[H_P] + math.sqrt(fh * fh + gh * gh / w0sq)
     until = 1.001 * s  # impacts within the resolution of time are one event, for the general rule
     for i in range(balls.shape[0]):
@@ -613,19 +605,10 @@ def return_to_wall(
     for n in range(top - 1, 1, -1):
         bend, gain = fused(bend, s, X[n]), fused(gain, s, n * X[n])
     bend, gain = bend * s * s, gain * s
-    advance_clock(state, s)
-    state[X_NOW] += state[V_NOW] * s + bend
-    state[V_NOW] += gain
+    x, v = state[X_NOW] + (state[V_NOW] * s + bend), state[V_NOW] + gain
     if w * s < HOP_BRIEF:
         c[0], c[1] = turned(c[0], c[1], w * s)
     else:
         cosine, sine = math.cos(w * s), math.sin(w * s)
         c[0], c[1] = c[0] * cosine - c[1] * sine, c[0] * sine + c[1] * cosine
-    for i in range(balls.shape[0]):
-        gap = carry(balls, i, state[V_NOW], s, bend, gain)
-        if i == k:
-            gap = 0.0
-        elif gap > balls[i, CLEARANCE]:
-            balls[i, SIDE] = -balls[i, SIDE]
-            gap = 2.0 * balls[i, CLEARANCE] - gap
-        balls[i, D] = max(gap, 0.0)
+    arrive(state, balls, x, v, s, bend, gain, k, balls[k, SIDE])

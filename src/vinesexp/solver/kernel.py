@@ -47,9 +47,11 @@ from vinesexp.solver.series import (
     spring_force,
 )
 from vinesexp.solver.state import (
+    ALIKE_ROWS,
     ALLOWANCE,
     EXPECTED,
     FREE,
+    HEADING,
     HIT,
     LEFT,
     PERIOD,
@@ -145,7 +147,8 @@ def cross_bent(
     `turns` is when it may turn before the contact.
     """
     xh, vh, bent = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1], work[5]
-    if not bend(response, par, c, xh, vh, shift, way, work):
+    like = ALIKE_ROWS + 6 * int(way + 1.0) + (3 if balls[k, HEADING] > 0.0 else 0)
+    if not bend(response, par, c, xh, vh, shift, way, work, like):
         return False, False
     turned, ends = turns < s, min(longest, response[BENT])
     for _ in range(2):
@@ -255,17 +258,6 @@ def plain_turn(
 
 
 @compiled
-def begin(
-    closed: bool, response: FloatArray, state: FloatArray, balls: FloatArray, work: FloatArray
-) -> None:
-    """The phasor at the present time, and the period after which flights may be alike."""
-    for i in range(balls.shape[0]):
-        balls[i, PERIOD] = 1.0 / response[H_FREQUENCY] if closed else 0.0
-    if closed:
-        work[PHASOR, 0], work[PHASOR, 1] = phasor(response, state[T_HIGH], state[T_LOW])
-
-
-@compiled
 def next_piece(table: FloatArray, piece: int, t: float) -> int:
     """The piece of the base that holds t, from an earlier one on."""
     while piece + 1 < table.shape[0] and table[piece + 1, 0] <= t:
@@ -277,74 +269,64 @@ def next_piece(table: FloatArray, piece: int, t: float) -> int:
 def run(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
     duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray,
+    labels: IntArray, work: FloatArray, weak: FloatArray | None,
 ) -> tuple[int, int]:  # fmt: skip
     """Run to `duration`, until the log is full or ALLOWANCE is used: rows written, evaluations.
 
-    Resume with the same arrays. `closed` says that `response` holds the closed form of the motion
-    of a plain rig with light balls; without it every turn is one of the general loop. `work`
-    (WORK, order + 1) is scratch space, zeros at the start.
+    Resume with the same arrays. `closed` says that `response` holds the closed form of the motion;
+    without it every turn is one of the general loop. The log and `work` (WORK, order + 1),
+    which is scratch space, are zeros at the start. `weak` is a row of it; None for a plain rig with
+    light balls, whose loop is compiled without all others.
     """
     row = int(np.int64(0))  # a literal 0 would be a type of its own, with machine code of its own
     evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 6 * balls.shape[0] - 4
     c, span = work[PHASOR], (ENTRIES - 2) * response[H_SPACING]
-    begin(closed, response, state, balls, work)
+    for i in range(balls.shape[0]):
+        balls[i, PERIOD] = 1.0 / response[H_FREQUENCY] if closed else 0.0
+    c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
     while row < room and state[T_HIGH] < duration and evaluations < ALLOWANCE:
-        # The fast way, as long as its proofs hold.
-        while closed and balls.shape[0] > 0 and row < room:
-            k = first_expected(balls, state[T_HIGH])
-            if k < 0:
-                break
-            left = (duration - state[T_HIGH]) - state[T_LOW]
-            soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
-            T, tries = cross(response, state, balls, c, k, soon, min(left, span), 0.0, 0.0, None)
-            evaluations += tries
-            if T == 0.0:
-                break
-            row = bounce(state, balls, k, par[P_M], numbers, labels, row)
-            age += 1
-            if age >= REFRESH:
-                c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
-                age = 0
-        piece = next_piece(table, piece, state[T_HIGH])
-        row, used = plain_turn(
-            closed, response, par, kind, table, piece, duration, remainder, state, balls, numbers,
-            labels, row, work,
-        )  # fmt: skip
+        used, flown = 1, False
+        if weak is None:
+            # The fast way, as long as its proofs hold.
+            while closed and balls.shape[0] > 0 and row < room:
+                k = first_expected(balls, state[T_HIGH])
+                if k < 0:
+                    break
+                left = (duration - state[T_HIGH]) - state[T_LOW]
+                soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
+                T, tries = cross(
+                    response, state, balls, c, k, soon, min(left, span), 0.0, 0.0, None
+                )
+                evaluations += tries
+                if T == 0.0:
+                    break
+                row = bounce(state, balls, k, par[P_M], numbers, labels, row)
+                age += 1
+                if age >= REFRESH:
+                    c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+                    age = 0
+            piece = next_piece(table, piece, state[T_HIGH])
+            row, used = plain_turn(
+                closed, response, par, kind, table, piece, duration, remainder, state, balls,
+                numbers, labels, row, work,
+            )  # fmt: skip
+        else:
+            if closed:
+                left = (duration - state[T_HIGH]) - state[T_LOW]
+                flown, row = glide(
+                    response, par, state, balls, c, min(left, span), numbers, labels, row, work
+                )
+            if not flown:
+                piece = next_piece(table, piece, state[T_HIGH])
+                row = turn(
+                    par, kind, table, piece, duration, remainder, state, balls, numbers, labels,
+                    row, work, weak,
+                )  # fmt: skip
+                age = REFRESH
         evaluations += used
         age += 1
         if closed and age >= REFRESH:
             c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
             age = 0
     return row, evaluations
-
-
-@entry
-def run_gliding(
-    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
-    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray,
-) -> tuple[int, int]:  # fmt: skip
-    """`run` of rigs that are not plain: compiled of its own, when it is first asked for."""
-    row, turns, age, piece = 0, 0, 0, piece_at(table, state[T_HIGH])
-    room = numbers.shape[0] - 6 * balls.shape[0] - 4
-    c, span = work[PHASOR], (ENTRIES - 2) * response[H_SPACING]
-    begin(closed, response, state, balls, work)
-    while row < room and state[T_HIGH] < duration and turns < ALLOWANCE:
-        flown, turns, age = False, turns + 1, age + 1
-        if closed:
-            left = (duration - state[T_HIGH]) - state[T_LOW]
-            flown, row = glide(
-                response, par, state, balls, c, min(left, span), numbers, labels, row, work
-            )
-        if not flown:
-            piece = next_piece(table, piece, state[T_HIGH])
-            row = turn(
-                par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
-                work, work[2],
-            )  # fmt: skip
-        if closed and (not flown or age >= REFRESH):
-            c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
-            age = 0
-    return row, turns

@@ -47,6 +47,7 @@ from vinesexp.solver.response import (
     HEADER,
     WIDTH,
     after,
+    free_derivatives,
     phasor,
     prepare,
     prepare_into,
@@ -226,6 +227,38 @@ O_TIME, O_SUM, O_LARGEST, O_HITS, O_LATEST, O_STALLED = range(6)
 RESULTS = 6
 
 
+@compiled
+def next_node(P: FloatArray, i: int) -> tuple[float, float, float, float, float, float]:
+    """Phasor, free motion, way and rate of a lane at the end of its step."""
+    c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
+    xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
+    cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
+    fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
+    dc, ds = fused(cos1, c0, -sine * c1), fused(cos1, c1, sine * c0)
+    dv = fused(fused(-P[TWOALPHA * LANES + i], fs, fc1), vh, -P[W0SQ * LANES + i] * fs * xh)
+    bend = fused(cos1, c0, -P[SINE1 * LANES + i] * c1)
+    bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
+    rate0 = P[RATE * LANES + i]
+    way1 = P[WAY * LANES + i] + (rate0 + bend)
+    rate1 = rate0 + fused(-P[W * LANES + i], ds, dv)
+    return c0 + dc, c1 + ds, xh + fused(fc1, xh, fs * vh), vh + dv, way1, rate1
+
+
+@compiled
+def nothing_came_before(P: FloatArray, i: int, T: float, r1: float, wall: float) -> bool:
+    """Whether the ball met no wall in the T steps to the contact with `wall` at the rate r1."""
+    way0, rate0, T2 = P[WAY * LANES + i], P[RATE * LANES + i], T * T
+    S = fused(P[STEPS * LANES + i] + T, P[GROWTH * LANES + i], P[BOUND * LANES + i])
+    fall = min(S, P[CAP * LANES + i]) * T2 * T2 * (1.0 / 384.0)
+    near, far = fused((1.0 / 6.0) * T, rate0, way0), fused((-1.0 / 6.0) * T, r1, wall)
+    middle = fused((1.0 / 12.0) * T, rate0 - r1, 0.25 * (way0 + wall))
+    mid0, mid1 = fused(0.5, near, middle), fused(0.5, far, middle)
+    low = min(min(near, far), min(mid0, mid1)) - fall
+    high = max(max(near, far), max(mid0, mid1)) + fall
+    inside: bool = (low > P[LOW * LANES + i]) & (high < P[HIGH * LANES + i])
+    return inside
+
+
 @apart
 def march(P: FloatArray, n: int) -> tuple[int, int]:
     """One step on in every lane that flies, where the way is proved to be free.
@@ -237,34 +270,18 @@ def march(P: FloatArray, n: int) -> tuple[int, int]:
     for i in range(n):
         c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
         xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
-        w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
-        cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
-        fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
-        dc, ds = fused(cos1, c0, -sine * c1), fused(cos1, c1, sine * c0)
-        dv = fused(fused(-two_alpha, fs, fc1), vh, -w0sq * fs * xh)
-        re, im, xe, ve = c0 + dc, c1 + ds, xh + fused(fc1, xh, fs * vh), vh + dv
-        # x - x0 - v0 and v - v0, without subtraction
-        bend = fused(cos1, c0, -P[SINE1 * LANES + i] * c1)
-        bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
         way0, rate0 = P[WAY * LANES + i], P[RATE * LANES + i]
-        way1, rate1 = way0 + (rate0 + bend), rate0 + fused(-w, ds, dv)
+        re, im, xe, ve, way1, rate1 = next_node(P, i)
         steps = P[STEPS * LANES + i]
-        S = fused(steps + 1.0, P[GROWTH * LANES + i], P[BOUND * LANES + i])
-        fall = min(S, P[CAP * LANES + i]) * (1.0 / 384.0)
-        # `search.clear_between`, for both walls at once.
-        near, far = fused(1.0 / 6.0, rate0, way0), fused(-1.0 / 6.0, rate1, way1)
-        middle = fused(1.0 / 12.0, rate0 - rate1, 0.25 * (way0 + way1))
-        mid0, mid1 = fused(0.5, near, middle), fused(0.5, far, middle)
-        low = min(min(min(near, far), min(mid0, mid1)) - fall, way1)
-        high = max(max(max(near, far), max(mid0, mid1)) + fall, way1)
-        free = (low > P[LOW * LANES + i]) & (high < P[HIGH * LANES + i])
+        within = (way1 > P[LOW * LANES + i]) & (way1 < P[HIGH * LANES + i])
+        free = within & nothing_came_before(P, i, 1.0, rate1, way1)
         mode, inside = P[MODE * LANES + i], steps <= P[LEFT * LANES + i]
         fresh = P[AGE * LANES + i] + steps <= REFRESH
         flying = mode == FLYING
         go = flying & inside & fresh & free
         stop = STALE if not fresh else (WAITING if inside else LEAVING)
         P[MODE * LANES + i] = (mode if go else stop) if flying else mode
-        old, v = P[OLD * LANES + i], fused(-w, im, ve) * P[PER_W0 * LANES + i]
+        old, v = P[OLD * LANES + i], fused(-P[W * LANES + i], im, ve) * P[PER_W0 * LANES + i]
         x = re + xe
         new = math.sqrt(fused(x, x, v * v))
         count = 1.0 if (go & (steps >= P[DUE * LANES + i])) else 0.0
@@ -298,23 +315,6 @@ def closer(
 
 
 @compiled
-def next_node(P: FloatArray, i: int) -> tuple[float, float, float, float, float, float]:
-    """Phasor, free motion, way and rate of a lane at the end of its step."""
-    c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
-    xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
-    cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
-    fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
-    dc, ds = fused(cos1, c0, -sine * c1), fused(cos1, c1, sine * c0)
-    dv = fused(fused(-P[TWOALPHA * LANES + i], fs, fc1), vh, -P[W0SQ * LANES + i] * fs * xh)
-    bend = fused(cos1, c0, -P[SINE1 * LANES + i] * c1)
-    bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
-    rate0 = P[RATE * LANES + i]
-    way1 = P[WAY * LANES + i] + (rate0 + bend)
-    rate1 = rate0 + fused(-P[W * LANES + i], ds, dv)
-    return c0 + dc, c1 + ds, xh + fused(fc1, xh, fs * vh), vh + dv, way1, rate1
-
-
-@compiled
 def contact_from(
     P: FloatArray, i: int, cr: float, ci: float, xn: float, vn: float, gn: float, rn: float,
     guess: float, start: float,
@@ -326,12 +326,8 @@ def contact_from(
     """
     w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
     w2 = w * w
-    ah = fused(-two_alpha, vn, -w0sq * xn)
-    jh = fused(-two_alpha, ah, -w0sq * vn)
-    fh = fused(-two_alpha, jh, -w0sq * ah)
-    gh = fused(-two_alpha, fh, -w0sq * jh)
-    hh = fused(-two_alpha, gh, -w0sq * fh)
-    kh = fused(-two_alpha, hh, -w0sq * gh)
+    ah, jh, fh, gh = free_derivatives(two_alpha, w0sq, xn, vn)
+    _, _, hh, kh = free_derivatives(two_alpha, w0sq, jh, fh)
     lh = fused(-two_alpha, kh, -w0sq * hh)
     up, down = w2 * cr, w2 * w * ci
     k2, k3 = 0.5 * (ah - up), (1.0 / 6.0) * (jh + down)
@@ -425,21 +421,6 @@ def contact_at(
     return d, re, im, xe, ve, fused(d, fused(0.5 * d, j1, a1), r1)
 
 
-@compiled
-def nothing_came_before(P: FloatArray, i: int, T: float, r1: float, wall: float) -> bool:
-    """Whether the ball met no wall in the T steps to the contact with `wall` at the rate r1."""
-    way0, rate0, T2 = P[WAY * LANES + i], P[RATE * LANES + i], T * T
-    S = fused(P[STEPS * LANES + i] + T, P[GROWTH * LANES + i], P[BOUND * LANES + i])
-    fall = min(S, P[CAP * LANES + i]) * T2 * T2 * (1.0 / 384.0)
-    near, far = fused((1.0 / 6.0) * T, rate0, way0), fused((-1.0 / 6.0) * T, r1, wall)
-    middle = fused((1.0 / 12.0) * T, rate0 - r1, 0.25 * (way0 + wall))
-    mid0, mid1 = fused(0.5, near, middle), fused(0.5, far, middle)
-    low = min(min(near, far), min(mid0, mid1)) - fall
-    high = max(max(near, far), max(mid0, mid1)) + fall
-    inside: bool = (low > P[LOW * LANES + i]) & (high < P[HIGH * LANES + i])
-    return inside
-
-
 @apart
 def land(P: FloatArray, n: int) -> int:
     """The contact and the impact of every lane that waits; what is not proved is to leave.
@@ -479,6 +460,18 @@ def land(P: FloatArray, n: int) -> int:
 
 
 @compiled
+def fourth_after(
+    P: FloatArray, i: int, cr: float, ci: float, xn: float, vn: float
+) -> tuple[float, float]:
+    """Bounds on the fourth derivative of x from a state on: near it, and of the free part."""
+    w2 = P[W * LANES + i] * P[W * LANES + i]
+    w0sq, two_alpha = P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
+    _, _, fh, gh = free_derivatives(two_alpha, w0sq, xn, vn)
+    f, df = fused(w2 * w2, cr, fh), fused(P[PER_W * LANES + i], gh, -w2 * w2 * ci)
+    return abs(f) + abs(df), fused(abs(gh), P[PER_W0 * LANES + i], abs(fh))
+
+
+@compiled
 def strike(
     P: FloatArray, i: int, T: float, re: float, im: float, xe: float, ve: float, v: float,
     u: float, r1: float, to: float, proved: float,
@@ -494,12 +487,8 @@ def strike(
     new, old = math.sqrt(fused(x, x, v * per * (v * per))), P[OLD * LANES + i]
     jump = -P[PUSH * LANES + i] * r1
     ve, v, r1 = ve + jump, v + jump, -P[BOUNCE * LANES + i] * r1
-    ah = fused(-two_alpha, ve, -w0sq * xe)
-    jh = fused(-two_alpha, ah, -w0sq * ve)
-    fh = fused(-two_alpha, jh, -w0sq * ah)
-    gh = fused(-two_alpha, fh, -w0sq * jh)
-    f, df = fused(w2 * w2, re, fh), fused(P[PER_W * LANES + i], gh, -w2 * w2 * im)
-    F = fused(abs(gh), per, abs(fh))
+    ah, _, _, _ = free_derivatives(two_alpha, w0sq, xe, ve)
+    bound, F = fourth_after(P, i, re, im, xe, ve)
     # The end of a chatter is for the scalar loop.
     push, leave = to * fused(-w2, re, ah), -to * r1
     brief = (push > 0.0) & (2.0 * leave < BRIEF * per * push)
@@ -525,7 +514,7 @@ def strike(
     P[LEFT * LANES + i] = left_over - since if hit else left_over
     P[STEPS * LANES + i] = 0.0 if hit else steps
     P[SPEED * LANES + i] = v - r1 if hit else u
-    P[BOUND * LANES + i] = abs(f) + abs(df) if hit else P[BOUND * LANES + i]
+    P[BOUND * LANES + i] = bound if hit else P[BOUND * LANES + i]
     P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i] if hit else P[GROWTH * LANES + i]
     P[CAP * LANES + i] = P[W4P * LANES + i] + F if hit else P[CAP * LANES + i]
     full = P[FULL * LANES + i]
@@ -547,23 +536,15 @@ def start_flight(
 ) -> None:
     """Put the motion of the scalar loop into lane i, its ball in flight."""
     c0, c1 = phasor(head, state[T_HIGH], state[T_LOW])
-    h, w, w0sq = P[H * LANES + i], P[W * LANES + i], P[W0SQ * LANES + i]
-    two_alpha, full = P[TWOALPHA * LANES + i], P[FULL * LANES + i]
-    w2 = w * w
+    h, w, full = P[H * LANES + i], P[W * LANES + i], P[FULL * LANES + i]
     xh, vh = state[X_NOW] - c0, state[V_NOW] * h + w * c1
-    ah = fused(-two_alpha, vh, -w0sq * xh)
-    jh = fused(-two_alpha, ah, -w0sq * vh)
-    fh = fused(-two_alpha, jh, -w0sq * ah)
-    gh = fused(-two_alpha, fh, -w0sq * jh)
-    f, df = fused(w2 * w2, c0, fh), gh / w - w2 * w2 * c1
-    F = fused(abs(gh), P[PER_W0 * LANES + i], abs(fh))
+    P[BOUND * LANES + i], F = fourth_after(P, i, c0, c1, xh, vh)
     P[C_RE * LANES + i], P[C_IM * LANES + i] = c0, c1
     P[X_FREE * LANES + i], P[V_FREE * LANES + i] = xh, vh
     P[WAY * LANES + i], P[RATE * LANES + i] = -ball[SIDE] * ball[D], ball[RHO] * h
     P[LOW * LANES + i] = -full if ball[SIDE] > 0.0 else 0.0
     P[HIGH * LANES + i] = 0.0 if ball[SIDE] > 0.0 else full
     P[SPEED * LANES + i], P[STEPS * LANES + i] = ball[U] * h, 0.0
-    P[BOUND * LANES + i] = abs(f) + abs(df)
     P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i]
     P[CAP * LANES + i] = P[W4P * LANES + i] + F
     P[TIME * LANES + i], P[TIME_LOW * LANES + i] = state[T_HIGH], state[T_LOW]

@@ -129,6 +129,17 @@ def base_at(head: FloatArray, cr: float, ci: float) -> tuple[float, float, float
 
 
 @compiled
+def free_derivatives(
+    two_alpha: float, w0sq: float, x: float, v: float
+) -> tuple[float, float, float, float]:
+    """Second to fifth derivative of the free motion."""
+    a = fused(-two_alpha, v, -w0sq * x)
+    j = fused(-two_alpha, a, -w0sq * v)
+    f = fused(-two_alpha, j, -w0sq * a)
+    return a, j, f, fused(-two_alpha, f, -w0sq * j)
+
+
+@compiled
 def turned(cr: float, ci: float, angle: float) -> tuple[float, float]:
     """The phasor (cr, ci) turned by a small angle (0.02 rad: exact to rounding)."""
     q = angle * angle

@@ -186,21 +186,22 @@ def _loop_of(
 ) -> Loop:  # fmt: skip
     """The loop of `kernel.py`: fills a log from a state; rows and evaluations."""
     from vinesexp.solver.contact import REMAINDER
-    from vinesexp.solver.kernel import run, run_gliding
+    from vinesexp.solver.kernel import run
     from vinesexp.solver.response import HEADER
 
     light = all(nes.m <= rig.oscillator.M for nes in rig.nes)
-    loop = run if light and is_plain(rig, damping) else run_gliding
     kind, table = drive_table(base)
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
     response = None if general else closed_form(rig, base, damping)
     closed, work = response is not None, scratch(rig, base, damping)
+    weak = None if light and is_plain(rig, damping) else work[2]
     if response is None:
         response = np.ones(HEADER)
 
     def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: IntArray) -> Used:
-        return loop(
-            closed, response, par, kind, table, duration, limit, state, balls, log, labels, work
-        )
+        return run(
+            closed, response, par, kind, table, duration, limit, state, balls, log, labels, work,
+            weak,
+        )  # fmt: skip
 
     return fill

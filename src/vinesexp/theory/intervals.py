@@ -22,6 +22,7 @@ from vinesexp.theory.optimal_clearance import (
     b_c_published,
     b_t_exact,
     b_t_published,
+    formula_36,
     release_amplitude,
 )
 from vinesexp.theory.orbits import Reduced, family
@@ -38,9 +39,9 @@ _APART = 0.06
 
 # Derivatives of b_c with respect to every rig value.
 #
-# The published formula is differentiated by hand. The exact boundary is a root: H(C, p) = 0 and b
-# = G beta(C, p), so that d beta/dp = beta_p - beta_C H_p/H_C (implicit function theorem), with the
-# partial derivatives of the two smooth functions by central differences of fourth order (relative
+# Those of the published formula are differences too. The exact boundary is a root: H(C, p) = 0 and
+# b = G beta(C, p), so that d beta/dp = beta_p - beta_C H_p/H_C (implicit function theorem), with
+# the partial derivatives of the two smooth functions by central differences of 4th order (relative
 # error about 1e-11, docs/theory.md, 46). No difference of two root searches is taken.
 _STEP = 1e-3  # relative; fourth-order differences: truncation 1e-12, rounding 1e-13
 _OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
@@ -58,24 +59,23 @@ def gradient_published(
     >>> round(1e3 * b_c, 3), round(1e3 * slopes["r"] * 0.01, 4)  # mm, mm per 0.01 of r
     (33.968, 0.2308)
     """
-    w0 = np.sqrt(k1 / M)
-    b_c = float(b_c_published(G=G, eps=m / M, lam=c1 / (m * w0), r=r))
-    Gamma = (1.0 - r) / (1.0 + r)
-    S = np.pi**2 + 4.0 * Gamma**2
-    damping = c1 / np.sqrt(k1 * M)  # eps lambda = 2 zeta
-    floor = damping * Gamma * S + 4.0 * np.pi * m / M  # b_c = G S^(3/2)/(2 floor)
-    loss, ball = damping * Gamma * S / floor, 4.0 * np.pi * (m / M) / floor  # shares, sum 1
-    by_Gamma = 12.0 * Gamma / S - damping * (np.pi**2 + 12.0 * Gamma**2) / floor
-    slopes = {
-        "M": b_c * (0.5 * loss + ball) / M,
-        "c1": -b_c * damping / c1 * Gamma * S / floor
-        if c1 > 0.0
-        else -b_c * Gamma * S / floor / float(np.sqrt(k1 * M)),
-        "k1": b_c * 0.5 * loss / k1,
-        "r": b_c * by_Gamma * -2.0 / (1.0 + r) ** 2,
-        "m": -b_c * ball / m,
-    }
-    return b_c, {name: float(slope) for name, slope in slopes.items()}
+    rig = {"M": M, "c1": c1, "k1": k1, "r": r, "m": m}
+    steps = _STEP * np.array([_scale(name, rig, 1.0, None) for name in RIG_VALUES])
+    near = dict(zip(rig, _around([*rig.values()], steps), strict=True))
+    eps, w0 = near["m"] / near["M"], np.sqrt(near["k1"] / near["M"])
+    lam, Gamma = near["c1"] / (near["m"] * w0), (1.0 - near["r"]) / (1.0 + near["r"])
+    slopes = formula_36(G=G, eps=eps, lam=lam, Gamma=Gamma) @ _WEIGHTS / steps
+    b_c = float(b_c_published(G=G, eps=m / M, lam=c1 / (m * np.sqrt(k1 / M)), r=r))
+    return b_c, dict(zip(RIG_VALUES, map(float, slopes), strict=True))
+
+
+def _around(values: Sequence[float], steps: FloatArray) -> FloatArray:
+    """Each value, in turn moved by its steps: axes value, which is moved, offset."""
+    n = len(values)
+    points = np.array(values)[:, None, None] + np.zeros((n, n, _OFFSETS.size))
+    for row in range(n):
+        points[row, row] += steps[row] * _OFFSETS
+    return points
 
 
 def _beta_and_H(C: FloatArray, p: Reduced, node: bool) -> tuple[FloatArray, FloatArray]:
@@ -116,9 +116,7 @@ def gradient_exact(
     # rows: C, then the rig values; columns: the four offsets
     near = abs(float(p.Omega) - 1.0) + float(p.zeta) + float(p.eps)
     steps = _STEP * np.array([C, *(_scale(name, rig, near, frequency) for name in RIG_VALUES)])
-    points = np.array([C, *rig.values()])[:, None, None] + np.zeros((6, 6, 4))
-    for row in range(6):
-        points[row, row] += steps[row] * _OFFSETS
+    points = _around([C, *rig.values()], steps)
     moved = dict(zip(rig, points[1:], strict=True))
     with_frequency = None if frequency is None else np.broadcast_to(frequency, (6, 4))
     reduced = _unchecked(moved, with_frequency)
