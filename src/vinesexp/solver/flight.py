@@ -180,39 +180,56 @@ def parts_are_clear(
             elif not u1 > 0.0:
                 return -1
             S1 = response[H_RATE] * (S + w * w * w * w * response[H_BASE])
-            if bent is not None:
-                S1 += bent[FIFTH]
+            S1 += 0.0 if bent is None else bent[FIFTH]
             if not clear_between(u0, b0, u1, b1, h, S1):
                 return 0
             u0, b0 = u1, b1
+        rate = S * response[H_RATE] + (0.0 if bent is None else bent[FIFTH])
         for i in range(balls.shape[0]):
-            z, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
-            own = balls[i, A]
-            g0 = d - z * (r * s0 + (bend0 - 0.5 * own * s0 * s0))
-            g1 = d - z * (r * s + (bend - 0.5 * own * s * s))
-            if last and i == k:  # exactly at the wall it was heading for
-                g1 = 0.0 if to == z else full
-            elif not 0.0 < g1 < full:
-                return -1
-            r0, r1 = r + (gain0 - own * s0), r + (gain - own * s)
-            proved = clear_between(g0, -z * r0, g1, -z * r1, h, S) & clear_between(
-                full - g0, z * r0, full - g1, z * r1, h, S
+            landed, now = last and i == k, state[T_HIGH] + T if last else -1.0
+            clear = ball_is_clear(
+                balls, i, s0, bend0, gain0, a0, s, bend, gain, a, S, rate, landed, to, now
             )
-            if balls[i, RUB] > 0.0:
-                z, S1 = balls[i, WAY], S * response[H_RATE]
-                if bent is not None:
-                    S1 += bent[FIFTH]
-                slides = (z * r0 > 0.0) & (z * r1 > 0.0)
-                proved = (
-                    proved
-                    and slides
-                    and clear_between(z * r0, z * (a0 - own), z * r1, z * (a - own), h, S1)
-                )
-            # Contacts within the resolution of time and lengths may be one, for the general rule.
-            tie = 4.0 * EPS * ((state[T_HIGH] + T) * abs(r1) + full)
-            if not proved or (last and i != k and (g1 <= tie or full - g1 <= tie)):
-                return 0
+            if clear <= 0:
+                return clear
         s0, bend0, gain0, a0 = s, bend, gain, a
+    return 1
+
+
+@compiled
+def ball_is_clear(
+    balls: FloatArray, i: int, s0: float, bend0: float, gain0: float, a0: float, s: float,
+    bend: float, gain: float, a: float, S: float, rate: float, landed: bool, to: float, now: float,
+) -> int:  # fmt: skip
+    """`parts_are_clear` for one ball, from s0 to s.
+
+    `rate` is a bound on the fifth derivative of x; `landed`: it is at the wall `to` in the end;
+    `now` is the time there, below zero where the flight goes on.
+    """
+    z, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
+    own, h = balls[i, A], s - s0
+    g0 = d - z * (r * s0 + (bend0 - 0.5 * own * s0 * s0))
+    g1 = d - z * (r * s + (bend - 0.5 * own * s * s))
+    if landed:  # exactly at the wall it was heading for
+        g1 = 0.0 if to == z else full
+    elif not 0.0 < g1 < full:
+        return -1
+    r0, r1 = r + (gain0 - own * s0), r + (gain - own * s)
+    proved = clear_between(g0, -z * r0, g1, -z * r1, h, S) & clear_between(
+        full - g0, z * r0, full - g1, z * r1, h, S
+    )
+    if balls[i, RUB] > 0.0:
+        z = balls[i, WAY]
+        slides = (z * r0 > 0.0) & (z * r1 > 0.0)
+        proved = (
+            proved
+            and slides
+            and clear_between(z * r0, z * (a0 - own), z * r1, z * (a - own), h, rate)
+        )
+    # Contacts within the resolution of time and lengths may be one, for the general rule.
+    tie = 4.0 * EPS * (now * abs(r1) + full)
+    if not proved or (now >= 0.0 and not landed and (g1 <= tie or full - g1 <= tie)):
+        return 0
     return 1
 
 
@@ -248,6 +265,33 @@ def forced_derivatives(
 
 
 @compiled
+def until_it_turns(
+    response: FloatArray, cr: float, ci: float, xh: float, vh: float, s: float, v: float,
+    way: float, bent: FloatArray | None,
+) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
+    """z' in the direction `way` and its derivatives to the fifth; the speeds it is between."""
+    base_v = base_at(response, cr, ci)[1]
+    less, lag = 1.0 - response[H_BASE_C], response[H_BASE_S]
+    a, j, f, p, q = forced_derivatives(response, less * cr - lag * ci, less * ci + lag * cr, xh, vh)
+    if bent is not None:
+        _, _, u2, u3, u4, u5, u6 = bent_at(bent, s)
+        a, j, f, p, q = a + u2, j + u3, f + u4, p + u5, q + u6
+    size = abs(v) + abs(base_v)
+    return way * (v - base_v), way * a, way * j, way * f, way * p, way * q, size
+
+
+@compiled
+def a_little_later(
+    d: float, x: float, v: float, a: float, j: float, f: float, p: float, q: float
+) -> tuple[float, float]:
+    """x and x' after d seconds, from the derivatives up to the sixth."""
+    rise = fused(d, fused(d, q * (1.0 / 720.0), p * (1.0 / 120.0)), f * (1.0 / 24.0))
+    x += d * fused(d, fused(d, fused(d, rise, j * (1.0 / 6.0)), 0.5 * a), v)
+    rise = fused(d, fused(d, q * (1.0 / 120.0), p * (1.0 / 24.0)), f * (1.0 / 6.0))
+    return x, v + d * fused(d, fused(d, rise, 0.5 * j), a)
+
+
+@compiled
 def cross(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int, s: float,
     longest: float, shift: float, way: float, bent: FloatArray | None,
@@ -259,14 +303,13 @@ def cross(
     Returns the duration (0: not proved, and nothing is changed) and the evaluations used. On
     success clock, oscillator, phasor `c` and balls are there.
     """
-    w, rate, near, one = response[H_W], response[H_RATE], CLOSE, max(k, 0)
+    w, rate, one = response[H_W], response[H_RATE], max(k, 0)
+    near = CLOSE if k >= 0 else 0.25 * CLOSE  # a derivative less is known
     rho, to, own = balls[one, RHO], balls[one, HEADING], balls[one, A]
     # The gap to the wall for which the ball is heading, in the direction `to`.
     far = balls[one, D]
     if to != balls[one, SIDE]:
         far = 2.0 * balls[one, CLEARANCE] - far
-    if k < 0:
-        near = 0.25 * CLOSE  # a derivative less is known
     x0, v0, c0, c1 = state[X_NOW], state[V_NOW], c[0], c[1]
     xh0, vh0, tries = x0 - shift - c0, v0 + w * c1, 0
     while True:
@@ -285,17 +328,8 @@ def cross(
             g3, g4, g5, g6 = -to * j, -to * f, -to * p, -to * q
             size = far + abs(rho) * s + abs(x) + abs(x0)
         else:
-            base_v = base_at(response, cr, ci)[1]
-            less, lag = 1.0 - response[H_BASE_C], response[H_BASE_S]
-            a1, a2, a3, a4, a5 = forced_derivatives(
-                response, less * cr - lag * ci, less * ci + lag * cr, xh, vh
-            )
-            if bent is not None:
-                a1, a2, a3, a4, a5 = a1 + u2, a2 + u3, a3 + u4, a4 + u5, a5 + u6
-            g, g1, g2, g3, g4, g5, g6 = (
-                way * (v - base_v), way * a1, way * a2, way * a3, way * a4, way * a5, 0.0,
-            )  # fmt: skip
-            size = abs(v) + abs(base_v) + abs(v0)
+            g, g1, g2, g3, g4, g5, size = until_it_turns(response, cr, ci, xh, vh, s, v, way, bent)
+            g6, size = 0.0, size + abs(v0)
         if g1 >= 0.0:
             return 0.0, tries
         d, left, slope = nearest_root(g, g1, g2, g3, g4, g5, g6, ROUNDED * size)
@@ -310,10 +344,7 @@ def cross(
     T = s + d
     if T <= 0.0:
         return 0.0, tries
-    rise = fused(d, fused(d, q * (1.0 / 720.0), p * (1.0 / 120.0)), f * (1.0 / 24.0))
-    x += d * fused(d, fused(d, fused(d, rise, j * (1.0 / 6.0)), 0.5 * a), v)
-    rise = fused(d, fused(d, q * (1.0 / 120.0), p * (1.0 / 24.0)), f * (1.0 / 6.0))
-    v += d * fused(d, fused(d, rise, 0.5 * j), a)
+    x, v = a_little_later(d, x, v, a, j, f, p, q)
     cr, ci = turned(cr, ci, w * d)
     S = bound(response, c0, c1, xh0, vh0, T)
     if bent is not None:

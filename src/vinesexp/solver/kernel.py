@@ -265,6 +265,32 @@ def next_piece(table: FloatArray, piece: int, t: float) -> int:
     return piece
 
 
+@compiled
+def fly_on(
+    closed: bool, response: FloatArray, M: float, duration: float, state: FloatArray,
+    balls: FloatArray, c: FloatArray, numbers: FloatArray, labels: IntArray, row: int, room: int,
+    age: int,
+) -> tuple[int, int, int]:  # fmt: skip
+    """The fast way, from contact to contact as long as its proofs hold: rows, evaluations, age."""
+    evaluations, span = 0, (ENTRIES - 2) * response[H_SPACING]
+    while closed and balls.shape[0] > 0 and row < room:
+        k = first_expected(balls, state[T_HIGH])
+        if k < 0:
+            break
+        left = (duration - state[T_HIGH]) - state[T_LOW]
+        soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
+        T, tries = cross(response, state, balls, c, k, soon, min(left, span), 0.0, 0.0, None)
+        evaluations += tries
+        if T == 0.0:
+            break
+        row = bounce(state, balls, k, M, numbers, labels, row)
+        age += 1
+        if age >= REFRESH:
+            c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+            age = 0
+    return row, evaluations, age
+
+
 @entry
 def run(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
@@ -288,24 +314,11 @@ def run(
     while row < room and state[T_HIGH] < duration and evaluations < ALLOWANCE:
         used, flown = 1, False
         if weak is None:
-            # The fast way, as long as its proofs hold.
-            while closed and balls.shape[0] > 0 and row < room:
-                k = first_expected(balls, state[T_HIGH])
-                if k < 0:
-                    break
-                left = (duration - state[T_HIGH]) - state[T_LOW]
-                soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
-                T, tries = cross(
-                    response, state, balls, c, k, soon, min(left, span), 0.0, 0.0, None
-                )
-                evaluations += tries
-                if T == 0.0:
-                    break
-                row = bounce(state, balls, k, par[P_M], numbers, labels, row)
-                age += 1
-                if age >= REFRESH:
-                    c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
-                    age = 0
+            row, tries, age = fly_on(
+                closed, response, par[P_M], duration, state, balls, c, numbers, labels, row, room,
+                age,
+            )  # fmt: skip
+            evaluations += tries
             piece = next_piece(table, piece, state[T_HIGH])
             row, used = plain_turn(
                 closed, response, par, kind, table, piece, duration, remainder, state, balls,
