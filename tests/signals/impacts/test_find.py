@@ -1,5 +1,6 @@
 """Impact tables against the truth of simulated records."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,15 @@ def test_table_survives_the_file(measure, tmp_path: Path) -> None:
         assert np.allclose(
             getattr(found, name), getattr(again, name), rtol=1e-8, atol=0, equal_nan=True
         )
+
+
+def test_times_of_a_clock_since_1970_keep_their_microseconds(tmp_path):
+    """To nine digits all impacts of a record were at one time, and there was no r."""
+    none = no_impacts()
+    times = 1.7e9 + np.array([0.0116, 0.0742])
+    filled = {name: np.zeros(2, dtype=getattr(none, name).dtype) for name in COLUMNS}
+    write_impacts(tmp_path / "i.csv", replace(none, **filled | {"time_s": times}))
+    np.testing.assert_allclose(np.diff(read_impacts(tmp_path / "i.csv").time_s), 0.0626, atol=5e-7)
 
 
 def test_the_table_has_the_columns_of_the_contract(tmp_path: Path) -> None:

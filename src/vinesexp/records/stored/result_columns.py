@@ -32,7 +32,7 @@ _RECORD = Column("record", "id of the record")
 IMPACTS = Table(
     "impacts", "impacts", file="impacts/RECORD.csv",
     answers="Time and strength of each impact: one row per impact.", columns=(
-    _number("time_s", "s", "time of the impact on the record's axis", ".9g"),
+    _number("time_s", "s", "time of the impact on the record's axis", ".10f"),
     _whole("nes", "ball, from 1, in the order of clearance_mm; 0 where it is not known"),
     _whole("side", "+1 where x - y = +b, -1 at the other wall"),
     _number("velocity_jump_m_s", "m/s", "of the oscillator, from both channels", ".9g"),
@@ -274,7 +274,7 @@ TRUTH = Table(
 DECAY = Table(
     "decay", "estimate", file="steps/records/RECORD/decay.csv",
     answers="The amplitude of a ring-down compared with the identified law.", columns=(
-    _number("time_s", "s", "middle of a cycle, on the record's axis", ".9g"),
+    _number("time_s", "s", "middle of a cycle, on the record's axis", ".10f"),
     _number("amplitude_m", "m", "half the swing of the cycle", ".9g"),
     _number("law_m", "m", "amplitude by the identified law of damping", ".9g"),
     _number("viscous_m", "m", "amplitude by the identified viscous damping alone", ".9g"),
