@@ -246,7 +246,8 @@ def found_minus_stated(rows: Sequence[Row]) -> Figure:
 
 def _away(row: Row) -> float:
     """Found minus stated, in the unit of the row."""
-    return float(row["found"] - row["stated"])
+    away: float = row["found"] - row["stated"]
+    return away
 
 
 def input_rows(results: Results) -> list[Row]:
