@@ -271,6 +271,38 @@ def test_knocks_are_named_and_no_impacts(seed):
     assert abs(value - R) < max(4.0 * error, 1e-3)
 
 
+def released(b, seconds=6.0):
+    """Channels of a release from 20 mm, and how many impacts it has."""
+    rig = Rig(Oscillator(M=M, c1=C1, k1=K1), nes=[NES(m=BALL, b=b, r=R)])
+    motion = simulate(rig, None, Release(x0=0.02, y0=[0.02 - 0.999 * b]), duration=seconds)
+    t, rng = np.arange(round(seconds * RATE)) / RATE, np.random.default_rng(0)
+    x, v = motion.at(t)
+    a, hits = -(K1 * x + C1 * v) / M, motion.impacts
+    for when, jump in zip(hits["time"], hits["v_after"] - hits["v_before"], strict=True):
+        s = (t - when) / 4e-4
+        a = a + np.where(abs(s) < 0.5, 0.5 * np.pi * jump / 4e-4 * np.cos(np.pi * s), 0.0)
+    found = {
+        "displacement": x + 5e-6 * rng.standard_normal(t.size),
+        "acceleration": a + 0.3 * rng.standard_normal(t.size),
+    }
+    return found, len(hits["time"])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("b", "count"), [(0.05, 6), (0.05, 20), (0.0195, 6), (0.0195, 20)])
+def test_knocks_in_a_release_are_no_impacts_where_flights_are_few_or_none(b, count):
+    """A ball that no wall reaches has no flights that could tell a knock from an impact."""
+    given, true = released(b)
+    assert (true == 0) == (b == 0.05)
+    given["acceleration"] = knocked(given["acceleration"], count)
+    found = analyse(
+        given, RATE, test="transient", clearance=b, nes_mass=BALL, release=0.02, exact=True
+    )
+    assert "of the ball" in found.checks[found.checks.check == "knocks"].detail.item()
+    assert abs(len(found.impacts) - true) <= 2
+    assert found.regime["regime"] == ("two asymmetric" if true else "no impact")
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("gain", [0.1, 1 / 25.4, -1.0, 30.0])
 def test_a_sensor_with_another_gain_knocks_nothing(gain):

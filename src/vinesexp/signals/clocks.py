@@ -436,9 +436,10 @@ def fault_of(
 
 def _long_gaps(view: RecordView, frequency: float) -> LongGaps | None:
     """Stretches in which some channel shows nothing, that are too long to be filled."""
-    lost = np.zeros(view.n, dtype=bool)
-    for role in view.roles:
-        lost |= ~np.isfinite(np.concatenate([*as_read(view, role)]))
+    lost = np.concatenate([
+        np.any([~np.isfinite(x) for x in blocks], axis=0)
+        for blocks in zip(*(as_read(view, role) for role in view.roles), strict=True)
+    ])  # fmt: skip
     limit = _LONG * view.sample_rate / frequency
     gaps = [gap for gap in runs_of(lost) if gap[1] - gap[0] > limit]
     ends, begins = [*(gap[0] for gap in gaps), view.n], [0, *(gap[1] for gap in gaps)]

@@ -398,9 +398,7 @@ def lone_samples(view: RecordView, role: str) -> Stretches:
     """
     step = _levels(view, role).usual
     found: list[tuple[int, int]] = []
-    for begin in range(0, view.n, _BLOCK):
-        low = max(begin - _BESIDE, 0)
-        x = view.read(role, low, begin + _BLOCK + _BESIDE)
+    for low, x in _blocks(view, role, _BESIDE, _BESIDE):
         bend = np.pad(x[1:-1] - 0.5 * (x[:-2] + x[2:]), 1)
         far = np.abs(bend) > _LONE * max(float(np.median(np.abs(bend))), step)
         if far.mean() > _RARE:
@@ -538,13 +536,14 @@ def look_over(
     period = _period(view, record)
     missing: dict[str, Stretches] = _paused(view, record, samples, period)
     for role in view.roles:
-        empty = tuple((first - 1, end) for first, end in samples.lost.get(role, ()))
-        if empty:
-            said = _left_out(view, record, samples, role, empty, period, "cells are empty")
+        lost = tuple(samples.lost.get(role, ()))
+        empty = tuple((first - 1, end) for first, end in lost)  # they hold the value before them
+        if lost:
+            said = _left_out(view, record, samples, role, lost, period, "cells are empty")
             if record.test == "drop":
                 raise RecordError(f"{said.detail}: {_EVERY_HIT}")
             found.append(said)
-            missing[role] = _joined([*missing.get(role, ()), *samples.lost[role]])
+            missing[role] = _joined([*missing.get(role, ()), *lost])
         if reported := samples.overload(role):
             found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
         # Only the oscillator's own inertia forbids it to stop dead; a shaker can.

@@ -214,6 +214,7 @@ class Samples:
         )
         #: Of each channel with empty cells among its samples: first, and the one after the last.
         self.lost: dict[str, list[tuple[int, int]]] = {}
+        self._before = np.empty(0)  # the row before a block
         self.sample_rate = self._stated_rate(sample_rate)
         self.start = 0.0 if self._clock is not None else self._start
 
@@ -296,17 +297,17 @@ class Samples:
     def _held(self, block: FloatArray) -> FloatArray:
         """The block with the sample before them in the place of empty cells, which are noted."""
         if np.isfinite(block).all():
-            self._last = block[-1]
+            self._before = block[-1]
             return block
         block = block.copy()
         for k, conversion in enumerate(self._conversions):
             runs = self.lost.setdefault(conversion.channel.role, [])
             for first, end in runs_of(np.isnan(block[:, k])):
-                block[first:end, k] = self._last[k] if first == 0 else block[first - 1, k]
+                block[first:end, k] = self._before[k] if first == 0 else block[first - 1, k]
                 if runs and runs[-1][1] == self.rows + first:
                     first = runs.pop()[0] - self.rows
                 runs.append((self.rows + first, self.rows + end))
-        self._last = block[-1]
+        self._before = block[-1]
         return block
 
     def whole(self) -> list[dict[str, FloatArray]]:
@@ -616,7 +617,7 @@ class Rows:
             self._limits[index] = (low, high)
         return self._limits[index]
 
-    def refuse_hole(self, row: int = 0) -> None:
+    def refuse_hole(self, row: int) -> None:
         """Name the first missing cell from row `row` on."""
         seen = 0
         for raw in self.source.blocks(self.indexes):

@@ -34,6 +34,7 @@ from vinesexp.signals.impacts.slopes import (
     coarse_displacement,
     joined,
     slope_changes,
+    unmoved,
     weighted,
 )
 from vinesexp.signals.impacts.template_learning import MEDIAN_OF_NORMAL
@@ -369,10 +370,15 @@ def _by_pulses(
         return found, slopes, 1.0
     x = coarse_displacement(record, motion, settings=settings.slopes)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
+    knocked = np.zeros(found.time.size, dtype=bool)
+    if len(clearance) == 1:
+        knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag, settings=settings.slopes)
+    others, found = found.time[knocked], found.keep(~knocked)
     if len(clearance) == 1:
         found = joined(found, x, frequency=motion, clearance=clearance[0])
     fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion, settings=settings.slopes)
-    found, slopes, others = _of_the_ball(found, fit, clearance, sign=sign)
+    found, slopes, more = _of_the_ball(found, fit, clearance, sign=sign)
+    others = np.sort(np.append(others, more))
     # the release of a mass that was held is a spike as well
     free = float(conditioned.attributes.get(FREE_FROM, 0.0))
     others = others[(others > free + 0.5 / motion) | (free == 0.0)]
@@ -419,7 +425,7 @@ def _of_the_ball(
         others.append(found.time[~kept])
         found = found.keep(kept)
         slopes = fit(found)
-    return found, slopes, np.sort(np.concatenate(others))
+    return found, slopes, np.concatenate(others)
 
 
 def _where_it_bends(

@@ -28,6 +28,8 @@ from vinesexp.signals.means import channel_means, group_size, missing_means
 
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
 _LEAST = 6  # points to either side
+_AREA = 0.15  # share by which the area of a pulse may be off
+_STILL, _SURE = 9.0, 25.0  # chi^2 of no jump; difference in chi^2: five standard deviations
 _MOST = 64  # impacts in a window: what is more crowded shows no single one of them
 _TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the displacement
 _SOONER, _LEAST_R = 0.25, 0.3  # of the time in which a ball of so small an r comes back to a wall
@@ -568,3 +570,50 @@ def joined(found: Detection, x: Coarse, *, frequency: float, clearance: float) -
         crowded=~whole | found.crowded[begins],
         clipped=np.logical_or.reduceat(found.clipped, begins),
     )
+
+
+def unmoved(
+    found: Detection, x: Coarse, *, frequency: float, sign: float, lag: float,
+    settings: SlopeSettings,
+) -> BoolArray:  # fmt: skip
+    """Which spikes do not move the mass: the displacement would show a jump such as they ask for.
+
+    Spikes within a few milliseconds are of one event, and their jumps add up. Where flights are too
+    few to tell impacts from knocks, this tells most of them.
+
+    Parameters
+    ----------
+    found : Detection
+    x : Coarse
+        Displacement, m.
+    frequency : float
+        Of the oscillation, Hz.
+    sign, lag : float
+        The acceleration over that of the displacement, by its sign or a factor; s by which the
+        displacement is late.
+    """
+    if not found.time.size:
+        return np.zeros(0, dtype=bool)
+    event = events_of(found.time, frequency=frequency)
+    jumps = found.jump / sign
+    size = np.maximum(np.bincount(event, np.abs(jumps)), 1e-300)
+    at = np.bincount(event, np.abs(jumps) * found.time) / size
+    net = np.asarray(np.bincount(event, jumps), dtype=np.float64)
+    knocked = np.zeros(size.size, dtype=bool)
+    for _ in range(3):  # without those that seem to be knocks the others are seen better
+        own = np.where(knocked, 0.0, net)
+        seen = slope_changes(x, at + lag, own, frequency=frequency, settings=settings)
+        still = (seen.jump / seen.jump_error) ** 2
+        asked = ((np.abs(seen.jump) - size) / np.hypot(seen.jump_error, _AREA * size)) ** 2
+        again: BoolArray = (still < _STILL) & (asked - still > _SURE)
+        if (again == knocked).all():
+            break
+        knocked = again
+    out = knocked[event]
+    # no ball pushes both ways at one wall: of a knock over an impact the spike as large as it stays
+    mixed = ~knocked & (asked > _SURE) & (np.abs(net) < (1.0 - _AREA) * size)
+    for number in np.flatnonzero(mixed):
+        members = np.flatnonzero(event == number)
+        out[members] = True
+        out[members[np.argmin(np.abs(jumps[members] - seen.jump[number]))]] = False
+    return out
