@@ -271,6 +271,19 @@ def test_knocks_are_named_and_no_impacts(seed):
     assert abs(value - R) < max(4.0 * error, 1e-3)
 
 
+@pytest.mark.long
+def test_bends_that_no_ball_makes_are_no_impacts_of_a_laser_alone():
+    """A harmonic of the target made two false impacts a cycle, and a regime of chaos."""
+    given = {role: channels()[role] for role in ("base", "displacement")}
+    alone = analysed(given)
+    assert len(alone.impacts) == pytest.approx(len(plain().impacts), abs=3)
+    t = np.arange(given["displacement"].size) / RATE
+    given["displacement"] = given["displacement"] + 2e-4 * np.sin(2 * np.pi * 17 * F * t)
+    found = analysed(given)
+    assert len(found.impacts) == 0
+    assert not isinstance(found.regime["regime"], str)  # not even that there is no impact
+
+
 def released(b, seconds=6.0):
     """Channels of a release from 20 mm, and how many impacts it has."""
     rig = Rig(Oscillator(M=M, c1=C1, k1=K1), nes=[NES(m=BALL, b=b, r=R)])

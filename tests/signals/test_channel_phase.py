@@ -14,6 +14,7 @@ from vinesexp.signals.channel_agreement import (
     agreement_in,
     agreement_of,
     expected_lead,
+    law_of_lines,
     pulse_share,
 )
 from vinesexp.signals.condition import condition
@@ -223,3 +224,16 @@ def test_pulses_that_read_too_large_move_the_gain_by_their_share(measure, tmp_pa
         moved.append(gains[1] - gains[0])
     assert np.ptp(moved) > 1e-3
     np.testing.assert_allclose(moved, 0.2 * np.array(shares[::2]), atol=2e-4)
+
+
+@pytest.mark.parametrize(("corner", "known"), [(0.5, True), (4.0, True), (10.0, False)])
+def test_a_corner_above_the_oscillation_is_no_law(corner: float, known: bool) -> None:
+    """A laser that lost its target after each impact made one of 12 Hz, and a gain of 1.75."""
+    f0, w = 8.0, 2.0 * np.pi * np.arange(13.0, 24.0, 1.0)
+    late = -np.arctan(corner / f0) / (2.0 * np.pi * f0)  # so that both agree at the oscillation
+    x = np.random.default_rng(0).standard_normal((20, 2 * w.size)).view(complex)
+    a = x * np.exp(1j * (w * late + np.arctan(2.0 * np.pi * corner / w)))
+    law = law_of_lines(a, x, w, frequency=f0, own=(0.0, 1e-6, 1.0))
+    assert (law is not None) == known
+    if law is not None:
+        assert law.corner == pytest.approx(corner, rel=0.05)

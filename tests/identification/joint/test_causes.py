@@ -307,10 +307,10 @@ def test_two_pairs_of_rows_are_two_causes_and_rows_in_order_none():
     assert exchanged(*cavities(stated.tolist(), (1.02 * stated + 3e-4).tolist())) == []
 
 
-def steps(of, *, tests=(4, 5, 6, 7)):
+def steps(of, *, tests=(4, 5, 6, 7), kind="own f0"):
     """f0 of ring-downs and tests with a ball, in order; the latter have collisions."""
     ids = [f"t{i}" for i in range(N)]
-    own = {f"own f0: {id}": id for id in ids}
+    own = {f"{kind}: {id}": id for id in ids}
     names = ("ln_f0", *own)
     blocks = tuple(
         Block(id, "base" if i in tests else "decay", (({"ln_f0": 1.0, name: 1.0}, 0.0),),
@@ -321,7 +321,7 @@ def steps(of, *, tests=(4, 5, 6, 7)):
     seen = SimpleNamespace(flights=SimpleNamespace(pulse=np.array([1e-3])))
     observed = Observed(
         names, Beliefs(priors), blocks, np.zeros(N + 1), {}, {}, {}, {}, {}, {},
-        {(f"t{i}", 0): seen for i in tests}, tuple(ids), {"own f0": own},
+        {(f"t{i}", 0): seen for i in tests}, tuple(ids), {kind: own},
     )  # fmt: skip
     return observed, expand(blocks, names, np.zeros(N + 1))
 
@@ -379,6 +379,26 @@ def test_a_change_far_beyond_that_of_most_labs_is_said_by_its_size_and_not_its_l
     assert found.sure
     (check,) = cause_checks(judged)
     assert "f0 changes by +10.0" in check.detail
+
+
+@pytest.mark.parametrize("sensor", ["displacement", "acceleration"])
+def test_a_gain_that_is_another_in_each_record_is_no_drift_and_no_change(sensor):
+    """Steps, drifts and single tests explained it together, each of them said as a fact."""
+    of = [0.9e-2, -1.1e-2, 0.2e-2, 1.6e-2, -0.7e-2, -1.4e-2, 0.4e-2, 1.0e-2]
+    observed, data = steps(of, kind=f"own {sensor} gain")
+    judged = judge(data, observed, possible_causes(observed))
+    assert [w.cause.about for w in judged.found] == [f"own {sensor} gain"]
+    (check,) = cause_checks(judged)
+    assert check.detail.startswith(f"not explained: the {sensor} is read with another gain")
+
+
+def test_a_base_that_the_mass_does_not_answer_to_is_a_cause_where_it_is_measured():
+    observed, _ = steps([0.0] * N, kind="bent")
+    assert not [c for c in possible_causes(observed) if c.about == "base felt"]
+    measured = replace(observed, gains={("base", ""): "gain base"})
+    (cause,) = [c for c in possible_causes(measured) if c.about == "base felt"]
+    assert cause.moves == set(observed.kinds["bent"])
+    assert called(cause) == "a mass that is driven by more or less than the base that is measured"
 
 
 def test_tests_with_a_ball_that_scatter_leave_the_ring_downs_what_they_are():

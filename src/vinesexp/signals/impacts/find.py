@@ -552,9 +552,9 @@ def _others_in_words(times: FloatArray, start: float) -> str:
     more = f" and {int(apart.sum()) - _SHOWN} more" if apart.sum() > _SHOWN else ""
     return (
         f"{times.size} spike{'s' * (times.size > 1)} of the acceleration at {shown}{more} s "
-        f"{'are no impacts' if times.size > 1 else 'is no impact'} of the ball, which was on its "
-        "way from wall to wall. Left out; look for knocks on the table or on the sensor's cable, "
-        "a mount that rings, or friction in the guide of the mass"
+        f"{'are no impacts' if times.size > 1 else 'is no impact'} of the ball: it was on its way "
+        "from wall to wall, or the mass does not move there. Left out; look for knocks on the "
+        "table or on the sensor's cable, a mount that rings, or friction in the guide of the mass"
     )
 
 
