@@ -15,51 +15,16 @@ import time
 from pathlib import Path
 
 import numpy as np
+from benchmarks.simulation import TABLE_2, compiled_loop
 
-from vinesexp import NES, Harmonic, Oscillator, Release, Rig
-from vinesexp.excitation import WeakDamping
+from vinesexp import NES, Harmonic, Release, Rig
 from vinesexp.maps.response_map import MapGrid, fill
-from vinesexp.solver.arrays import ball_table, closed_form, drive_table, parameters
-from vinesexp.solver.contact import REMAINDER
-from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import amplitudes, row_of
-from vinesexp.solver.series import ORDER
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks" / "map_cost.md"
-TABLE_2, G = Oscillator(M=4.7, c1=3.02, k1=1.147e4), 0.25e-3
 ROUNDS, CELLS = 5, 14
 #: ns an impact: in modulated response, and over a whole map with its statistics.
 MODULATED, WHOLE = 150.0, 110.0
-
-
-def loop(b: float) -> float:
-    """ns an impact of the compiled loop with its log, 1000 s at clearance b (m)."""
-    rig, base = Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=0.6)]), Harmonic(G, TABLE_2.f0)
-    response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
-    par, log = parameters(rig, WeakDamping()), np.zeros((40000, 10))
-    labels, best = np.zeros((40000, 3), dtype=np.int32), math.inf
-    for _ in range(ROUNDS):
-        balls, state = ball_table(rig, Release(y0=[0.99 * b]))[0], np.zeros(4)
-        work = np.zeros((25, ORDER + 1))
-        begin = time.process_time_ns()
-        rows, _ = run(
-            True,
-            response,
-            par,
-            kind,
-            table,
-            1000.0,
-            REMAINDER,
-            state,
-            balls,
-            log,
-            labels,
-            work,
-            None,
-        )
-        spent = time.process_time_ns() - begin
-        best = min(best, spent / int((labels[:rows, 0] == 1).sum()))
-    return best
 
 
 def whole_map() -> float:
@@ -95,7 +60,7 @@ def cell() -> float:
 
 def page() -> str:
     """The whole page."""
-    loops = {b: loop(1e-3 * b) for b in (30, 34, 36, 40, 60)}
+    loops = {b: compiled_loop([1e-3 * b])[0] for b in (30, 34, 36, 40, 60)}
     over = whole_map()
     worst = max(loops[b] for b in (36, 40, 60))
     lines = [
