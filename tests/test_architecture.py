@@ -32,8 +32,8 @@ FLOORS = (
     {"figures"},
     {"report", "record_pages"},
     {"live"},
-    {"commands", "cli", "resultslock", "supervised", "showing"},
-    {"steps", "workflow"},
+    {"commands", "cli", "resultslock", "showing"},
+    {"steps", "supervised", "workflow"},
 )
 
 

@@ -15,7 +15,7 @@ import pytest
 from tests.watched import Watched
 
 from vinesexp.errors import RecordError
-from vinesexp.supervised import on_all, run_apart
+from vinesexp.supervised import logged, run_apart
 
 
 def fail_as_user():
@@ -32,26 +32,23 @@ def fail_on_a_full_disk():
 
 def test_a_mistake_of_the_user_is_one_line_without_traceback(tmp_path, capsys):
     log = tmp_path / "logs" / "a.log"
-    assert not on_all(fail_as_user, log=log)
-    shown = capsys.readouterr().err
-    assert shown == f"vinesexp: raw/a.csv: is empty; export it again (log: {log})\n"
+    assert logged(fail_as_user, log) == f"raw/a.csv: is empty; export it again (log: {log})"
+    assert capsys.readouterr() == ("", "")
     assert "Traceback" not in log.read_text()
 
 
-def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path, capsys):
+def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path):
     log = tmp_path / "a.log"
-    assert not on_all(fail_unexpectedly, log=log)
-    shown = capsys.readouterr().err
-    assert shown.count("\n") == 1
-    assert "ZeroDivisionError" in shown
+    said = logged(fail_unexpectedly, log)
+    assert "\n" not in said
+    assert "ZeroDivisionError" in said
     assert "Traceback" in log.read_text()
 
 
-def test_a_full_disk_is_one_line_that_names_the_file(tmp_path, capsys):
-    assert not on_all(fail_on_a_full_disk, log=tmp_path / "a.log")
-    shown = capsys.readouterr().err
-    assert shown.startswith("vinesexp: results/a/report.html: No space left on device; when this")
-    assert shown.count("\n") == 1
+def test_a_full_disk_is_one_line_that_names_the_file(tmp_path):
+    said = logged(fail_on_a_full_disk, tmp_path / "a.log")
+    assert said.startswith("results/a/report.html: No space left on device; when this")
+    assert "\n" not in said
 
 
 def fail_behind_a_full_disk():
@@ -61,23 +58,22 @@ def fail_behind_a_full_disk():
         raise AttributeError("'Stream' object has no attribute 'pos'")
 
 
-def test_a_full_disk_is_named_and_not_what_a_library_stumbles_over_behind_it(tmp_path, capsys):
-    assert not on_all(fail_behind_a_full_disk, log=tmp_path / "a.log")
-    assert capsys.readouterr().err.startswith("vinesexp: No space left on device; when this")
+def test_a_full_disk_is_named_and_not_what_a_library_stumbles_over_behind_it(tmp_path):
+    said = logged(fail_behind_a_full_disk, tmp_path / "a.log")
+    assert said.startswith("No space left on device; when this")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("step", [lambda: None, fail_as_user, fail_unexpectedly])
-def test_a_log_that_cannot_be_written_is_one_line(step, capsys):
-    assert not on_all(step, log=Path("/dev/full"))
-    shown = capsys.readouterr().err
-    assert shown.startswith("vinesexp: ")
-    assert shown.count("\n") == 1
+def test_a_log_that_cannot_be_written_is_one_line(step):
+    said = logged(step, Path("/dev/full"))
+    assert said
+    assert "\n" not in said
 
 
 def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
     log = tmp_path / "a.log"
-    assert on_all(lambda: print("n is", 3), log=log)
+    assert not logged(lambda: print("n is", 3), log)
     assert log.read_text().startswith("n is 3\ndone in ")
     assert capsys.readouterr().out == ""
 
@@ -87,7 +83,7 @@ def go(tmp_path):
     """Have the work of tests/watched.py done; the exit code."""
 
     def go(*ids, **given):
-        return run_apart("impacts", Watched(tmp_path, ids, **given), log=tmp_path / "all.log")
+        return run_apart(Watched(tmp_path, ids, **given))
 
     forkserver._forkserver._stop()  # the next one prints where this test looks
     yield go
@@ -99,7 +95,6 @@ def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(go,
     shown = capsys.readouterr().err
     assert "impacts: its process was killed, as systems do when memory is short" in shown
     assert str(tmp_path / "all.log") in shown
-    assert "peak memory" in (tmp_path / "all.log").read_text()
 
 
 def test_peak_memory_is_the_step_s_own_and_not_that_of_who_started_it(go, tmp_path):
@@ -167,7 +162,7 @@ def started(work, seen):
         "import signal, sys\nfrom pathlib import Path\nfrom tests.watched import Watched\n"
         "from vinesexp.supervised import run_apart\n"
         "signal.signal(signal.SIGINT, lambda *_: None)\n"
-        f"sys.exit(run_apart('a', {work}, log=Path('/dev/null')))\n"
+        f"sys.exit(run_apart({work}))\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
@@ -186,7 +181,7 @@ def until(happens):
 
 def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
     """Ctrl-C twice: what the step clears away on its way out is cleared away."""
-    run = started(f"Watched(Path({str(tmp_path)!r}), held=True)", tmp_path / "temporary")
+    run = started(f"Watched(Path({str(tmp_path)!r}), ('a',), held=True)", tmp_path / "temporary")
     for _ in range(2):
         os.killpg(run.pid, signal.SIGINT)
         time.sleep(0.1)

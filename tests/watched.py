@@ -1,4 +1,4 @@
-"""Work for `vinesexp.supervised.run_apart` that writes a file for each record; some kill it."""
+"""A job for `vinesexp.supervised.run_apart` that writes a file for each record; some kill it."""
 
 import faulthandler
 import os
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import RecordError
-from vinesexp.supervised import on_each
 
 
 @dataclass(frozen=True)
@@ -25,24 +24,19 @@ class Watched:
     killed: bool = False
     held: bool = False
 
-    def __call__(self, died, begin):
-        if self.held:
-            return _held(self.folder)
+    step = "impacts"
+
+    def pending(self):
         if self.killed:
             os.kill(os.getpid(), 9)
-        ids = [id for id in self.ids if not (self.folder / id).exists()]
-        done = on_each(
-            "impacts",
-            ids,
-            work=self.work,
-            refuse=self.refuse,
-            died=died,
-            begin=begin,
-            log_of=lambda id: self.folder / f"{id}.log",
-        )
-        return 0 if done else 1
+        return [id for id in self.ids if not (self.folder / id).exists()]
 
-    def work(self, id):
+    def log(self, id="all"):
+        return self.folder / f"{id}.log"
+
+    def do(self, id):
+        if self.held:
+            _held(self.folder)
         tried = self.folder / f"{id}.tried"
         before = tried.exists()
         tried.touch()
@@ -68,4 +62,3 @@ def _held(folder):
     finally:
         time.sleep(0.5)
         (folder / "temporary").unlink()
-    return 0

@@ -97,7 +97,7 @@ def _reached(name: str) -> frozenset[Path]:
         if path not in found:
             found.add(path)
             if path.suffix == ".py":
-                pending.extend(_imports(path))
+                pending += [file for name in _names(path) for file in _files(name)]
     return frozenset(found)
 
 
@@ -137,11 +137,6 @@ def _data(folder: Path) -> tuple[Path, ...]:
         elif path.suffix not in (".py", ".pyc", ".pyi") and path.name != "py.typed":
             found.append(path)
     return tuple(found)
-
-
-@cache
-def _imports(path: Path) -> tuple[Path, ...]:
-    return tuple(found for name in _names(path) for found in _files(name))
 
 
 def _named(text: str) -> list[str]:

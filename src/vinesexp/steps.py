@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,6 @@ from vinesexp.codedigest import code_digest, named_modules
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.supervised import Begin, Deaths, on_all, on_each
 
 if TYPE_CHECKING:
     from vinesexp.laboratory.bench import Scene
@@ -162,19 +161,15 @@ STEPS: Mapping[str, Step] = {
 
 
 #: Libraries that steps import only where they use them, and those that numba loads when it starts.
-LIBRARIES = (
+_LIBRARIES = (
     *("h5py", "pandas", "jinja2", "vinesexp.solver.ready", "matplotlib.figure"),
     *("matplotlib.backends.backend_svg", "matplotlib.backends.backend_pdf"),
 )
 
 
-def loads(step: str, later: Collection[str] = ()) -> list[str]:
-    """Modules to load before a step and those that come later; some are names in a module.
-
-    Where a step on records comes later all others do, and all libraries are needed.
-    """
-    named = [name for one in (step, *later) for name in named_modules(STEPS[one].call)]
-    return [*named, *(LIBRARIES if any(STEPS[one].each for one in later) else ())]
+def all_modules() -> list[str]:
+    """Modules that steps import, libraries among them; some are names in a module."""
+    return [*_LIBRARIES, *(name for step in STEPS.values() for name in named_modules(step.call))]
 
 
 class Study:
@@ -248,25 +243,6 @@ class Study:
         """The files of a step, on record `id` where it is one on records."""
         places = [getattr(self.paths, name) for name in STEPS[step].makes]
         return [place(id) if callable(place) else place for place in places]
-
-    def log(self, step: str, batch: str) -> Path:
-        """What a job as a whole printed, and what it took."""
-        return self.paths.log(f"{step}.{batch}".rstrip("."))
-
-    def work(self, step: str, batch: str, died: Deaths, begin: Begin) -> int:
-        """Do a step on a batch of records, or on all; exit code of the process of its job."""
-        if not batch:
-            return 0 if on_all(partial(self.run, step), log=self.log(step, batch)) else 1
-        done = on_each(
-            step,
-            [id for id in members(list(self.records), batch) if self.why(step, id)],
-            work=partial(self.run, step),
-            refuse=partial(self.refuse, step),
-            died=died,
-            begin=begin,
-            log_of=partial(self.paths.log, step),
-        )
-        return 0 if done else 1
 
     def run(self, step: str, id: str | None = None) -> None:
         """Run a step and note what it was made from."""

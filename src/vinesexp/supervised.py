@@ -8,32 +8,56 @@ from __future__ import annotations
 
 import atexit
 import gc
-import os
 import signal
 import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import redirect_stderr, redirect_stdout, suppress
+from dataclasses import dataclass
 from functools import partial
 from importlib.machinery import ModuleSpec
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
 from typing import Any
 
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import VinesexpError
+from vinesexp.steps import Study, members
 
-#: How the process of a record ended, each time that it died.
-Deaths = Mapping[str, Sequence[str]]
 
-#: Says which ``record`` the work is at.
-Begin = Callable[[str], None]
+@dataclass(frozen=True)
+class Job:
+    """A step on a batch of records, or on all together where `batch` is empty."""
 
-#: What is to be done; it is sent to the process. Takes the deaths before this one; its exit code.
-Work = Callable[[Deaths, Begin], int]
+    study: Study
+    step: str
+    batch: str
+
+    def pending(self) -> Sequence[str]:
+        """Records whose results do not hold; ``[""]`` for all together."""
+        if not self.batch:
+            return [""]
+        ids = members(list(self.study.records), self.batch)
+        return [id for id in ids if self.study.why(self.step, id)]
+
+    def do(self, id: str) -> None:
+        """Run the step."""
+        self.study.run(self.step, id or None)
+
+    def refuse(self, id: str, reason: str) -> None:
+        """Leave what says that a record cannot be used."""
+        self.study.refuse(self.step, id, reason)
+
+    def log(self, id: str = "") -> Path:
+        """Log of a record, or of the job."""
+        if id:
+            return self.study.paths.log(self.step, id)
+        return self.study.paths.log(f"{self.step}.{self.batch}".rstrip("."))
+
 
 #: Exit code of work that a person has ended with Ctrl-C.
 INTERRUPTED = 130
@@ -42,78 +66,70 @@ INTERRUPTED = 130
 #: to the end of a figure: with the default of 700 the searches took a quarter of their time.
 _MADE = 100_000
 
+#: How many of its units of memory the system has in a MiB.
+_MIB = 2**20 if sys.platform == "darwin" else 2**10
+
 #: To start a process also looks after those that have ended, which two threads must not do at once.
 _STARTING = threading.Lock()
 
 
-def run_apart(name: str, work: Work, *, log: Path, loads: Collection[str] = ()) -> int:
-    """Exit code of work that is done in a process of its own.
+def run_apart(job: Job, *, loads: Collection[str] = ()) -> int:
+    """Exit code of a job that is done in a process of its own.
 
     A record at which the process dies is tried once more, since the system may have been at fault.
-    After that the work is told to refuse it.
+    After that it is refused.
 
     Parameters
     ----------
-    name : str
-        What the work is called where it fails as a whole.
-    work : callable
-        Can be pickled.
-    log : Path
-        Gets a line that says what the process took.
+    job : Job
     loads : collection of str
         Modules that are imported before the first process of all, for all of them.
     """
     died: dict[str, list[str]] = {}
     while True:
-        told = _told_by_process(work, died, loads)
-        with suppress(OSError):
-            log.parent.mkdir(parents=True, exist_ok=True)
-            with log.open("a", encoding="utf-8") as stream:
-                stream.write(f"process: {told.get('took', 'is gone')}\n")
+        told = _told_by_process(job, died, loads)
         if "code" in told or "ended" not in told:
             return int(told.get("code", 1))
-        of_this = died.setdefault(told.get("record", ""), [])
-        of_this.append(_death(told["ended"]))
-        if "record" not in told or len(of_this) > 2:
-            at = f" while {told['record']} was refused" if "record" in told else ""
-            _say(f"vinesexp: {name}: {of_this[-1]}{at} (log: {log})")
+        record = told.get("record", "")
+        ends = died.setdefault(record, [])
+        ends.append(_death(told["ended"]))
+        if not record or len(ends) > 2:
+            at = f" while {record} was refused" if record else ""
+            _say(f"vinesexp: {job.step}: {ends[-1]}{at} (log: {job.log()})")
             return 1
 
 
-def _told_by_process(work: Work, died: Deaths, loads: Collection[str]) -> dict[str, Any]:
-    """All that was told: the ``record`` it was at, its ``code``, how it ``ended``, and ``took``."""
+def _told_by_process(
+    job: Job, died: dict[str, list[str]], loads: Collection[str]
+) -> dict[str, Any]:
+    """All that was told: the ``record`` it was at, its ``code``, or how it ``ended`` without."""
     told: dict[str, Any] = {}
     main, context = sys.modules["__main__"], get_context("forkserver")
     if main.__spec__ is None:  # as that of `python -m`, which no process imports again
         main.__spec__ = ModuleSpec("vinesexp.__main__", None)
     ours, theirs = context.Pipe(duplex=False)
-    with ours, suppress(EOFError, OSError):  # somebody has ended the process that forks
+    process = context.Process(target=_work, args=(job, died, theirs))
+    with ours, suppress(EOFError, OSError):
         with _STARTING, theirs:
             one_thread_each()
             context.set_forkserver_preload([*loads, __name__])
-            context.Process(target=_watch, args=(work, died, theirs)).start()
-        while "ended" not in told:
+            process.start()
+        while "code" not in told:
             told |= ours.recv()
+    if "code" not in told and process.pid is not None:  # else somebody ended the one that forks
+        with _STARTING:
+            process.join()
+        told["ended"] = process.exitcode
     return told
 
 
-def _watch(work: Work, died: Deaths, tell: Connection) -> None:
-    """Fork once more for the work, and say how that ended."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if not (pid := os.fork()):
-        os._exit(_work(work, died, tell))  # what is loaded need not be cleared away
-    _, status, used = os.wait4(pid, 0)
-    with suppress(OSError):  # the run was killed
-        tell.send({"ended": os.waitstatus_to_exitcode(status), "took": _in_words(used)})
-
-
-def _work(work: Work, died: Deaths, tell: Connection) -> int:
-    """Exit code of the work, in the fork; it is told too, so that a death can be told from it."""
+def _work(job: Job, died: dict[str, list[str]], tell: Connection) -> None:
+    """Do the job, in the fork, and tell its exit code: that of who was killed is not told."""
     signal.signal(signal.SIGINT, _interrupted)
     gc.freeze()
     gc.set_threshold(_MADE)
     try:
-        code = work(died, lambda record: tell.send({"record": record}))
+        code = 0 if _go_through(job, died, tell) else 1
         atexit._run_exitfuncs()
     except KeyboardInterrupt:
         code = INTERRUPTED
@@ -121,21 +137,18 @@ def _work(work: Work, died: Deaths, tell: Connection) -> int:
         code = 1
         if not isinstance(error, BrokenPipeError):  # nobody listens any more
             traceback.print_exc()
-    with suppress(OSError):
+    used = getrusage(RUSAGE_SELF)
+    took, peak = used.ru_utime + used.ru_stime, used.ru_maxrss / _MIB
+    with suppress(OSError), job.log().open("a", encoding="utf-8") as log:
+        log.write(f"process: {took:.2f} s of processor time, peak memory {peak:.0f} MiB\n")
+    with suppress(OSError):  # the run was killed
         tell.send({"code": code})
-    return code
 
 
 def _interrupted(*_: object) -> None:
     """End, once: whatever is being cleared away must not be interrupted again."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise KeyboardInterrupt
-
-
-def _in_words(used: Any) -> str:
-    """Processor time and memory of a process."""
-    peak = used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
-    return f"{used.ru_utime + used.ru_stime:.2f} s of processor time, peak memory {peak:.0f} MiB"
 
 
 def _death(code: int) -> str:
@@ -147,60 +160,29 @@ def _death(code: int) -> str:
     return f"its process ended with {code}"
 
 
-def on_each(
-    step: str,
-    ids: Sequence[str],
-    *,
-    work: Callable[[str], Any],
-    refuse: Callable[[str, str], None],
-    died: Deaths,
-    begin: Begin,
-    log_of: Callable[[str], Path],
-) -> bool:
-    """Do a step on one record after the other, a line of progress each; whether all were done.
-
-    Parameters
-    ----------
-    step : str
-    ids : sequence of str
-        The records.
-    work : callable
-        The step on a record.
-    refuse : callable
-        Leaves what says that a record cannot be used; takes the record and the reason.
-    died : mapping
-        Records at which the process died: those at which it did so twice are refused.
-    begin : callable
-        Is told the record that comes now.
-    log_of : callable
-        Log of a record.
-    """
+def _go_through(job: Job, died: dict[str, list[str]], tell: Connection) -> bool:
+    """Do a step on one record after the other, a line of progress each; whether all were done."""
+    ids = job.pending()
     failed, began = [], time.monotonic()
     for count, id in enumerate(ids, 1):
-        begin(id)
-        ends = died.get(id, ())
+        tell.send({"record": id})
+        ends = died.get(id, [])
         if refused := len(ends) > 1:
-            reason = f"{step}: {ends[-1]} twice while this record was read"
-            line = logged(partial(refuse, id, reason), log_of(id))
+            reason = f"{job.step}: {ends[-1]} twice while this record was read"
+            line = logged(partial(job.refuse, id, reason), job.log(id))
         else:
-            line = logged(partial(work, id), log_of(id))
+            line = logged(partial(job.do, id), job.log(id))
         failed += [line] if line else []
         left = (time.monotonic() - began) / count * (len(ids) - count)
         how = " failed" if line else f" refused: {ends[-1]}" if refused else ""
         rest = f", {left:.0f} s left" if left >= 1.0 else ""
-        _say(f"  {step:10} {count:{len(str(len(ids)))}}/{len(ids)} {id}{how}{rest}")
-        if line and _OF_THE_MACHINE in line:
+        if id:
+            _say(f"  {job.step:10} {count:{len(str(len(ids)))}}/{len(ids)} {id}{how}{rest}")
+        if _OF_THE_MACHINE in line:
             break
     for line in failed:
         _say(f"vinesexp: {line}")
     return not failed
-
-
-def on_all(work: Callable[[], Any], *, log: Path) -> bool:
-    """Do a piece of work with its output in a log; whether it was done. One line where not."""
-    if line := logged(work, log):
-        _say(f"vinesexp: {line}")
-    return not line
 
 
 _OF_THE_MACHINE = "when this is mended, the next run goes on from here"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
@@ -16,8 +16,8 @@ from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.resultslock import ANOTHER, hold_results, remove_leftovers, require_own_folder
-from vinesexp.steps import STEPS, Study, loads, members
-from vinesexp.supervised import INTERRUPTED, run_apart
+from vinesexp.steps import STEPS, Study, all_modules, members
+from vinesexp.supervised import INTERRUPTED, Job, run_apart
 
 
 class Asked(NamedTuple):
@@ -44,24 +44,28 @@ def read_config(config: Mapping[str, Any]) -> Asked:
     >>> asked.campaign.as_posix(), asked.paths.folder.as_posix(), asked.keeps_channels
     ('data/twin', 'results/twin', True)
     """
-    keys = ("campaign", "results", "keep", "batches")
+    known = ("campaign", "results", "keep", "batches")
     for key in config:
-        if key not in keys:
-            raise VinesexpError(f"--config {key}=...: unknown key '{key}'; {nearest(key, keys)}")
+        if key not in known:
+            raise VinesexpError(f"--config {key}=...: unknown key '{key}'; {nearest(key, known)}")
+    given = {key: value for key, value in config.items() if value is not None}
 
-    def value(key: str, default: Any, allowed: Callable[[Any], bool], expected: str) -> Any:
-        found = default if config.get(key) is None else config[key]
-        if found is not None and not allowed(found):
-            raise VinesexpError(f"--config {key}=...: found {found!r}, expected {expected}")
-        return found
+    def require(good: bool, key: str, expected: str) -> None:
+        if key in given and not good:
+            raise VinesexpError(f"--config {key}=...: found {given[key]!r}, expected {expected}")
 
     def folder(key: str, default: str) -> Path:
-        named = config.get(key)
+        named = given.get(key, default)
         # Snakemake reads what looks like a number as one: 2024 is safe, 007 and 1e3 are not.
-        kinds = (str, int) if key == "results" or Path(str(named)).is_dir() else (str,)
+        safe = type(named) is int and (key == "results" or Path(str(named)).is_dir())
         words = f"a folder, as a path such as {key}=./{named}"
-        return Path(str(value(key, default, lambda found: type(found) in kinds, words)))
+        require(isinstance(named, str) or safe, key, words)
+        return Path(str(named))
 
+    keep, batches = given.get("keep", "all"), given.get("batches")
+    words = "all, or final, which removes the channels of each record when the report is made"
+    require(keep in ("all", "final"), "keep", words)
+    require(type(batches) is int and batches > 0, "batches", "a whole number of 1 or more")
     campaign = folder("campaign", "data/twin")
     results = folder("results", str(Path("results") / campaign.resolve().name))
     wrong = ""
@@ -72,10 +76,6 @@ def read_config(config: Mapping[str, Any]) -> Asked:
     if wrong:
         raise VinesexpError(f"{wrong}; {ANOTHER}", file=results)
     require_own_folder(results)
-    words = "all, or final, which removes the channels of each record when the report is made"
-    keep = value("keep", "all", ("all", "final").__contains__, words)
-    words = "a whole number of 1 or more"
-    batches = value("batches", None, lambda n: type(n) is int and n > 0, words)
     return Asked(campaign, ResultPaths(results), keep == "all", batches)
 
 
@@ -172,11 +172,9 @@ class Planner:
         subprocess.CalledProcessError
             The step has failed; it has said why itself.
         """
-        batch = self._batch(wildcards)
-        work, log = partial(self.study.work, step, batch), self.study.log(step, batch)
-        later = [other for other, why in self.outdated.items() if why]
-        alone = batch.startswith("only.")
-        if code := run_apart(step, work, log=log, loads=loads(step, () if alone else later)):
+        analyses = any(self.outdated[other] for other in STEPS if STEPS[other].each)
+        job = Job(self.study, step, self._batch(wildcards))
+        if code := run_apart(job, loads=all_modules() if analyses else ()):
             self.interrupted = self.interrupted or code == INTERRUPTED
             raise subprocess.CalledProcessError(code, step)
 

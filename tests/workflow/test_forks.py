@@ -3,7 +3,6 @@
 import shutil
 import time
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from multiprocessing import forkserver
 from pathlib import Path
 
@@ -12,8 +11,8 @@ import pytest
 
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.steps import Study, loads
-from vinesexp.supervised import run_apart
+from vinesexp.steps import Study, all_modules
+from vinesexp.supervised import Job, run_apart
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
@@ -25,8 +24,7 @@ def run(finished, monkeypatch):
     study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
 
     def run(step):
-        work, log = partial(study.work, step, "1of1"), study.log(step, "1of1")
-        return run_apart(step, work, log=log, loads=loads(step, ["condition"]))
+        return run_apart(Job(study, step, "1of1"), loads=all_modules())
 
     forkserver._forkserver._stop()
     yield run
