@@ -48,6 +48,7 @@ CAUSES: Mapping[str, str] = {
     "base scale": r"base channel|base.{0,60}(sensitivity|gain|factor)",
     "added mass": r"added.mass|added_mass",
     "ball mass": r"nes_mass|ball.{0,30}(weigh|mass)",
+    "aboard": r"in the ring-downs the mass carries|ring-downs in which the mass carries",
     "stuck": r"stuck|ball (does|did) not move|ball that does not move|without an impact",
     "inverted": r"inverted|opposite sign|sign of|upside",
     "dropouts": r"lost its target|loses its target|dropout|\bgaps?\b",
@@ -83,7 +84,7 @@ TELLING = frozenset({
     "friction", "tilt", "walls", "speed", "contact", "rolling", "damping", "spring", "cross-axis",
     "local mode", "wear", "drift of f0", "drift of gain", "change", "other record",
     "second clock", "lost samples", "magnet", "drag",
-    "rows exchanged", "twice", "diameter", "stuck", "inverted", "clearance",
+    "rows exchanged", "twice", "diameter", "stuck", "aboard", "inverted", "clearance",
 })  # fmt: skip
 
 _OPEN = re.compile(

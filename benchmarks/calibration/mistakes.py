@@ -248,6 +248,27 @@ def _one_base(scene: Scene, rng: np.random.Generator) -> Scene:
     return scene.mapped(shaken, "periodic")
 
 
+def _unstated(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Nobody wrote down how far the base moved, nor from where the mass was let go."""
+    left = {"base_amplitude_mm", "release_mm"}
+    return scene.mapped(
+        lambda t: replace(t, typed={k: v for k, v in t.typed.items() if k not in left})
+    )
+
+
+def _aboard(scene: Scene, rng: np.random.Generator) -> Scene:
+    """The ball lay in its cavity while the mass rang down."""
+    return scene.mapped(lambda t: replace(t, load=t.load + t.body.m), "ringdown")
+
+
+def _another_ball(scene: Scene, rng: np.random.Generator) -> Scene:
+    share = float(rng.uniform(1.05, 1.15))
+    return over_records(
+        scene,
+        lambda t, at: replace(t, body=replace(t.body, m=t.body.m * (share if at > 0.15 else 1.0))),
+    )
+
+
 def _ball(scene: Scene, rng: np.random.Generator) -> Scene:
     return replace(scene, ball=scene.ball * float(rng.choice([0.8, 1.25])))
 
@@ -285,6 +306,9 @@ _ALL = [
     _every("another base amplitude in one test", "base amplitude", _one_base),
     _every("added masses exchanged", "added mass", _loads_exchanged),
     _every("base channel five times", "base scale", _gain(base_gain=5.0)),
+    _every("base amplitude and release not written down", "", _unstated),
+    _every("ball in its cavity in the ring-downs", "aboard", _aboard),
+    _every("another ball after a record", "ball mass|change", _another_ball),
     _every("one clearance wrong", "clearance", _one_clearance, held=True),
     _every("displacement in inches", "displacement scale", _gain(laser_gain=1 / 25.4), held=True),
     _every("displacement ten times", "displacement scale", _gain(laser_gain=10.0), held=True),

@@ -357,8 +357,9 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
     from vinesexp.records.campaign.missing_cells import missing_cells, read_evidence
     from vinesexp.records.stored.checks import checks_of_regime, read_checks, write_checks
+    from vinesexp.results import CampaignResults
 
-    campaign = campaign_seen_by("checks", campaign)
+    campaign = CampaignResults(paths.folder, campaign_seen_by("checks", campaign)).as_found
     tables: Sequence[Path] = [
         *(paths.ingest_checks(record.id) for record in campaign.records),
         paths.identify_checks,

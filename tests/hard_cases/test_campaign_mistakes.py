@@ -36,6 +36,9 @@ MISTAKES = (
     "laser aimed anew",
     "another base amplitude in one test",
     "base channel five times",
+    "base amplitude and release not written down",
+    "ball in its cavity in the ring-downs",
+    "another ball after a record",
 )
 
 #: A contact that rings where it moves no value is not named.

@@ -16,7 +16,15 @@ from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
-from vinesexp.replay.motions import AS_RECORDED, ON_ORBIT, Replayed, begun, drive_of, replays
+from vinesexp.replay.motions import (
+    AS_RECORDED,
+    ON_ORBIT,
+    Replayed,
+    begun,
+    drive_of,
+    released,
+    replays,
+)
 from vinesexp.replay.replay_table import Measures, compared, decay_time, measures_of, replay_checks
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, write_impacts
@@ -169,6 +177,16 @@ def test_a_record_shows_how_it_begins():
     assert begun(late, [0.02, 0.025, 0.03]) is None
 
 
+def test_a_release_shows_where_its_ball_lay():
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.02, r=0.6)])
+    motion = simulate(rig, None, Release(x0=0.018, y0=[0.005]), duration=5.0)
+    found = released(impacts_in(motion, 0.0), [0.02], x0=0.018)
+    assert found is not None
+    assert (found.time, found.x, found.u) == (0.0, 0.018, (0.0,))
+    assert found.y == pytest.approx([0.005], abs=1e-9)
+    assert released(impacts_in(motion, 0.0), [0.02, 0.03], x0=0.018) is None  # one never moves
+
+
 def test_a_record_in_which_one_ball_of_three_moves_is_replayed(tmp_path):
     record = periodic(30.0, clearance=(0.03, 0.06, 0.07), id="three")
     rows, _ = replayed(tmp_path, [record])
@@ -178,7 +196,9 @@ def test_a_record_in_which_one_ball_of_three_moves_is_replayed(tmp_path):
     drive = drive_of(record, rig, base=base, samples=None, length=20.0)
     state = begun(motion_of(record)[1], record.clearance)
     assert state is not None
-    found = [one for one in replays(rig, drive, plain=rig, state=state) if one.start == AS_RECORDED]
+    found = [
+        one for one in replays(rig, drive, plain=rig, states=(state,)) if one.start == AS_RECORDED
+    ]
     assert len(found) == 8  # phases of a base that no channel shows
 
 

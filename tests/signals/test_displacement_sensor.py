@@ -187,3 +187,17 @@ def test_a_release_keeps_its_impacts(measure, tmp_path):
     x, checks = mended(record.channels, tmp_path, "transient")
     assert not checks
     np.testing.assert_allclose(x, record.channels["displacement"], atol=1e-8)
+
+
+@pytest.mark.parametrize("share", [1.0, 30.0])
+def test_exchanged_laser_and_accelerometer_are_refused_where_impacts_tell(
+    share, channels, tmp_path
+):
+    """Such a record had no impacts, and a gain of the displacement that was 1.9 times the true."""
+    other = {
+        "displacement": channels["acceleration"] / (share * 2000.0),
+        "acceleration": share * 2000.0 * channels["displacement"],
+    }
+    path = stored(tmp_path / "v.nc", {**channels, **other})
+    with open_record(path) as view, pytest.raises(RecordError, match="exchange their columns"):
+        agreement_of(view, frequency=F0)

@@ -215,12 +215,21 @@ def compare(
 def _base_checks(campaign: Campaign, level: PeriodicLevel, base: Rows) -> list[Check]:
     ids = {test.record for test in level.tests}
     records = [record for record in campaign.records if record.id in ids]
-    return base_checks(
-        level.name,
-        {record.frequency[0] for record in records if record.frequency},
-        level.base,
-        [row for row in base if row["record"] in ids],
-    )
+    rows = [row for row in base if row["record"] in ids]
+    frequencies = {record.frequency[0] for record in records if record.frequency}
+    recorded = {
+        record.id for record in records
+        if (channel := campaign.setup_of(record).channels.get("base")) and not channel.optional
+    }  # fmt: skip
+    silent = [
+        Check(
+            id, "base channel", "warning",
+            "the base channel shows no steady motion over 20 cycles: it was off, or the record is "
+            "short; the base of this test is that of its level",
+        )
+        for id in sorted(recorded - {row["record"] for row in rows})
+    ]  # fmt: skip
+    return silent + base_checks(level.name, frequencies, level.base, rows)
 
 
 def _predicted(

@@ -342,7 +342,8 @@ def as_found(campaign: Campaign, inputs: Sequence[Row]) -> Campaign:
     """The campaign with the clearances and added masses of inputs.csv whose verdict is ``off``.
 
     Base amplitudes of levels stay, since they name the levels; what predictions take for them is in
-    identified.csv. A test of another amplitude than its level's gets its own.
+    identified.csv. A test of another amplitude than its level's gets its own, and one of which
+    records.csv states no base amplitude or release that which its records show.
 
     Parameters
     ----------
@@ -360,19 +361,26 @@ def as_found(campaign: Campaign, inputs: Sequence[Row]) -> Campaign:
     >>> as_found(whole, [row]).records[0].clearance
     (0.034,)
     """
-    off = [row for row in inputs if row["verdict"] == Verdict.OFF.value]
-    if not off:
-        return campaign
-    return replace(campaign, records=tuple(_found(record, off) for record in campaign.records))
+    rows = [
+        row for row in inputs
+        if row["verdict"] == Verdict.OFF.value or row["item"] in ("base_amplitude", "release")
+    ]  # fmt: skip
+    return replace(campaign, records=tuple(_found(record, rows) for record in campaign.records))
 
 
-def _found(record: Record, off: Sequence[Row]) -> Record:
+def _found(record: Record, rows: Sequence[Row]) -> Record:
     clearance = list(record.clearance)
-    for row in off:
+    for row in rows:
         if record.id not in row["record"].split(";"):
             continue
-        if row["item"] == BASE_OF_ONE:  # it is a level of its own
-            record = replace(record, base_amplitude=1e-3 * float(f"{float(row['found']):.4g}"))
+        length = 1e-3 * float(row.get("stated") or f"{float(row['found']):.4g}")  # it names a level
+        if row["item"] == "release":
+            record = record if record.release else replace(record, release=length)
+        elif row["item"] == "base_amplitude":
+            record = record if record.base_amplitude else replace(record, base_amplitude=length)
+        elif row["item"] == BASE_OF_ONE:  # it is a level of its own
+            length = 1e-3 * float(f"{float(row['found']):.4g}")
+            record = replace(record, base_amplitude=length)
         elif row["item"] == "added_mass":
             record = replace(record, added_mass=1e-3 * float(row["found"]))
         elif row["item"].startswith("clearance"):

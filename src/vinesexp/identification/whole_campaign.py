@@ -39,7 +39,7 @@ from vinesexp.identification.joint.whole import (
     rig_posterior,
 )
 from vinesexp.identification.joint.words import cause_checks, odd_checks
-from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Value
@@ -402,6 +402,8 @@ def identify_campaign(
     used = [e for e in used if not left & set(e.records)]
     used, impossible = possible([e for e in used if e.parameter != NOTHING])
     checks += impossible
+    campaign, filled = as_shown(campaign, used)
+    checks += filled
     driven = {e.records[0]: driven_from(e.data) for e in used if e.parameter == DRIVEN and e.data}
     own = {name: table for name, table in impacts.items() if name not in left | excluded}
     answer = answer_of(used, campaign, own, driven)
@@ -472,6 +474,60 @@ def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
         for e in found
         if e.parameter == NOTHING
     ]  # fmt: skip
+
+
+def as_shown(campaign: Campaign, found: Sequence[Estimate]) -> tuple[Campaign, list[Check]]:
+    """Base amplitudes and releases that records.csv leaves empty, as the records show them.
+
+    Tests that moved alike are one level, with those of it whose length is stated.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    found : sequence of Estimate
+    """
+    records = {record.id: record for record in campaign.records}
+    checks = []
+    for name, (parameter, test, shown_by) in _SHOWN_LENGTHS.items():
+        seen = sorted(
+            (abs(e.value), e.records[0]) for e in found
+            if e.parameter == parameter and records[e.records[0]].test == test
+            and abs(e.value) > _SURE * e.std_error
+        )  # fmt: skip
+        gaps = [i for i in range(1, len(seen)) if seen[i][0] > _ALIKE * seen[i - 1][0]]
+        for first, end in zip([0, *gaps], [*gaps, len(seen)], strict=True):
+            level = seen[first:end]
+            empty = [id for _, id in level if getattr(records[id], name) is None]
+            if not empty:
+                continue
+            stated = sorted(abs(getattr(records[id], name) or 0.0) for _, id in level)
+            middle = float(f"{np.median([length for length, _ in level]):.3g}")
+            length = stated[-1] or middle
+            for id in empty:
+                records[id] = _with_length(records[id], name, length, stated=stated[-1] > 0.0)
+            more = f" and {len(empty) - 1} more" if len(empty) > 1 else ""
+            detail = (
+                f"{name}_mm of {empty[0]}{more} is empty in records.csv: {1e3 * length:.3g} mm by "
+                f"{shown_by}"
+            )
+            checks.append(Check(empty[0] if len(empty) == 1 else "", "test log", "ok", detail))
+    return replace(campaign, records=tuple(records.values())), checks
+
+
+def _with_length(record: Record, name: str, length: float, *, stated: bool) -> Record:
+    """The row with a base amplitude or a release, m, that is `stated` for other tests or is not."""
+    shown = () if stated else (name,)
+    if name == "release":
+        return replace(record, release=length, shown=shown)
+    return replace(record, base_amplitude=length, shown=shown)
+
+
+#: Lengths of records.csv: the estimate that shows them, in which test, and what shows it.
+_SHOWN_LENGTHS = {
+    "base_amplitude": ("base_seen", "periodic", "the base channel"),
+    "release": ("release_seen", "transient", "the displacement"),
+}
+_ALIKE = 1.05  # largest ratio of neighbours in one level
 
 
 def _begun_later(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
@@ -770,7 +826,14 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
     for (role, setup), name in o.gains.items():
         item = f"{role} gain" + (f" of {setup}" if setup else "")
         rows.append(_input(answer, item, (), "1", 1.0, 1.0, {name: 1.0}, log=True))
-    return rows
+    unstated = {(name, record.id) for record in campaign.records for name in record.shown}
+    return [
+        {**row, **_NOT_STATED} if (row["item"], str(row["record"]).split(";")[0]) in unstated
+        else row for row in rows
+    ]  # fmt: skip
+
+
+_NOT_STATED = {"stated": None, "stated_error": None, "verdict": Verdict.NOT_STATED.value}
 
 
 def _contradicted(inputs: Sequence[Mapping[str, Value]], answer: Answer) -> list[Check]:

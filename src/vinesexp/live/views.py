@@ -210,6 +210,7 @@ def look_at_campaign(
     values : Values or None
         New ones, which are written to the results; None: those there hold.
     """
+    from vinesexp.figures.identified_values import input_rows
     from vinesexp.pipeline import collect_regimes, compare_clearances, write_identification
     from vinesexp.planning.campaign_plan import needs_of, plan_levels
     from vinesexp.planning.planned_tests import plan_others
@@ -230,13 +231,13 @@ def look_at_campaign(
     compare_clearances(campaign, paths=paths)
     checks = [*read_checks(paths.identify_checks), *read_checks(paths.compare_checks)]
     evidence = {r.id: read_evidence(paths.regime(r.id)) for r in campaign.records}
-    missing = missing_cells(campaign, evidence)
     found = CampaignResults(results, campaign)
+    missing = missing_cells(found.as_found, evidence)
     plans = plan_levels(found)
     needs = needs_of(found, plans)
     parameters = identified_table(found.rows("identified"))
     unknown = PARAMETERS.keys() - {row["name"] for row in parameters}
-    history, inputs = _history(paths), found.rows("inputs")
+    history, inputs = _history(paths), input_rows(found)
     return CampaignShown(
         parameters=tuple(parameters),
         identified_from=history[-1]["records"] if history else 0,

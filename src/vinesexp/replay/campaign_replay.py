@@ -25,6 +25,7 @@ from vinesexp.replay.motions import (
     base_samples,
     begun,
     drive_of,
+    released,
     replays,
     with_other_clearance,
 )
@@ -171,7 +172,7 @@ class Recorded:
         before a release ends.
     x0, v0 : of the mass there, m and m/s.
     base : from the base channel, where it measures displacement.
-    state : of mass and balls, where the impacts of a periodic test show it.
+    states : of mass and balls near the beginning, as the impacts show them.
     """
 
     frequency: float
@@ -181,7 +182,7 @@ class Recorded:
     x0: float
     v0: float
     base: BaseSamples | None
-    state: Begun | None
+    states: tuple[Begun, ...]
 
 
 def replay_campaign(
@@ -281,10 +282,21 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
         with open_record(paths.record(record.id)) as view:
             base = base_samples(view, frequency=f)
     x0, v0 = _beginning(x[: max(int(rate / f), 8)], rate, f)
-    state = None
-    if record.clearance and record.test == "periodic":
-        state = begun(read_impacts(paths.impacts(record.id)), record.clearance)
-    return Recorded(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base, state)
+    states: list[Begun | None] = []
+    if record.clearance and record.test in ("periodic", "transient"):
+        impacts = read_impacts(paths.impacts(record.id))
+        states.append(begun(impacts, record.clearance))
+        if record.test == "transient":  # whose decay is counted from its first cycle
+            let_go = _from(record, amplitude[known], x0)
+            states = [one for one in states if one is not None and one.time < 1.0 / f]
+            states.append(released(impacts, record.clearance, x0=let_go))
+    shown = tuple(state for state in states if state is not None)
+    return Recorded(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base, shown)
+
+
+def _from(record: Record, amplitude: FloatArray, begins: float) -> float:
+    """Place from which a mass was let go, m: the sheet's, on the side where the record begins."""
+    return math.copysign(abs(record.release or float(amplitude.max())), begins)
 
 
 def _beginning(x: FloatArray, rate: float, frequency: float) -> tuple[float, float]:
@@ -325,7 +337,7 @@ def _replayed(
     if record.test == "sweep":
         x0, v0 = seen.x0, seen.v0
     elif record.test != "periodic":
-        x0 = abs(record.release) if record.release else float(seen.amplitude.max())
+        x0 = _from(record, seen.amplitude, seen.x0)
     frequency = seen.frequency
     if drive.base is not None and base is not None and base.frequency is not None:
         frequency = base.frequency.value
@@ -338,7 +350,7 @@ def _replayed(
             x0=x0,
             v0=v0,
             damping=model.damping,
-            state=seen.state,
+            states=seen.states,
             still=still,
         )
         for measures in measures_of(one, test=record.test, frequency=frequency, apart=apart)

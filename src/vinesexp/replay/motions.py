@@ -105,7 +105,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Begun:
-    """Mass and balls at the first moment at which a record shows them all: s, m, m/s."""
+    """Mass and balls at a moment at which a record shows them all: s, m, m/s."""
 
     time: float
     x: float
@@ -143,6 +143,28 @@ def begun(impacts: Impacts, clearance: Sequence[float]) -> Begun | None:
     late = range(max(firsts), int(np.searchsorted(time, _EARLY * time[-1])))
     states = (_state(impacts, now, own, clearance) for now in late)
     return next((one for one in states if one is not None), None)
+
+
+def released(impacts: Impacts, clearance: Sequence[float], *, x0: float) -> Begun | None:
+    """How a release begins: the mass at x0, m, and each ball at rest where a wall first meets it.
+
+    None where the record shows no impact of a ball.
+
+    Parameters
+    ----------
+    impacts : Impacts
+    clearance : sequence of float
+        Of each ball, m.
+    x0 : float
+    """
+    number = np.ones_like(impacts.nes) if len(clearance) == 1 else impacts.nes
+    y = []
+    for i, b in enumerate(clearance):
+        own = np.flatnonzero((number == i + 1) & np.isfinite(impacts.x_m))
+        if not own.size:
+            return None
+        y.append(float(impacts.x_m[own[0]] - b * impacts.side[own[0]]))
+    return Begun(0.0, x0, 0.0, tuple(y), (0.0,) * len(y))
 
 
 def _state(
@@ -216,10 +238,12 @@ def drive_of(
     settle = max(_SETTLES * decay, _FEWEST_CYCLES / base.frequency.value)
     sine = Harmonic(base.G.value, base.frequency.value)
     if samples is not None:
-        fitted, _ = _sine_and_rest(samples, sine.frequency)
-        if (
-            abs(base.G.value / max(fitted.amplitude, 1e-300) - 1.0) > _SAME
-        ):  # the shape is the channel's, the amplitude that of all records
+        fitted, rest = _sine_and_rest(samples, sine.frequency)
+        if rest > fitted.amplitude:  # a channel that shows nothing of this base
+            samples = None
+    if samples is not None:
+        if abs(base.G.value / fitted.amplitude - 1.0) > _SAME:
+            # the shape is the channel's, the amplitude that of all records
             samples = replace(samples, x=samples.x * (base.G.value / fitted.amplitude))
         fitted, rest = _sine_and_rest(samples, sine.frequency)
         if rest > NO_SINE * sine.amplitude:
@@ -279,7 +303,7 @@ def replays(
     x0: float = 0.0,
     v0: float = 0.0,
     damping: WeakDamping | None = None,
-    state: Begun | None = None,
+    states: Sequence[Begun] = (),
     still: bool = False,
 ) -> list[Replayed]:
     """Simulate a record from every start.
@@ -294,8 +318,8 @@ def replays(
         Of the mass where the replay begins: m, m/s.
     damping : WeakDamping, optional
         Of the oscillator, beside c1.
-    state : Begun, optional
-        How the record begins.
+    states : sequence of Begun
+        How the record begins, where it shows it.
     still : bool
         Whether the record shows no impact.
     """
@@ -317,7 +341,7 @@ def replays(
         found.append(Replayed(name, motion, drive.begins, drive.length))
     if drive.sine is not None and len(rig.nes) == 1:
         found += _on_orbit(rig, plain, drive.sine, drive.length, damping)
-    if state is not None:
+    for state in states:
         start = _inside(state, rig)
         for base, length in _from_there(drive, state):
             motion = simulate(rig, base, start, duration=length, damping=damping)
@@ -325,12 +349,14 @@ def replays(
     return found
 
 
-def _from_there(drive: Drive, state: Begun) -> Iterator[tuple[Base, float]]:
+def _from_there(drive: Drive, state: Begun) -> Iterator[tuple[Base | None, float]]:
     """The base from the moment of a state on, and how long it is known, s.
 
     Where no channel shows its phase, in phases all around.
     """
     length, samples, sine = drive.length - state.time, drive.samples, drive.sine
+    if drive.base is None:
+        yield None, length
     if samples is None and sine is not None:
         for i in range(_PHASES):
             yield replace(sine, phase=2.0 * math.pi * i / _PHASES), length

@@ -39,6 +39,8 @@ _TOPS = 3  # lines of which a top is the highest; between tops the oscillation l
 _LINES = 2  # tops, fewest
 _COHERENT = 0.5  # squared coherence that a line must have
 _AS_LARGE = 1.5  # times the usual ratio of the channels: lines beyond are not the mass's motion
+#: Of the oscillation, from where on exchanged channels are told apart; ln of how near to their law.
+_TOLD_APART, _EXCHANGED = 1.9, math.log(2.0)
 _TURNED, _OUTLYING = 0.1, 5.0  # rad; times the usual distance from the usual lag
 _SURE = 5.0  # standard errors from which on a corner is there
 _USUAL = 0.1  # of the oscillation: mean of the corners of AC-coupled sensors
@@ -208,6 +210,7 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
             "the displacement is a quarter of a period from the acceleration, and as large as its "
             "integral: the channel shows a velocity; write quantity: velocity in campaign.yaml"
         )
+    _refuse_exchanged(found, record, k, frequency)
     law = _law_beside(found, record, k, frequency)
     if law is None:  # one frequency cannot part a lag from a corner, which takes of the gain too
         error = math.hypot(found.lag_error, found.lag)
@@ -245,6 +248,34 @@ def _refuse_base(record: RecordView, found: Agreement | None, k: int, frequency:
             "the acceleration is the second derivative of the base channel, not of the "
             "displacement: base and displacement are exchanged in this record, or the "
             "accelerometer is on the base; correct the channels"
+        )
+
+
+def _refuse_exchanged(found: Agreement, record: RecordView, k: int, frequency: float) -> None:
+    """Refuse a record whose displacement is the second derivative of its acceleration.
+
+    At the oscillation alone each is the other by a factor. Where the mass moves above it, the
+    ratio of a line to that at the oscillation is 1, or (f0/f)^4 for exchanged channels.
+
+    Raises
+    ------
+    RecordError
+        The two are exchanged.
+    """
+    lines = _lines(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    if lines is None:
+        return
+    A, X, w = lines
+    cross, power_x, _, use = _coherent(A, X)
+    use &= w > 2.0 * math.pi * _TOLD_APART * frequency
+    if use.sum() < _LINES:
+        return
+    ratio = np.log(np.abs(cross[use]) / power_x[use] / abs(found.gain))
+    exchanged = ratio + 4.0 * np.log(w[use] / (2.0 * math.pi * frequency))
+    if float(np.median(np.abs(exchanged))) < _EXCHANGED:
+        raise RecordError(
+            "the displacement is the second derivative of the acceleration: the two channels are "
+            "exchanged in this record; exchange their columns in campaign.yaml"
         )
 
 
@@ -419,6 +450,14 @@ def phase_law(
     >>> abs(law.lag - late) < 3e-6, law.has_corner
     (True, False)
     """
+    lines = _lines(acceleration, displacement, step, frequency=frequency)
+    return lines and law_of_lines(*lines, frequency=frequency, own=(lag, lag_error, gain))
+
+
+def _lines(
+    acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float
+) -> tuple[ComplexArray, ComplexArray, FloatArray] | None:
+    """Lines above the oscillation of both channels in many segments, and where they lie, rad/s."""
     n = min(acceleration.size, displacement.size)
     periods = 2.0 * n * step * frequency / (_FEWEST + 1.5)
     size = round(min(max(periods, _CYCLES[0]), _CYCLES[1]) / (frequency * step))
@@ -437,7 +476,18 @@ def phase_law(
         for i in begins
     ]
     A, X = (np.stack(each) for each in zip(*lines, strict=True))
-    return law_of_lines(A, X, w, frequency=frequency, own=(lag, lag_error, gain))
+    return A, X, w
+
+
+def _coherent(
+    A: ComplexArray, X: ComplexArray
+) -> tuple[ComplexArray, FloatArray, FloatArray, BoolArray]:
+    """Cross spectrum, power of X, squared coherence; tops at which the channels are one motion."""
+    cross = (A * X.conj()).sum(axis=0)
+    power_a, power_x = (np.abs(A) ** 2).sum(axis=0), (np.abs(X) ** 2).sum(axis=0)
+    coherence = np.abs(cross) ** 2 / np.maximum(power_a * power_x, 1e-300)
+    tops = np.lib.stride_tricks.sliding_window_view(np.pad(power_a, _TOPS), 2 * _TOPS + 1)
+    return cross, power_x, coherence, (coherence > _COHERENT) & (power_a == tops.max(axis=1))
 
 
 def law_of_lines(
@@ -463,12 +513,8 @@ def law_of_lines(
         None where too few lines stand out.
     """
     lag, lag_error = (0.0, math.nan) if own is None else own[:2]
-    cross = (A * X.conj()).sum(axis=0) * np.exp(-1j * w * lag)  # of a late channel: no phase wraps
-    power_a, power_x = (np.abs(A) ** 2).sum(axis=0), (np.abs(X) ** 2).sum(axis=0)
-    coherence = np.abs(cross) ** 2 / np.maximum(power_a * power_x, 1e-300)
-    padded = np.pad(power_a, _TOPS)
-    tops = np.lib.stride_tricks.sliding_window_view(padded, 2 * _TOPS + 1).max(axis=1)
-    use = (coherence > _COHERENT) & (power_a == tops)
+    cross, power_x, coherence, use = _coherent(A, X)
+    cross = cross * np.exp(-1j * w * lag)  # of a late channel: no phase wraps
     if use.sum() < _LINES:
         return None
     if own is not None:  # two channels of one motion

@@ -606,7 +606,7 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
         ``record``, ``target_m`` and ``time_s`` (None: not reached within the record); none for a
         record that is no release.
     """
-    if record.test != "transient" or not record.release:
+    if record.test != "transient":
         return []
     with open_record(conditioned) as view:
         frequency = view.attributes.get("oscillation_hz")
@@ -615,8 +615,12 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
         time, amplitude = _amplitudes(view, float(frequency))
         time = time - _free(view)
     rows: list[dict[str, str | float | None]] = []
-    for share in LEVELS if amplitude.size else ():
-        target = share * abs(record.release)
+    if not amplitude.size:
+        return rows
+    # a release that was not written down has round levels, which others by the same hand share
+    release = abs(record.release or float(f"{amplitude.max():.2g}"))
+    for share in LEVELS:
+        target = share * release
         reached = time_to_level(time, amplitude, target)
         time_s = reached if math.isfinite(reached) else None
         rows.append({"record": record.id, "target_m": target, "time_s": time_s})

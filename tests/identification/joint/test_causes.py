@@ -149,7 +149,7 @@ def test_a_factor_that_cannot_be_negative_has_no_evidence_from_a_negative_value(
     observed, data = campaign(0.5 - 0.2 * np.linspace(-0.5, 0.5, N))
     base = posterior_of(data, observed.beliefs)
     plain = drift()
-    positive = Cause(plain.key, "drift", "r", plain.direction, positive=True)
+    positive = Cause(plain.key, "drift", "r", plain.direction, least=0.0)
     free, held = scores(data, observed.beliefs, base, [plain, positive])
     assert free > 100.0
     assert held < free - 20.0
@@ -263,7 +263,7 @@ def test_what_acts_as_likely_as_not_is_in_the_errors_though_no_record_shows_it(a
     observed, data = campaign([0.0] * N)
     every = {f"own r: t{i}": 1.0 for i in range(N)}  # beside it the level is as much less
     direction = Direction(every, Prior(0.02, 0.01))
-    acts = Cause(f"effect {about}", "effect", about, direction, positive=True)
+    acts = Cause(f"effect {about}", "effect", about, direction, least=0.0)
     plain = judge(data, observed, []).posterior.of({"level": 1.0})[1]
     error = judge(data, observed, [acts]).posterior.of({"level": 1.0})[1]
     assert (error > 1.2 * plain) == held

@@ -69,6 +69,7 @@ _ANY = (
     2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
 )
 _WEIGHED = 0.3  # ln of a mass known better than that was weighed
+_ABOARD = 0.02  # of M: what ring-downs may carry besides, such as the ball in its cavity
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
 _SCATTER = {
@@ -118,7 +119,7 @@ class Cause:
     about : what it concerns: an effect's name, ``clearance``, ``base amplitude``, ...
     direction : where it moves the unknowns; None for scatter.
     members : how many causes of this family there are: they share its prior odds.
-    positive : whether its coefficient cannot be negative.
+    least : lowest possible value of its coefficient.
     wider : unknowns whose prior it widens, and by how much: all that a scatter does.
     records : those it concerns; empty: all.
     stated : values of the test log that it concerns, as written there; empty: all.
@@ -132,7 +133,7 @@ class Cause:
     about: str
     direction: Direction | None
     members: int = 1
-    positive: bool = False
+    least: float = -math.inf
     wider: Mapping[str, float] = field(default_factory=dict)
     records: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()
@@ -141,10 +142,11 @@ class Cause:
 
     @property
     def log_odds(self) -> float:
-        """Logarithm of its odds before the records; of what is positive, all lies on one side."""
+        """Logarithm of its odds before the records; all of its prior lies above `least`."""
         odds = math.log(_ODDS.get(self.key, _ODDS[self.kind]) / self.members)
-        if self.positive and self.direction is not None:
-            odds -= math.log(_above_zero(self.direction.prior.value / self.direction.prior.error))
+        if self.direction is not None:
+            prior = self.direction.prior
+            odds -= math.log(_above_zero((prior.value - self.least) / prior.error))
         return odds
 
     @property
@@ -361,8 +363,7 @@ def possible(cause: Cause, value: float, error: float) -> bool:
     low, high = prior.value - _WITHIN * prior.error, prior.value + _WITHIN * prior.error
     if cause.about == "rolling":
         low, high = _LEAST_ROLLING, _MOST_ROLLING
-    elif cause.positive:
-        low = 0.0
+    low = max(low, cause.least)
     return low - _ERRORS * error < value < high + _ERRORS * error
 
 
@@ -416,8 +417,8 @@ def scores(
         gains, values, errors = gains_of(data, beliefs, base, directions)
         for i, gain, value, error in zip(own, gains, values, errors, strict=True):
             odds[i] += gain if possible(causes[i], value, error) else -math.inf
-            if causes[i].positive:
-                odds[i] += math.log(max(_above_zero(value / error), 1e-300))
+            beyond = (value - causes[i].least) / error
+            odds[i] += math.log(max(_above_zero(beyond), 1e-300))
     for i, cause in enumerate(causes):
         if cause.direction is None:
             wide = evidence_of(data, beliefs.wider(cause.wider))
@@ -550,12 +551,16 @@ def _effects(o: Observed) -> list[Cause]:
     found = [
         Cause(f"effect {name}{how}", "effect", _ABOUT.get(name, name),
               Direction({name: 1.0}, Prior(prior.value, times * prior.error)),
-              positive=name in ("friction", "contact", "drag"), members=members)
+              least=0.0 if name in ("friction", "contact", "drag") else -math.inf, members=members)
         for name, prior in priors.items()
         for how, times, members in _AS_FAR[: 1 if name in _NEAR else 2]
     ]  # fmt: skip
     rolls = Direction({"rolling": 1.0}, Prior(_ROLLS, _ROLLS_BY))
-    found.append(Cause("effect rolling", "effect", "rolling", rolls, positive=True))
+    found.append(Cause("effect rolling", "effect", "rolling", rolls, least=0.0))
+    if "aboard" in o.names and o.collisions:
+        width = _ABOARD * math.exp(o.start[o.names.index("ln_M")])
+        aboard = Direction({"aboard": 1.0}, Prior(0.0, width))
+        found.append(Cause("aboard +", "effect", "aboard", aboard))
     if "drop" in o.names and o.collisions:
         elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))
         found.append(Cause("drop +", "effect", "drop", elsewhere))
@@ -589,13 +594,14 @@ def _of_clearances(o: Observed) -> list[Cause]:
               Direction({"clearance offset": 1.0}, Prior(0.0, 8e-3)))
     )  # fmt: skip
     items = list(o.clearances.items())
-    n = len(items)
+    n, largest = len(items), max(stated for _, (_, stated) in items)
     for (record, _), (name, stated) in items:
-        width = min(5e-3, stated / _WITHIN)  # no cavity is smaller than its ball
-        found.append(
-            Cause(f"one {name}", "mistake", "clearance", Direction({name: 1.0}, Prior(0.0, width)),
-                  members=n, records=(record,))
-        )  # fmt: skip
+        found += [
+            Cause(f"one {name}{how}", "mistake", "clearance",
+                  Direction({name: 1.0}, Prior(0.0, width)), members=members * n,
+                  records=(record,), least=-stated)  # no cavity is smaller than its ball
+            for how, width, members in (("", 5e-3, 1), (", any", largest, 5))
+        ]  # fmt: skip
     return found
 
 
@@ -740,7 +746,7 @@ def _of_gains(o: Observed) -> list[Cause]:
     return found
 
 
-_DRIFTS = {"own r": ("r", 0.05), "own f0": ("f0", 5e-3),
+_DRIFTS = {"own r": ("r", 0.05), "own f0": ("f0", 5e-3), "own momentum": ("ball mass", 0.1),
            "own displacement gain": ("displacement gain", 0.05),
            "own acceleration gain": ("acceleration gain", 0.05),
            "own friction": ("friction", 0.3), "own tilt": ("slope of the cavity", 0.1)}  # fmt: skip

@@ -333,9 +333,9 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                 b.loads[load] = b.add(
                     "load", 0.0, inputs.added_mass.of(load), of=f"{1e3 * load:g} g"
                 )
-                sums.append({b.loads[load]: 1.0})
+                sums.append({b.loads[load]: 1.0, b.add("aboard", 0.0, 0.0): 1.0})
             else:
-                sums.append({})
+                sums.append({b.add("aboard", 0.0, 0.0): 1.0})
             sums += [
                 {"ln_zeta": 1.0} if "ln_zeta" in b.priors else {},
                 *({term: 1.0} for term in TERMS.values()),
@@ -381,14 +381,15 @@ class _Decay:
         unloaded, ln_M, ln_scale, error, ln_zeta = p[:5]
         # a wrong unit in the column leaves the error of the scales as it is
         scaled = self.load * math.exp(ln_scale - ln_M)
-        share = max(scaled + (error * math.exp(-ln_M) if self.load else 0.0), -0.9)
+        share = max(scaled + error * math.exp(-ln_M), -0.9)
         powers = self.law.powers(self.amplitude, added=share)
         over = log_of(self.name, powers, p[5:], math.exp(ln_zeta)).real
         d = -0.5 / (1.0 + share)
-        by_added = d * math.exp(-ln_M) if self.load else 0.0
         by_law = slopes_of(self.name, powers, p[5:], math.exp(ln_zeta))
         # the square of zeta itself is known far better than f0 needs it
-        common = np.tile([1.0, -d * share, d * scaled, by_added, 0.0], (self.values.size, 1))
+        common = np.tile(
+            [1.0, -d * share, d * scaled, d * math.exp(-ln_M), 0.0], (self.values.size, 1)
+        )
         J = np.column_stack([common, by_law])
         rest = self.values - (unloaded - 0.5 * math.log1p(share) + over)
         weighted = J.T @ self.information
@@ -682,7 +683,7 @@ def _base(
         return
     level = record.base_amplitude
     inputs = b.campaign.known.uncertainties
-    stated = inputs.base_amplitude.of(level) / level
+    stated = _WIDE if record.shown else inputs.base_amplitude.of(level) / level
     b.levels[level] = b.add("base", 0.0, stated, of=f"{1e3 * level:g} mm")
     here = {b.levels[level]: 1.0}
     for e in found:
@@ -799,7 +800,8 @@ def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
             continue
         stated = abs(record.release)
         half = error.of(stated) / stated / math.sqrt(2.0)
-        name = b.add("release", 0.0, half, of=f"{1e3 * stated:g} mm")
+        common = _WIDE if record.shown else half
+        name = b.add("release", 0.0, common, of=f"{1e3 * stated:g} mm")
         own = b.own("own release", record, max(half, _OWN_RELEASE))
         b.releases[stated] = name
         if (e := seen.get(record.id)) is None or not e.value:

@@ -225,8 +225,9 @@ def answer_of(
     observed = observe(found, campaign, impacts, driven)
     if not observed.blocks:
         return None
+    largest = max((b for _, b in observed.clearances.values()), default=0.0)
     wide = observed.beliefs.wider(
-        {name: _ANY_VALUE * b for name, b in observed.clearances.values()}
+        {name: _ANY_VALUE * largest for name, _ in observed.clearances.values()}
         | {name: _ANY_VALUE * load for load, name in observed.loads.items()}
         | {"load scale": _ANY_LOAD}
     )

@@ -32,6 +32,7 @@ _NAMES = {
         "a displacement sensor that is not linear (it reads more on one side than on the other)"
     ),
     "odd": "a displacement sensor that is not linear (its gain changes toward both ends)",
+    "aboard": "ring-downs in which the mass carries more or less than in the tests with a ball",
     "drop": "drop tests on another surface than the walls",
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
@@ -296,6 +297,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         f"the displacement sensor is not linear: it reads x + ({with_error(1e-6 * v, 1e-6 * e)}) "
         "x^3 (mm); the values are corrected for it, the amplitudes are not. Check the range and "
         "the linearity of the sensor"
+    ),
+    "aboard": lambda v, e: (
+        f"in the ring-downs the mass carries {_signed(1e3 * v, 1e3 * e)} g beside that of the "
+        "tests with a ball: the ball lay in its cavity, or a part was on or off; M is that of the "
+        "tests"
     ),
     "drop": lambda v, e: (
         f"r of the drop tests differs from that of the walls by {_signed(v, e)}: they were made on "

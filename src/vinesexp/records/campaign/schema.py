@@ -184,6 +184,8 @@ class Record:
         Which of the campaign's `setups`; empty: the campaign's own channels.
     people : mapping
         Cells of columns for people (operator, date, ...), carried and not used.
+    shown : tuple of str
+        Lengths that records.csv leaves empty, and that are as the record itself shows them.
     """
 
     id: str
@@ -201,6 +203,7 @@ class Record:
     more_files: tuple[Path, ...] = ()
     setup: str = ""
     people: Mapping[str, str] = field(default_factory=dict)
+    shown: tuple[str, ...] = ()
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -16,6 +16,7 @@ class Verdict(Enum):
     OK = "ok"
     NOT_TESTED = "not tested"
     OFF = "off"
+    NOT_STATED = "not stated"
 
 
 def _number(name: str, unit: str, meaning: str, form: str = "", *, needed: bool = True) -> Column:
@@ -77,12 +78,14 @@ INPUTS = Table(
     Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
     Column("unit", "unit of the four numbers; 1 for a gain, which is the reading over the true "
             "value"),
-    _number("stated", "", "in campaign.yaml or records.csv", ".7g"),
-    _number("stated_error", "", "standard uncertainty: stated, or the default", ".3g"),
+    _number("stated", "", "in campaign.yaml or records.csv", ".7g", needed=False),
+    _number("stated_error", "", "standard uncertainty: stated, or the default", ".3g",
+            needed=False),
     _number("found", "", "from all records together, the stated value included", ".7g"),
     _number("found_error", "", "standard error", ".3g"),
     Column("verdict", "ok; not tested: the records do not determine the value; off: they "
-           "contradict it, and the analysis uses the value found"),
+           "contradict it, and the analysis uses the value found; not stated: the cell of "
+           "records.csv is empty, and the analysis uses what the records show"),
 ))  # fmt: skip
 
 BUDGET = Table(
