@@ -89,7 +89,7 @@ def test_a_crash_among_the_samples_leaves_what_was_read_and_no_process(file):
                 yield block
 
     def open_file(path):
-        return Breaking(path, "Test", [Column("x")], [np.arange(12.0)], sample_interval=0.5)
+        return Breaking(path, "Test", [(Column("x"), np.arange(12.0))], sample_interval=0.5)
 
     source = GuardedSource(file, reader(open_file), QUICK)
     assert (source.format, source.sample_interval) == ("Test", 0.5)

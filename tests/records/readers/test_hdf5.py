@@ -193,23 +193,6 @@ def test_a_flipped_bit_under_a_checksum_is_reported(tmp_path):
         values(open_source(path), [0])
 
 
-@pytest.mark.parametrize("kind", ["external", "virtual"])
-def test_samples_that_lie_in_another_file_are_not_read(kind, tmp_path):
-    (tmp_path / "secret").write_bytes(A.tobytes())
-    with h5py.File(tmp_path / "b.h5", "w") as file:
-        file["x"] = A
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        if kind == "external":
-            place = [(str(tmp_path / "secret"), 0, A.nbytes)]
-            file.create_dataset("x", shape=(100,), dtype="f8", external=place)
-        else:
-            layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
-            layout[:] = h5py.VirtualSource(str(tmp_path / "b.h5"), "x", shape=(100,))
-            file.create_virtual_dataset("x", layout)
-    with pytest.raises(RecordError, match="dataset 'x' keeps its samples in another file"):
-        open_source(tmp_path / "a.h5")
-
-
 def other_file(folder):
     with h5py.File(folder / "other.h5", "w") as file:
         file["x"] = A
@@ -217,45 +200,15 @@ def other_file(folder):
         file["g/x"] = A
 
 
-def leaves_by_a_link(file):
-    layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
-    layout[:] = h5py.VirtualSource(".", "out", shape=(100,))
-    file["out"] = h5py.ExternalLink("other.h5", "x")
-    file.create_virtual_dataset("x", layout)
-
-
-def leaves_by_a_path(file):
-    layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
-    layout[:] = h5py.VirtualSource(".", "out/x", shape=(100,))
-    file["out"] = h5py.ExternalLink("other.h5", "g")
-    file.create_virtual_dataset("x", layout)
-
-
-def leaves_by_a_soft_link(file):
-    layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
-    layout[:] = h5py.VirtualSource(".", "soft", shape=(100,))
-    file["out"] = h5py.ExternalLink("other.h5", "/")
-    file["soft"] = h5py.SoftLink("/out/x")
-    file.create_virtual_dataset("x", layout)
-
-
-def leaves_at_the_second_step(file):
-    for name, source in (("y", ("other.h5", "x")), ("x", (".", "y"))):
+def virtual(*source):
+    def fill(file):
+        file["y"] = A
         layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
         layout[:] = h5py.VirtualSource(*source, shape=(100,))
-        file.create_virtual_dataset(name, layout)
+        file["out"] = h5py.ExternalLink("other.h5", "x")
+        file.create_virtual_dataset("x", layout)
 
-
-def leaves_by_a_series(file):
-    """One source a block, as detectors write them: out0, out1 and so on."""
-    endless = h5py.h5s.UNLIMITED
-    space = h5py.h5s.create_simple((100,), (endless,))
-    kind = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    space.select_hyperslab((0,), (endless,), stride=(100,), block=(100,))
-    kind.set_virtual(space, b".", b"out%b", h5py.h5s.create_simple((100,)))
-    file["out0"] = h5py.ExternalLink("other.h5", "x")
-    whole = h5py.h5s.create_simple((100,), (endless,))
-    h5py.h5d.create(file.id, b"x", h5py.h5t.NATIVE_DOUBLE, whole, kind)
+    return fill
 
 
 def keeps_samples_outside(file):
@@ -266,17 +219,15 @@ def keeps_samples_outside(file):
 @pytest.mark.parametrize(
     "fill",
     [
-        leaves_by_a_link,
-        leaves_by_a_path,
-        leaves_by_a_soft_link,
-        leaves_at_the_second_step,
-        leaves_by_a_series,
+        virtual("other.h5", "x"),
+        virtual(".", "out"),  # a link that leaves the file
+        virtual(".", "y"),
         keeps_samples_outside,
     ],
 )
-def test_samples_of_another_file_are_refused_by_whatever_detour(fill, suffix, tmp_path):
+def test_samples_that_stand_elsewhere_are_refused(fill, suffix, tmp_path):
     other_file(tmp_path)
-    with pytest.raises(RecordError, match=r"dataset '\w' (keeps|takes) its samples"):
+    with pytest.raises(RecordError, match="dataset 'x' keeps its samples in another file or"):
         make(tmp_path / f"a.{suffix}", fill)
 
 
@@ -312,18 +263,15 @@ def test_words_and_references_of_another_file_are_not_read(tmp_path):
         make(tmp_path / "a.mat", fill)
 
 
-def test_links_inside_the_file_and_its_own_virtual_datasets_are_read(tmp_path):
+def test_links_inside_the_file_are_other_names_of_one_dataset(tmp_path):
     def fill(file):
         file["data/x"] = A
         file["y"] = h5py.SoftLink("/data/x")
         file["z"] = file["data/x"]
-        layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
-        layout[:] = h5py.VirtualSource(".", "y", shape=(100,))
-        file.create_virtual_dataset("v", layout)
 
     source = make(tmp_path / "a.h5", fill)
-    found = {column.name: k for k, column in enumerate(source.columns)}
-    np.testing.assert_array_equal(values(source, [found["v"]])[:, 0], A)
+    assert [column.name for column in source.columns] == ["data/x"]
+    np.testing.assert_array_equal(values(source, [0])[:, 0], A)
     assert source.losses == ()
 
 
@@ -339,14 +287,3 @@ def test_samples_that_were_stated_and_never_written_are_reported(tmp_path):
         "dataset 'half' states 100 samples, 50 of them were never written and are read as 0",
         "dataset 'none' states 100 samples, 100 of them were never written and are read as 0",
     )
-
-
-def test_a_virtual_dataset_with_a_hole_is_refused(tmp_path):
-    def fill(file):
-        file["y"] = A[:50]
-        layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
-        layout[:50] = h5py.VirtualSource(".", "y", shape=(50,))
-        file.create_virtual_dataset("x", layout)
-
-    with pytest.raises(RecordError, match="has 100 samples, of which only 50 exist"):
-        make(tmp_path / "a.h5", fill)

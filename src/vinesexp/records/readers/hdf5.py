@@ -7,8 +7,8 @@ attributes ``scale`` and ``offset`` become code * scale + offset. The sampling i
 in, or of the file: what another dataset states says nothing of this one.
 
 A record is one file: links to other files are not followed and reported, and a dataset whose
-samples stand in another file, by whatever detour, is refused. Samples that were never written are
-reported, too: the library gives zeros for them.
+samples stand in another file, or that is put together from others (virtual), is refused. Samples
+that were never written are reported, too: the library gives zeros for them.
 
 What MATLAB 7.3 writes into HDF5 in a way of its own: structures, cells, words, nothing.
 
@@ -49,9 +49,33 @@ def recognises(head: bytes, suffix: str) -> bool:
     return any(head.startswith(_MAGIC, at) for at in (0, 512, 1024, 2048))
 
 
-def open_file(path: Path) -> Hdf5Source:
-    """Open an HDF5 file; RecordError where it holds no columns of numbers."""
-    return Hdf5Source(path)
+def open_file(path: Path, *, scalars: bool = False) -> TableSource:
+    """Open an HDF5 file; RecordError where it holds no columns of numbers.
+
+    Parameters
+    ----------
+    path : Path
+    scalars : bool
+        Take single numbers called ``fs``, ``dt`` and so on as the sampling (MATLAB's way), and a
+        matrix of one column as that column.
+    """
+    import h5py
+
+    file = h5py.File(path, "r")  # as long as its datasets are read
+    held = _Contents(file, scalars, most=_SWELL * path.stat().st_size)
+    held.down("", file)
+    losses = [said for name, item in held.datasets for said in _never_written(name, item)]
+    if held.elsewhere:
+        more = len(held.elsewhere) - 3
+        losses.append(
+            f"links to other files are not followed: {', '.join(held.elsewhere[:3])}"
+            + (f" and {more} more" if more > 0 else "")
+        )
+    table = [pair for name, item in held.datasets for pair in held.columns_of(name, item)]
+    if held.contradictions and all(math.isnan(column.interval or 0.0) for column, _ in table):
+        raise held.contradictions[0]
+    interval = interval_at("", held.stated)
+    return TableSource(path, "HDF5", table, sample_interval=interval, losses=tuple(losses))
 
 
 @dataclass(frozen=True)
@@ -81,49 +105,19 @@ class _Series:
         return values
 
 
-class Hdf5Source(TableSource):
-    """An HDF5 file.
+class _Contents:
+    """What stands in a file: datasets of numbers by their names, and what is stated beside them."""
 
-    Parameters
-    ----------
-    scalars : bool
-        Take single numbers called ``fs``, ``dt`` and so on as the sampling (MATLAB's way), and a
-        matrix of one column as that column.
-    """
-
-    def __init__(self, path: Path, *, scalars: bool = False) -> None:
-        import h5py
-
-        self._size = path.stat().st_size
-        self._places: list[_Series] = []
+    def __init__(self, file: Any, scalars: bool, most: int) -> None:
+        self.datasets: list[tuple[str, Any]] = []
+        self.stated: dict[str, dict[str, list[float]]] = {}
+        self.elsewhere: list[str] = []  # links to other files
+        self.contradictions: list[RecordError] = []
+        self._file, self._scalars, self._most = file, scalars, most
         self._units: dict[str, str] = {}  # words that stand beside the samples
-        self._contradictions: list[RecordError] = []
-        self._scalars = scalars
-        self._found: list[tuple[str, Any]] = []
-        self._stated: dict[str, dict[str, list[float]]] = {"": {}}
-        self._elsewhere: list[str] = []
         self._seen: set[int] = set()
-        losses: list[str] = []
-        file = h5py.File(path, "r")  # as long as its datasets are read
-        _gather(file.attrs, self._stated[""])
-        self._down(file, "", file, 0)
-        for name, item in self._found:
-            _require_own(file, name, item)
-            losses += _never_written(name, item)
-        if self._elsewhere:
-            more = len(self._elsewhere) - 3
-            losses.append(
-                f"links to other files are not followed: {', '.join(self._elsewhere[:3])}"
-                + (f" and {more} more" if more > 0 else "")
-            )
-        columns = [c for name, item in self._found for c in self._columns_of(name, item)]
-        super().__init__(path, "HDF5", tuple(columns), self._places)
-        if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
-            raise self._contradictions[0]
-        self.sample_interval = interval_from(self._stated[""])
-        self.losses = tuple(losses)
 
-    def _down(self, file: Any, name: str, item: Any, depth: int) -> None:
+    def down(self, name: str, item: Any, depth: int = 0) -> None:
         """Into what `item` holds: by the file's own links and references, not by those out of it.
 
         A soft link is another name of what is seen under its own. MATLAB's names go on into
@@ -134,15 +128,14 @@ class Hdf5Source(TableSource):
         if depth > _DEEPEST:
             return
         if hasattr(item, "keys"):
-            if name:
-                self._see(name, item)
+            _gather(item.attrs, self.stated.setdefault(name, {}))
             for key in sorted(item):
                 own = f"{name}/{key}" if name else key
                 link = item.get(key, getlink=True)
                 if isinstance(link, h5py.ExternalLink):
-                    self._elsewhere.append(own)
+                    self.elsewhere.append(own)
                 elif isinstance(link, h5py.HardLink) and not key.startswith("#"):  # MATLAB's own
-                    self._down(file, own, item[key], depth + 1)
+                    self.down(own, item[key], depth + 1)
             return
         at = h5py.h5o.get_info(item.id).addr
         if at in self._seen:  # under another name
@@ -150,49 +143,45 @@ class Hdf5Source(TableSource):
         self._seen.add(at)
         if not hasattr(item, "shape") or item.attrs.get("MATLAB_empty"):  # a type, or nothing
             return
+        if item.external or item.is_virtual:  # samples of wherever: before anything is read
+            raise RecordError(
+                f"dataset '{name}' keeps its samples in another file or dataset; copy them into "
+                "this one"
+            )
         kind = _text(item.attrs.get("MATLAB_class", b""))
         group, _, key = name.rpartition("/")
         if kind == "char":
             if key.lower() in _UNITS:
-                _require_own(file, name, item)
                 self._units[group] = _word(item)
-            return
-        references = self._scalars and item.dtype.kind == "O" and bool(item.size)
-        if references or (self._scalars and item.size == 1):  # a single number is read at once
-            _require_own(file, name, item)
-        if not references:
+        elif self._scalars and item.dtype.kind == "O" and item.size:
+            members = item[()].reshape(-1)[:WIDEST]
+            for k, reference in enumerate(members):
+                if isinstance(reference, h5py.Reference) and reference:
+                    own = f"{name}/{k}" if kind == "cell" else f"{group}/{k}/{key}"
+                    inner = self._file[reference]
+                    self.down(name if len(members) == 1 else own, inner, depth + 1)
+        else:
             self._see(name, item)
-            return
-        members = item[()].reshape(-1)[:WIDEST]
-        for k, reference in enumerate(members):
-            if isinstance(reference, h5py.Reference) and reference:
-                own = f"{name}/{k}" if kind == "cell" else f"{group}/{k}/{key}"
-                inner = file[reference]
-                self._down(file, name if len(members) == 1 else own, inner, depth + 1)
 
     def _see(self, name: str, item: Any) -> None:
-        own: dict[str, list[float]] = {}
-        _gather(item.attrs, own)
-        dtype, shape = getattr(item, "dtype", None), getattr(item, "shape", None)
-        if own:
-            self._stated[name] = own
-        if dtype is None or not shape or dtype.kind not in "iuf" or len(shape) > 2:
+        _gather(item.attrs, self.stated.setdefault(name, {}))
+        dtype, shape = item.dtype, item.shape
+        if not shape or dtype.kind not in "iuf" or len(shape) > 2 or not min(shape):
             return
-        if not min(shape):
-            return
-        if item.size > _SWELL * self._size:
+        if item.size > self._most:
             sizes = " by ".join(str(length) for length in shape)
             raise RecordError(
                 f"dataset '{name}' is {sizes}, more than the file can hold; export the record again"
             )
         if max(shape) > 1:
-            self._found.append((name, item))
+            self.datasets.append((name, item))
         elif self._scalars:
             group, _, key = name.rpartition("/")
             value = float(item[(0,) * len(shape)])
-            self._stated.setdefault(group, {}).setdefault(key.lower(), []).append(value)
+            self.stated.setdefault(group, {}).setdefault(key.lower(), []).append(value)
 
-    def _columns_of(self, name: str, item: Any) -> Iterator[Column]:
+    def columns_of(self, name: str, item: Any) -> Iterator[tuple[Column, _Series]]:
+        """The columns that a dataset is."""
         shape = item.shape
         group = item.parent.attrs  # Keysight's oscilloscopes write there what they say of a channel
         codes = "YInc" in group and item.dtype.kind in "iu"
@@ -201,10 +190,10 @@ class Hdf5Source(TableSource):
         label = _text(item.attrs.get("units", item.attrs.get("unit", group.get("YUnits", ""))))
         label = label or self._units.get(name.rpartition("/")[0], "")
         try:
-            interval = interval_at(name, self._stated)
+            interval = interval_at(name, self.stated)
         except RecordError as error:
             interval = math.nan
-            self._contradictions.append(error)
+            self.contradictions.append(error)
         along_first = len(shape) == 1 or shape[0] >= shape[1]
         across = min(shape) if len(shape) == 2 else 1
         if across > WIDEST:
@@ -215,53 +204,13 @@ class Hdf5Source(TableSource):
             own = " ".join(
                 (name if flat else f"{name}/{names[k] if len(names) == across else k}").split()
             )
+            column = Column(own, stated_unit(label) or unit_in_name(own), interval)
             inner = None if len(shape) == 1 else k
-            self._places.append(_Series(item, inner, along_first, scale, offset))
-            yield Column(own, stated_unit(label) or unit_in_name(own), interval)
-
-
-def _require_own(file: Any, name: str, item: Any) -> None:
-    """Refuse a dataset before anything is read from it that stands in another file."""
-    if reason := _elsewhere(file, item):
-        raise RecordError(f"dataset '{name}' {reason}; copy its samples into this file")
-
-
-def _elsewhere(file: Any, item: Any, depth: int = 0) -> str:
-    """Why the samples of a dataset are not all in `file`; empty where they are.
-
-    A virtual dataset names its sources by their paths, and a path may lead through a link out of
-    the file or to a dataset that is virtual itself.
-    """
-    import h5py
-
-    other = "keeps its samples in another file"
-    if h5py.h5o.get_info(item.id).fileno != h5py.h5o.get_info(file.id).fileno:
-        return other
-    if not hasattr(item, "external"):  # a group
-        return ""
-    if item.external:
-        return other
-    if not item.is_virtual:
-        return ""
-    mapped = 0
-    for one in item.virtual_sources():
-        if one.file_name != "." or depth > _DEEPEST:
-            return other
-        if "%" in one.dset_name:
-            return f"takes its samples from a series of datasets ('{one.dset_name}')"
-        source = file.get(one.dset_name)
-        if source is None:
-            return f"takes its samples from '{one.dset_name}', which is not there"
-        if reason := _elsewhere(file, source, depth + 1):
-            return reason
-        mapped += max(int(one.vspace.get_select_npoints()), 0)
-    return "" if mapped >= item.size else f"has {item.size} samples, of which only {mapped} exist"
+            yield column, _Series(item, inner, along_first, scale, offset)
 
 
 def _never_written(name: str, item: Any) -> Iterator[str]:
     """What was stated and got no room in the file: the library reads it as zeros."""
-    if item.is_virtual:
-        return
     if not item.chunks:
         written, blocks = int(item.id.get_storage_size() > 0), 1
     else:

@@ -16,9 +16,11 @@ from vinesexp.records.readers.labels import stated_unit
 from vinesexp.records.readers.source import (
     Column,
     TableSource,
+    bytes_behind,
     file_of,
     meant_by_single,
     number_of_part,
+    numbered,
 )
 
 NAME = "LeCroy TRC"
@@ -72,23 +74,17 @@ def open_file(path: Path) -> TableSource:
     codes = codes[chosen * length : (chosen + 1) * length]
     values = codes.astype(np.float64) * read("f", 156) - read("f", 160)
     label = raw[at + 196 : at + 244].split(b"\0")[0].decode("latin-1").strip()
-    interval = read("f", 176)
-    if not 0.0 < interval < np.inf:
-        raise RecordError(f"states an interval of {interval:g} s")
     channel = int(read("h", 344))
     name = _SOURCES[channel] if 0 <= channel < len(_SOURCES) else path.stem
-    source = TableSource(
+    losses = bytes_behind(len(raw), begin + size, least=2 * (1 + words))
+    if stated and stated != size // (1 + words):
+        losses += (f"states {stated} samples and {size} bytes of them",)
+    return TableSource(
         path,
         "LeCroy TRC",
-        (Column(name, stated_unit(label)),),
-        [values],
-        sample_interval=meant_by_single(interval),
+        [(Column(name, stated_unit(label)), values)],
+        sample_interval=meant_by_single(read("f", 176)),
         start=start,
+        parts=numbered(segments),
+        losses=losses,
     )
-    source.parts = tuple(str(k + 1) for k in range(segments)) if segments > 1 else ()
-    behind = len(raw) - begin - size
-    if behind >= 2 * (1 + words):
-        source.losses = (f"{behind} bytes after the samples that it states are not read",)
-    if stated and stated != size // (1 + words):
-        source.losses += (f"states {stated} samples and {size} bytes of them",)
-    return source

@@ -64,10 +64,9 @@ def open_file(path: Path) -> TableSource:
     with path.open("rb") as stream:
         head = stream.read(4096)
     if head.startswith(b"MATLAB 7.3") or hdf5.recognises(head, ".mat"):
-        return hdf5.Hdf5Source(path, scalars=True)
-    columns: list[Column] = []
-    series: list[NDArray[Any]] = []
-    stated: dict[str, dict[str, list[float]]] = {"": {}}
+        return hdf5.open_file(path, scalars=True)
+    table: list[tuple[Column, NDArray[Any]]] = []
+    stated: dict[str, dict[str, list[float]]] = {}
     skipped: list[str] = []
     lost: list[str] = []
     damaged: Exception | None = None
@@ -91,23 +90,22 @@ def open_file(path: Path) -> TableSource:
             if np.iscomplexobj(values):
                 lost.append(f"{place} (complex numbers)")
                 continue
-            for own, one in columns_of(place, _laid_aside(values)):
-                columns.append(Column(own, unit or unit_in_name(own)))
-                series.append(one)
-    if not columns and damaged:
+            table += [
+                (Column(own, unit or unit_in_name(own)), one)
+                for own, one in columns_of(place, _laid_aside(values))
+            ]
+    if not table and damaged:
         raise damaged
-    if not columns:
+    if not table:
         found = ", ".join([*skipped, *lost]) or "nothing"
         raise RecordError(f"holds no vectors of real numbers (found {found})")
-    columns = [
-        replace(c, interval=hdf5.interval_at(c.name, stated)) if "/" in c.name else c
-        for c in columns
+    table = [
+        (replace(c, interval=hdf5.interval_at(c.name, stated)) if "/" in c.name else c, series)
+        for c, series in table
     ]
-    interval = hdf5.interval_from(stated[""])
-    source = TableSource(path, "MATLAB", tuple(columns), series, sample_interval=interval, first=1)
-    if lost:
-        source.losses = (f"not read: {', '.join(lost)}",)
-    return source
+    interval = hdf5.interval_at("", stated)
+    losses = (f"not read: {', '.join(lost)}",) if lost else ()
+    return TableSource(path, "MATLAB", table, sample_interval=interval, losses=losses, first=1)
 
 
 def _laid_aside(values: Any) -> Any:

@@ -28,20 +28,12 @@ def recognises(head: bytes, suffix: str) -> bool:
 def open_file(path: Path) -> TableSource:
     """Read an MDF file; RecordError where it holds no channels of numbers."""
     asammdf = need("asammdf", extra="mdf", what="an MDF file")
-    columns: list[Column] = []
-    series: list[FloatArray] = []
-    groups = 0
     with asammdf.MDF(path) as file:
-        for number in file.virtual_groups:
-            found = _group(file, number)
-            if found:
-                groups += 1
-                columns += [column for column, _ in found]
-                series += [values for _, values in found]
-    time = 0 if groups == 1 else None
-    if time == 0:
-        columns = [Column(c.name, c.unit) for c in columns]
-    return TableSource(path, "MDF", tuple(columns), series, time_column=time)
+        groups = [found for number in file.virtual_groups if (found := _group(file, number))]
+    if len(groups) == 1:
+        table = [(Column(column.name, column.unit), values) for column, values in groups[0]]
+        return TableSource(path, "MDF", table, time_column=0)
+    return TableSource(path, "MDF", [pair for group in groups for pair in group])
 
 
 def _group(file: Any, number: int) -> list[tuple[Column, FloatArray]]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.hdf5 import interval_from
 from vinesexp.records.readers.labels import only_time, unit_in_name
-from vinesexp.records.readers.source import Column, TableSource, columns_of
+from vinesexp.records.readers.source import Column, TableSource, bytes_behind, columns_of
 
 NAME = "NumPy (.npy, .npz)"
 
@@ -34,8 +34,7 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Read arrays; RecordError where they hold no columns of numbers."""
-    columns: list[Column] = []
-    series: list[NDArray[np.generic]] = []
+    table: list[tuple[Column, NDArray[np.generic]]] = []
     stated: dict[str, list[float]] = {}
     ends: int | None = None
     deep: list[tuple[int, ...]] = []
@@ -44,27 +43,22 @@ def open_file(path: Path) -> TableSource:
         if values.size == 1 and values.dtype.kind in "iuf":
             stated.setdefault(name.lower(), []).append(float(values.reshape(-1)[0]))
         deep += [values.shape] if values.ndim > 2 else []
-        for own, one in _columns(name, values):
-            columns.append(Column(own, unit_in_name(own)))
-            series.append(one)
-    if not columns and deep:
+        table += [(Column(own, unit_in_name(own)), one) for own, one in _columns(name, values)]
+    if not table and deep:
         shape = " x ".join(map(str, deep[0]))
         raise RecordError(
             f"holds an array of {shape}: probably several records; save each as an array of "
             "samples and channels"
         )
-    source = TableSource(
+    size = path.stat().st_size
+    return TableSource(
         path,
         "NumPy",
-        tuple(columns),
-        series,
+        table,
         sample_interval=interval_from(stated),
-        time_column=only_time(columns),
+        time_column=only_time([column for column, _ in table]),
+        losses=bytes_behind(size, size if ends is None else ends),
     )
-    behind = 0 if ends is None else path.stat().st_size - ends
-    if behind > 0:
-        source.losses = (f"{behind} bytes after the array that it states are not read",)
-    return source
 
 
 def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:

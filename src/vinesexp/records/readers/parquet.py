@@ -25,8 +25,7 @@ def recognises(head: bytes, suffix: str) -> bool:
 def open_file(path: Path) -> TableSource:
     """Read a Parquet file; RecordError where it holds no columns of numbers."""
     parquet = need("pyarrow.parquet", extra="parquet", what="a Parquet table")
-    columns: list[Column] = []
-    series: list[NDArray[np.generic]] = []
+    found: list[tuple[Column, NDArray[np.generic]]] = []
     # In this thread: room for the stacks of others is memory that the limits count.
     table = parquet.ParquetFile(path, pre_buffer=False).read(use_threads=False)
     for name in table.column_names:
@@ -35,7 +34,6 @@ def open_file(path: Path) -> TableSource:
         if values.dtype.kind in "mM":
             values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
         if values.dtype.kind in "iuf":
-            columns.append(Column(name, unit))
-            series.append(values)
-    time = only_time(columns)
-    return TableSource(path, "Parquet", tuple(columns), series, time_column=time, place="row")
+            found.append((Column(name, unit), values))
+    time = only_time([column for column, _ in found])
+    return TableSource(path, "Parquet", found, time_column=time, place="row")

@@ -15,6 +15,7 @@ from vinesexp.records.readers.source import (
     file_of,
     meant_by_single,
     number_of_part,
+    numbered,
 )
 from vinesexp.records.readers.unread import need, unreadable
 
@@ -65,13 +66,7 @@ def open_file(path: Path) -> TableSource:
         raise unreadable(kind, error) from None
     if not channels or any(not np.isfinite(values).all() for _, values in channels):
         raise RecordError(f"holds no samples ({kind}); save the channels again")
-    wrong = [column for column, _ in channels if not 0.0 < (column.interval or 0.0) < np.inf]
-    if wrong:
-        raise RecordError(f"states an interval of {wrong[0].interval} s")
-    columns, series = zip(*channels, strict=True)
-    source = TableSource(path, kind, columns, series)
-    source.parts = tuple(str(k + 1) for k in range(frames)) if frames > 1 else ()
-    return source
+    return TableSource(path, kind, channels, parts=numbered(frames))
 
 
 def _kind(head: bytes) -> str | None:

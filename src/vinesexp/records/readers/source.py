@@ -11,6 +11,7 @@ later. The file therefore has no name in any folder; it is opened by its number.
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -56,6 +57,11 @@ def number_of_part(path: Path, count: int, what: str) -> int:
     if part.isdecimal() and 1 <= int(part) <= count:
         return int(part) - 1
     raise RecordError(f"no part '{part}': it holds {count} {what}, from 1")
+
+
+def numbered(count: int) -> tuple[str, ...]:
+    """Names of the parts of a file that counts them; none where it holds one record."""
+    return tuple(str(k + 1) for k in range(count)) if count > 1 else ()
 
 
 def require_one(source: Any) -> None:
@@ -200,11 +206,9 @@ class TableSource(Source):
     ----------
     path, format
         As in `Source`.
-    columns : sequence of Column
-        In the order of `series`.
-    series : sequence of Series
-        One a column, of any real type.
-    sample_interval, start, time_column
+    table : sequence of pairs
+        Each column with its samples, of any real type.
+    sample_interval, start, time_column, stated_rows, parts, losses
         As in `Source`.
     first : int
         What the format calls its first sample: 0, or the line of a sheet.
@@ -214,26 +218,37 @@ class TableSource(Source):
 
     path: Path
     format: str
-    columns: tuple[Column, ...]
-    series: Sequence[Series]
+    table: Sequence[tuple[Column, Series]]
     _: KW_ONLY
     sample_interval: float | None = None
     start: float = 0.0
     time_column: int | None = None
+    stated_rows: int | None = None
+    parts: tuple[str, ...] = ()
+    losses: tuple[str, ...] = ()
     first: int = 0
     place: str = "sample"
 
     def __post_init__(self) -> None:
-        self.columns = tuple(self.columns)
+        self.columns = tuple(column for column, _ in self.table)
         if not self.columns:
             raise RecordError(f"holds no columns of numbers ({self.format})")
+        # Not a number: a column of which several are stated; who asks for it is told.
+        stated = [c.interval for c in self.columns if not math.isnan(c.interval or 0.0)]
+        for interval in (self.sample_interval, *stated):
+            if interval is not None and not 0.0 < interval < math.inf:
+                raise RecordError(f"states an interval of {interval:g} s; save the record again")
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
-        series = [self.series[column] for column in columns]
-        lengths = {self.columns[c].name: len(s) for c, s in zip(columns, series, strict=True)}
-        require_equal_lengths(lengths)
+        series = [self.table[column][1] for column in columns]
         length = len(series[0])
+        if any(len(one) != length for one in series):  # which sample belongs to which is unknown
+            lengths = ((self.columns[c].name, len(self.table[c][1])) for c in columns)
+            reported = ", ".join(f"'{name}' {n}" for name, n in lengths)
+            raise RecordError(
+                f"columns of different lengths ({reported} samples); export them together"
+            )
         for begin in range(0, length, rows):
             part = slice(begin, min(begin + rows, length))
             yield np.stack([one[part].astype(np.float64) for one in series], axis=1)
@@ -259,10 +274,7 @@ def columns_of(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[A
             yield f"{name}/{k}" if name else str(k), table[:, k]
 
 
-def require_equal_lengths(lengths: dict[str, int]) -> None:
-    """Refuse columns of different lengths: which sample belongs to which is then unknown."""
-    if len(set(lengths.values())) > 1:
-        reported = ", ".join(f"'{name}' {n}" for name, n in lengths.items())
-        raise RecordError(
-            f"columns of different lengths ({reported} samples); export them together"
-        )
+def bytes_behind(path_size: int, end: int, least: int = 1) -> tuple[str, ...]:
+    """What is said of bytes after the samples that a file states, from `least` on."""
+    behind = path_size - end
+    return (f"{behind} bytes after the samples that it states are not read",) * (behind >= least)

@@ -46,11 +46,9 @@ def open_file(path: Path) -> TableSource:
         if channel.dtype.kind in "iufM" and len(channel) > 1
     ]
     counted = Counter(channel.name for channel in channels)
-    columns = tuple(_column(channel, counted[channel.name] > 1) for channel in channels)
-    series = [_Samples(channel) for channel in channels]
-    source = TableSource(path, "TDMS", columns, series, time_column=only_time(columns))
-    source.losses = tuple(_cut_short(path))
-    return source
+    table = [(_column(c, counted[c.name] > 1), _Samples(c)) for c in channels]
+    time = only_time([column for column, _ in table])
+    return TableSource(path, "TDMS", table, time_column=time, losses=tuple(_cut_short(path)))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import stated_unit
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import Column, TableSource, bytes_behind
 
 NAME = "Tektronix ISF"
 
@@ -49,24 +49,17 @@ def open_file(path: Path) -> TableSource:
     offset, size_of_code, zero = (_number(stated, key) for key in ("YOFF", "YMULT", "YZERO"))
     values = (codes.astype(np.float64) - offset) * size_of_code + zero
     interval = _number(stated, "XINCR")
-    if not interval > 0.0:
-        raise RecordError(f"states an interval of {interval:g} s")
     start = _number(stated, "XZERO") - interval * _number(stated, "PT_OFF")
     name = stated.get("WFID", "CH1").split(",")[0].strip()
-    label = stated.get("YUNIT", "")
-    source = TableSource(
+    return TableSource(
         path,
         "Tektronix ISF",
-        (Column(name, stated_unit(label)),),
-        [values],
+        [(Column(name, stated_unit(stated.get("YUNIT", ""))), values)],
         sample_interval=interval,
         start=start,
+        stated_rows=int(_number(stated, "NR_PT")),
+        losses=bytes_behind(len(raw.rstrip()), begin + size, least=width),
     )
-    source.stated_rows = int(_number(stated, "NR_PT"))
-    behind = len(raw[begin + size :].strip())
-    if behind >= width:
-        source.losses = (f"{behind} bytes after the samples that it states are not read",)
-    return source
 
 
 def _words(header: str) -> dict[str, str]:

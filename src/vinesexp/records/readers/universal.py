@@ -51,17 +51,15 @@ def open_file(path: Path) -> TableSource:
             f"holds no time records ({reported}); export time histories (dataset 58, function 1)"
         )
     counted = Counter(str(one["id1"]).strip() for one in records)
-    columns = [_column(one, counted) for one in records]
-    source = TableSource(path, "UFF", tuple(columns), [np.asarray(one["data"]) for one in records])
-    pairs = [(int(one.get("num_pts") or 0), np.size(one["data"])) for one in records]
-    source.losses = tuple(
-        f"'{column.name}' states {stated} samples, {found} are there"
-        for column, (stated, found) in zip(columns, pairs, strict=True)
-        if stated != found
-    )
-    if _marks(path) % 2:
-        source.losses += ("it ends inside a dataset, which is not read",)
-    return source
+    table = [(_column(one, counted), np.asarray(one["data"])) for one in records]
+    stated = [int(one.get("num_pts") or 0) for one in records]
+    losses = [
+        f"'{column.name}' states {count} samples, {values.size} are there"
+        for (column, values), count in zip(table, stated, strict=True)
+        if count != values.size
+    ]
+    losses += ["it ends inside a dataset, which is not read"] * (_marks(path) % 2)
+    return TableSource(path, "UFF", table, losses=tuple(losses))
 
 
 def _marks(path: Path) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import Column, TableSource, bytes_behind
 
 NAME = "WAV"
 
@@ -37,24 +37,25 @@ def open_file(path: Path) -> TableSource:
         raise RecordError("holds no samples; export the record again")
     coding = _coding(order, code, frame // channels)
     names = track_names(found.get(b"iXML", b""))
-    source = TableSource(
+    losses: list[str] = []
+    if stated is None:
+        losses.append("the recorder did not close the record: its length is not stated")
+    if there % frame:
+        losses.append("the last sample is incomplete and left out")
+    return TableSource(
         path,
         "WAV",
-        tuple(Column(names.get(k + 1, str(k))) for k in range(channels)),
-        [_Track(path, coding, channels, k, begin, there // frame) for k in range(channels)],
+        [
+            (
+                Column(names.get(k + 1, str(k))),
+                _Track(path, coding, channels, k, begin, there // frame),
+            )
+            for k in range(channels)
+        ],
         sample_interval=1.0 / rate,
+        stated_rows=None if stated is None else stated // frame,
+        losses=(*losses, *bytes_behind(behind, 0, least=frame)),
     )
-    source.stated_rows = None if stated is None else stated // frame
-    if stated is None:
-        source.losses += ("the recorder did not close the record: its length is not stated",)
-    if there % frame:
-        source.losses += ("the last sample is incomplete and left out",)
-    if behind >= frame:
-        source.losses += (
-            f"{behind // frame} more samples may follow after the end that the file states; they "
-            "are not read",
-        )
-    return source
 
 
 _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
