@@ -16,11 +16,12 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from vinesexp.codedigest import code_digest
 from vinesexp.environment import one_thread_each
@@ -88,8 +89,6 @@ class Background(Generic[T]):
 
     Attributes
     ----------
-    busy : bool
-        Whether a piece of work was begun and not taken.
     seconds : float
         Of the processor, that the last piece took.
 
@@ -105,29 +104,30 @@ class Background(Generic[T]):
 
     def __init__(self, work: Callable[..., T]) -> None:
         self._work = work
-        self._process: multiprocessing.process.BaseProcess | None = None
-        self._connection: Connection | None = None
-        self.busy = False
+        self._pool: ProcessPoolExecutor | None = None
+        self._answer: Future[tuple[str, T | None, float]] | None = None
         self.seconds = 0.0
 
     def begin(self, *arguments: Any) -> None:
         """Start a piece of work; the one before has been taken."""
-        if self._process is None or not self._process.is_alive():
-            self.stop()
-            one_thread_each()
-            context = multiprocessing.get_context("spawn")
-            self._connection, other = context.Pipe()
-            self._process = context.Process(target=_serve, args=(other, self._work), daemon=True)
-            self._process.start()
-            other.close()
-        assert self._connection is not None
-        self._connection.send(arguments)
-        self.busy = True
+        with suppress(BrokenProcessPool):  # it ended while it had nothing to do
+            if self._pool is not None:
+                self._answer = self._pool.submit(_worked, self._work, arguments)
+                return
+        one_thread_each()
+        spawn = multiprocessing.get_context("spawn")
+        self._pool = ProcessPoolExecutor(1, spawn, initializer=_give_way)
+        self._answer = self._pool.submit(_worked, self._work, arguments)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a piece of work was begun and not taken."""
+        return self._answer is not None
 
     @property
     def done(self) -> bool:
         """Whether there is something to take."""
-        return self.busy and self._connection is not None and self._connection.poll()
+        return self._answer is not None and self._answer.done()
 
     def take(self) -> T:
         """What came out; waits for it.
@@ -137,47 +137,31 @@ class Background(Generic[T]):
         VinesexpError
             The work failed, or its process ended; why, in one line.
         """
-        assert self._connection is not None
-        self.busy = False
+        answer, self._answer = self._answer, None
+        assert answer is not None
         try:
-            failed, answer, self.seconds = self._connection.recv()
-        except (EOFError, OSError):
-            self.stop()
+            failed, found, self.seconds = answer.result()
+        except BrokenProcessPool:
             raise VinesexpError("its process ended; it starts again with the next record") from None
         if failed:
             raise VinesexpError(failed)
-        found: T = answer
-        return found
-
-    def stop(self) -> None:
-        """End the process, and the work that is under way with it."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.join()
-        if self._connection is not None:
-            self._connection.close()
-        self._process = self._connection = None
-        self.busy = False
+        return cast(T, found)
 
 
-def _serve(connection: Connection, work: Callable[..., Any]) -> None:
+def _give_way() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that started this
     if hasattr(os, "nice"):
         os.nice(_NICE)
-    while True:
-        try:
-            arguments = connection.recv()
-        except EOFError:
-            return
-        begun, failed, answer = time.process_time(), "", None
-        try:
-            answer = work(*arguments)
-        except Exception as error:
-            failed = " ".join(str(error).split()) or type(error).__name__
-        try:
-            connection.send((failed, answer, time.process_time() - begun))
-        except OSError:
-            return
+
+
+def _worked(work: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[str, T | None, float]:
+    """Why the work failed, or what came out, and the time of the processor that it took."""
+    begun, failed, found = time.process_time(), "", None
+    try:
+        found = work(*arguments)
+    except Exception as error:
+        failed = " ".join(str(error).split()) or type(error).__name__
+    return failed, found, time.process_time() - begun
 
 
 class Arrivals:
@@ -358,8 +342,8 @@ class Session:
     def stop(self) -> None:
         """End the work after the step that is under way."""
         self._stop.set()
-        self.identifying.stop()
-        self.looking.stop()
+        for process in multiprocessing.active_children():  # with the work that is under way
+            process.terminate()
 
     def settle(self, timeout: float = 600.0) -> None:
         """Work until nothing is left to do; for tests and for a last look."""
