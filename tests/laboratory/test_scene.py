@@ -445,7 +445,7 @@ def test_every_key_is_documented():
         *scene.LASER,
         *scene.ACCELEROMETER,
         *scene.OSCILLOSCOPE_KEYS,
-        *scene.MODE_KEYS,
+        *scene.MODE,
         *FORMATS,
     }
     assert sorted(key for key in keys if f"`{key}`" not in text) == []

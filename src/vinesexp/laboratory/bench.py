@@ -73,7 +73,7 @@ def read_sheet(whole: Section) -> BenchSheet:
     """The section `sheet` of scene.yaml."""
     entry = whole.under("sheet")
     entry.refuse_unknown((*KINDS, "seed"))
-    found = {name: entry.quantity(name, kind, zero=True) or 0.0 for name, kind in KINDS.items()}
+    found = entry.quantities({name: (kind, "zero") for name, kind in KINDS.items()})
     seed = entry.value("seed")
     if seed is not None and not isinstance(seed, int):
         entry.complain("seed", f"found '{seed}', expected a whole number")

@@ -15,7 +15,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import acquire
-from vinesexp.laboratory.sensors import Accelerometer, Moving
+from vinesexp.laboratory.sensors import Moving
 from vinesexp.rig import NES
 from vinesexp.solver.arrays import is_plain
 from vinesexp.units import STANDARD_GRAVITY
@@ -123,57 +123,37 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
 
 def departures_text(scene: Scene, test: Test) -> str | None:
     """The table of a test as CSV; None where nothing departs from rig and data sheets."""
-    rows = [*_of_rig(scene, test), *_of_sensors(test)]
-    if not rows:
-        return None
+    rows = [row for row in _departures(scene, test) if row[2] is not None]
     lines = [f"{what},{of},{value:.17g},{unit}" for what, of, value, unit in rows]
-    return "\n".join([HEAD, *lines, ""])
+    return "\n".join([HEAD, *lines, ""]) if rows else None
 
 
-def _of_rig(scene: Scene, test: Test) -> Iterator[tuple[str, str, float, str]]:
-    test = scene.performed(test)
-    rig, damping = scene.rig(test), scene.damping
-    if scene.sheet.added_mass and test.added_mass:
-        yield "added_mass", "oscillator", test.added_mass, "kg"
-    if scene.sheet.release and test.release:
-        yield "release", "oscillator", test.release, "m"
-    if rig.oscillator.k3:
-        yield "cubic_stiffness", "oscillator", rig.oscillator.k3, "N/m^3"
-    if damping.quadratic:
-        yield "quadratic_damping", "oscillator", damping.quadratic, "N s^2/m^2"
-    if damping.coulomb:
-        yield "coulomb_damping", "oscillator", damping.coulomb, "N"
-    as_written = scene.sheet.exact and all(nes.b_minus is None for nes in rig.nes)
-    if is_plain(rig) and as_written:
-        return
-    for number, nes in enumerate(rig.nes, start=1):
-        if scene.sheet.nes_mass:
-            yield "mass", f"nes {number}", nes.m, "kg"
-        for side, name in ((1, "wall +1"), (-1, "wall -1")):
-            yield "clearance", f"nes {number} {name}", nes.clearance(side), "m"
-            yield "restitution", f"nes {number} {name}", nes.restitution(side), "1"
-        if is_plain(rig):
-            continue
-        yield "restitution_slope", f"nes {number}", nes.r_slope, "s/m"
-        yield "friction", f"nes {number}", nes.friction, "m/s^2"
-        yield "tilt", f"nes {number}", nes.tilt, "m/s^2"
-        if nes.contact_time:
-            yield "contact_time", f"nes {number}", nes.contact_time, "s"
-
-
-def _of_sensors(test: Test) -> Iterator[tuple[str, str, float, str]]:
+def _departures(scene: Scene, test: Test) -> Iterator[tuple[str, str, float | None, str]]:
+    """Quantity, of what, true value and unit; None where it is as the model or the sheet has it."""
+    test, sheet = scene.performed(test), scene.sheet
+    rig = scene.rig(test)
+    yield "added_mass", "oscillator", (test.added_mass or None) if sheet.added_mass else None, "kg"
+    yield "release", "oscillator", (test.release or None) if sheet.release else None, "m"
+    yield "cubic_stiffness", "oscillator", rig.oscillator.k3 or None, "N/m^3"
+    yield "quadratic_damping", "oscillator", scene.damping.quadratic or None, "N s^2/m^2"
+    yield "coulomb_damping", "oscillator", scene.damping.coulomb or None, "N"
+    as_written = sheet.exact and is_plain(rig) and all(nes.b_minus is None for nes in rig.nes)
+    for number, nes in enumerate(() if as_written else rig.nes, start=1):
+        of = f"nes {number}"
+        yield "mass", of, nes.m if sheet.nes_mass else None, "kg"
+        for side, wall in ((1, "wall +1"), (-1, "wall -1")):
+            yield "clearance", f"{of} {wall}", nes.clearance(side), "m"
+            yield "restitution", f"{of} {wall}", nes.restitution(side), "1"
+        yield "restitution_slope", of, nes.r_slope or None, "s/m"
+        yield "friction", of, nes.friction or None, "m/s^2"
+        yield "tilt", of, nes.tilt or None, "m/s^2"
+        yield "contact_time", of, nes.contact_time or None, "s"
     for role, sensor in test.sensors.items():
-        if sensor.gain != 1.0:
-            yield "gain", role, sensor.gain, "1"
-        if sensor.mode is not None:
-            yield "mode_frequency", role, sensor.mode.frequency, "Hz"
-            yield "mode_share", role, sensor.mode.share, "1"
-            yield "mode_damping", role, sensor.mode.damping, "1"
-        if isinstance(sensor, Accelerometer):
-            if sensor.ac_corner is not None:
-                yield "ac_corner", role, sensor.ac_corner, "Hz"
-            if sensor.cross_axis:
-                yield "cross_axis", role, sensor.cross_axis, "1"
+        yield "gain", role, sensor.gain if sensor.gain != 1.0 else None, "1"
+        for name, unit in (("frequency", "Hz"), ("share", "1"), ("damping", "1")):
+            yield f"mode_{name}", role, getattr(sensor.mode, name, None), unit
+        yield "ac_corner", role, getattr(sensor, "ac_corner", None), "Hz"
+        yield "cross_axis", role, getattr(sensor, "cross_axis", None) or None, "1"
 
 
 def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:

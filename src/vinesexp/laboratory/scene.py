@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from vinesexp.errors import CampaignError, ParameterError, nearest
 from vinesexp.excitation import Base, Harmonic, SteppedSweep, Sweep, WeakDamping
@@ -41,11 +42,18 @@ BALL = {
     "tilt": ("acceleration", "signed"),
     "contact_time": ("time", "zero"),
 }
-HOST_KEYS = (
-    *("mass", "damping", "quadratic_damping", "coulomb_damping"),
-    *("stiffness", "cubic_stiffness"),
-)
-RIG_KEYS = (*HOST_KEYS, "nes_mass", *BALL)
+#: The same of the oscillator.
+HOST = {
+    "mass": ("mass", "needed"),
+    "damping": ("damping", "needed zero"),
+    "stiffness": ("stiffness", "needed"),
+    "cubic_stiffness": ("cubic stiffness", "signed"),
+}
+WEAK = {
+    "quadratic_damping": ("quadratic damping", "zero"),
+    "coulomb_damping": ("force", "zero"),
+}
+RIG_KEYS = (*HOST, *WEAK, "nes_mass", *BALL)
 DRIVEN = ("base_amplitude", "frequency", "base_record")
 #: What each test needs and what it can have besides; clearance brings ball_start along, and a
 #: driven test has base_amplitude and frequency, or base_record.
@@ -68,8 +76,12 @@ _ALWAYS = ("test", "duration", "note", "sensors", "oscilloscope")
 TEST_KEYS = tuple(dict.fromkeys(chain(_ALWAYS, *NEEDED.values(), *ALLOWED.values())))
 Balls = tuple[NES, ...]
 
-#: Keys of balls that `NES` has under another name.
-_FIELDS = {"restitution": "r", "restitution_minus": "r_minus", "restitution_slope": "r_slope"}
+#: Keys that `Oscillator`, `WeakDamping` or `NES` have under another name.
+_FIELDS = {
+    **{"mass": "M", "damping": "c1", "stiffness": "k1", "cubic_stiffness": "k3"},
+    **{"quadratic_damping": "quadratic", "coulomb_damping": "coulomb"},
+    **{"restitution": "r", "restitution_minus": "r_minus", "restitution_slope": "r_slope"},
+}
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _WALLS = {"wall +1": -1.0, "wall -1": 1.0, "middle": 0.0}
 
@@ -78,9 +90,13 @@ STEP_KEYS = ("start", "stop", "step")
 MOST_STEPS = 10_000
 
 # Sensors and oscilloscope as scene.yaml describes them; a fault not asked for is absent.
-MODE_KEYS = ("frequency", "share", "damping")
-#: Keys of both sensors that are read by functions of their own.
-COMMON_KEYS = ("sensitivity", "gain_error", "gain_uncertainty", "mode")
+MODE = {
+    "frequency": ("frequency", "needed"),
+    "share": ("ratio", "needed signed"),
+    "damping": ("ratio", ""),
+}
+GAIN = {"gain_error": ("ratio", "signed"), "gain_uncertainty": ("ratio", "zero")}
+COMMON_KEYS = ("sensitivity", *GAIN, "mode")
 #: Key of a sensor to the kind of its number, and what it may be beside above zero.
 LASER = {
     "offset": ("voltage", "signed"),
@@ -102,89 +118,66 @@ ACCELEROMETER = {
     "cross_axis": ("ratio", "signed"),
     "range": ("acceleration", ""),
 }
+LASERS = ("displacement", LASER)
 OSCILLOSCOPE_KEYS = tuple(field.name for field in fields(Oscilloscope))
 
 
 def read_sensors(layers: Section, seed: int) -> dict[str, Sensor]:
-    """Role to sensor; a role that nobody mentions has no sensor.
-
-    A gain that is stated with its uncertainty alone is drawn, one for the role in the whole scene.
-    """
+    """Role to sensor; a role that nobody mentions has no sensor."""
     layers.refuse_unknown(MOTIONS)
     found: dict[str, Sensor] = {}
     for role in MOTIONS:
-        entry = layers.under(role)
-        if not entry:
-            continue
-        if role == "acceleration":
-            sensor = _sensor(entry, Accelerometer, "acceleration", ACCELEROMETER)
-        else:
-            sensor = _sensor(entry, Laser, "displacement", LASER)
-        gain, stated = _gain(entry, role, seed)
-        if sensor is not None:
-            mode = _mode(entry)
-            found[role] = replace(sensor, gain=gain, gain_uncertainty=stated, mode=mode)
+        if entry := layers.under(role):
+            kind, table = ("acceleration", ACCELEROMETER) if role == "acceleration" else LASERS
+            make = Accelerometer if role == "acceleration" else Laser
+            if (values := _sensor(entry, kind, table, role, seed)) is not None:
+                found[role] = make(**values)
     if not found:
         layers.complain("sensors", "no sensors; give at least 'displacement'")
     return found
 
 
-def _sensitivity(entry: Section, kind: str) -> float | None:
-    text = entry.value("sensitivity")
-    if text is None:
+def _sensor(
+    entry: Section, kind: str, table: Mapping[str, tuple[str, str]], role: str, seed: int
+) -> dict[str, Any] | None:
+    """What is said of a sensor; None where it is wrong or what it needs is missing.
+
+    A gain that is stated with its uncertainty alone is drawn, one for the role in the whole scene.
+    """
+    before = len(entry.problems.found)
+    entry.refuse_unknown((*COMMON_KEYS, *table))
+    values: dict[str, Any] = {**entry.quantities(table), "mode": _mode(entry)}
+    if entry.value("sensitivity") is None:
         entry.complain("sensitivity", "is missing; such as '40 mV/mm' or '20 mV/g'")
-        return None
-    with entry.at("sensitivity"):
-        return parse_sensitivity(text, kind)
-    return None
-
-
-def _gain(entry: Section, role: str, seed: int) -> tuple[float, float]:
-    """True gain over the sheet's, and the uncertainty that the sheet states."""
-    stated = entry.quantity("gain_uncertainty", "ratio", zero=True) or 0.0
-    error = entry.quantity("gain_error", "ratio", signed=True)
+    else:
+        with entry.at("sensitivity"):
+            values["sensitivity"] = parse_sensitivity(entry.value("sensitivity"), kind)
+    if values.get("ring_damping", 0.0) >= 1.0:
+        entry.complain("ring_damping", "expected below 1: an overdamped mounting does not ring")
+    gain = entry.quantities(GAIN)
+    stated, error = gain.get("gain_uncertainty", 0.0), gain.get("gain_error")
     if error is None:
         error = stated * float(stream(seed, role, "gain").standard_normal()) if stated else 0.0
     if error <= -1.0:
         entry.complain("gain_error", "expected more than -100 %: such a sensor shows nothing")
-    return 1.0 + error, stated
+    values |= {"gain": 1.0 + error, "gain_uncertainty": stated}
+    return values if len(entry.problems.found) == before else None
 
 
 def _mode(entry: Section) -> LocalMode | None:
     """A local mode of the structure; None where there is none."""
-    if entry.value("mode") is None:
-        return None
     mode = entry.under("mode")
-    mode.refuse_unknown(MODE_KEYS)
-    frequency = mode.quantity("frequency", "frequency", needed=True)
-    share = mode.quantity("share", "ratio", needed=True, signed=True)
-    damping = mode.quantity("damping", "ratio")
-    if damping is not None and damping >= 1.0:
+    if not mode:
+        return None
+    mode.refuse_unknown(MODE)
+    found = mode.quantities(MODE)
+    if found.get("damping", 0.0) >= 1.0:
         mode.complain("damping", "expected below 1: an overdamped mode does not oscillate")
-        return None
-    if frequency is None or share is None:
-        return None
-    return LocalMode(frequency, share, 0.02 if damping is None else damping)
+    return LocalMode(**found) if {"frequency", "share"} <= set(found) else None
 
 
-def _sensor(
-    entry: Section, make: Callable[..., Sensor], kind: str, table: Mapping[str, tuple[str, str]]
-) -> Sensor | None:
-    """A sensor of the numbers that are given; None where what it needs is missing."""
-    entry.refuse_unknown((*COMMON_KEYS, *table))
-    values = {"sensitivity": _sensitivity(entry, kind)}
-    for key, (of, may) in table.items():
-        value = entry.quantity(key, of, **({may: True} if may else {}))
-        if value is not None or may == "needed":
-            values[key] = value
-    damping = values.get("ring_damping")
-    if damping is not None and damping >= 1.0:
-        entry.complain("ring_damping", "expected below 1: an overdamped mounting does not ring")
-    return None if None in values.values() else make(**values)
-
-
-def read_oscilloscope(layers: Section) -> Oscilloscope | None:
-    """The oscilloscope; None where its description is wrong."""
+def read_oscilloscope(layers: Section, clock: float) -> Oscilloscope | None:
+    """The oscilloscope, its clock off by what the sheet leaves open; None where it is wrong."""
     layers.refuse_unknown(OSCILLOSCOPE_KEYS)
     before = len(layers.problems.found)
     rate = layers.quantity("sample_rate", "frequency", needed=True)
@@ -193,18 +186,13 @@ def read_oscilloscope(layers: Section) -> Oscilloscope | None:
         layers.complain("format", f"unknown format '{form}'; {nearest(form, FORMATS)}")
     skew = layers.under("skew")
     skew.refuse_unknown(MOTIONS)
-    late = {
-        role: skew.quantity(role, "time", signed=True) or 0.0
-        for role in MOTIONS
-        if role in skew.names()
-    }
     scope = Oscilloscope(
         sample_rate=rate or 1.0,
         bits=layers.whole("bits", low=2, high=16, default=14),
         full_scale=layers.quantity("full_scale", "voltage") or 1.0,
         format=form,
-        skew=late,
-        clock_error=layers.quantity("clock_error", "ratio", signed=True) or 0.0,
+        skew=skew.quantities(dict.fromkeys(MOTIONS, ("time", "signed"))),
+        clock_error=(layers.quantity("clock_error", "ratio", signed=True) or 0.0) + clock,
         dropped_samples=layers.whole("dropped_samples", low=0, high=10**6, default=0),
     )
     return scope if len(layers.problems.found) == before else None
@@ -309,10 +297,15 @@ def read_balls(rig: Section) -> tuple[NES, ...]:
         NES(
             m=masses[i % len(masses)],
             b=1.0,
-            **{_FIELDS.get(k, k): found[i % len(found)] for k, found in values.items() if found},
+            **_named({k: found[i % len(found)] for k, found in values.items() if found}),
         )
         for i in range(n)
     )
+
+
+def _named(values: Mapping[str, float]) -> dict[str, float]:
+    """Values of keys by the names of the fields that they are of."""
+    return {_FIELDS.get(key, key): value for key, value in values.items()}
 
 
 def read_scene(file: Path, problems: Problems) -> Scene | None:
@@ -323,17 +316,13 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
     whole.refuse_unknown(KEYS)
     rig = whole.under("rig")
     rig.refuse_unknown(RIG_KEYS)
-    oscillator = _oscillator(rig)
-    damping = WeakDamping(
-        quadratic=rig.quantity("quadratic_damping", "quadratic damping", zero=True) or 0.0,
-        coulomb=rig.quantity("coulomb_damping", "force", zero=True) or 0.0,
-    )
+    host, weak = rig.quantities(HOST), rig.quantities(WEAK)
     balls = read_balls(rig)
     for ball in balls:
-        if oscillator is not None and ball.m > oscillator.M:
+        if ball.m > host.get("mass", math.inf):
             rig.complain(
                 "nes_mass",
-                f"{ball.m:g} kg is more than the mass {oscillator.M:g} kg that the "
+                f"{ball.m:g} kg is more than the mass {host['mass']:g} kg that the "
                 "ball is to calm; write grams as 'g'",
             )
     seed = whole.value("seed")
@@ -344,19 +333,11 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
     clock = sheet.off("clock", known_seed, "oscilloscope")
     drawn = known_seed if sheet.seed is None else sheet.seed
     groups = dict(_groups(whole, balls, drawn, clock))
-    _refuse_twice(groups, whole)
-    if problems.found or oscillator is None or not isinstance(seed, int):
+    if problems.found or not isinstance(seed, int):
         return None
+    oscillator, damping = Oscillator(**_named(host)), WeakDamping(**_named(weak))
     title = whole.text("title") or file.resolve().parent.name
     return Scene(title, seed, oscillator, balls, damping, groups, sheet)
-
-
-def _oscillator(rig: Section) -> Oscillator | None:
-    M = rig.quantity("mass", "mass", needed=True)
-    c1 = rig.quantity("damping", "damping", needed=True, zero=True)
-    k1 = rig.quantity("stiffness", "stiffness", needed=True)
-    k3 = rig.quantity("cubic_stiffness", "cubic stiffness", signed=True) or 0.0
-    return None if M is None or c1 is None or k1 is None else Oscillator(M=M, c1=c1, k1=k1, k3=k3)
 
 
 def _groups(
@@ -365,6 +346,7 @@ def _groups(
     groups = whole.under("groups")
     if not groups.names():
         whole.complain("groups", "no groups of tests; each has 'records'")
+    seen: dict[str, str] = {}
     for name in groups.names():
         group = groups.under(name)
         if not _NAME.fullmatch(name):
@@ -377,19 +359,15 @@ def _groups(
         for record in records.names():
             entry = records.under(record)
             entry.refuse_unknown(TEST_KEYS)
-            tests.append(_test(record, entry.over(group), whole, balls, seed))
-        yield name, tuple(_with_clock(test, clock) for test in tests if test is not None)
+            if (other := seen.setdefault(record.lower(), name)) != name:
+                whole.complain("groups", f"record '{record}' is in group {other} and in {name}")
+            tests.append(_test(record, entry.over(group), whole, balls, seed, clock))
+        yield name, tuple(test for test in tests if test is not None)
 
 
-def _with_clock(test: Test, error: float) -> Test:
-    """The test on an oscilloscope whose clock is off by what its sheet leaves open."""
-    if not error:
-        return test
-    scope = test.oscilloscope
-    return replace(test, oscilloscope=replace(scope, clock_error=scope.clock_error + error))
-
-
-def _test(name: str, entry: Section, whole: Section, balls: Balls, seed: int) -> Test | None:
+def _test(
+    name: str, entry: Section, whole: Section, balls: Balls, seed: int, clock: float
+) -> Test | None:
     before = len(entry.problems.found)
     kind = entry.text("test")
     if kind not in NEEDED:
@@ -412,7 +390,8 @@ def _test(name: str, entry: Section, whole: Section, balls: Balls, seed: int) ->
     minus = _clearance_minus(entry, len(clearance))
     start = _ball_start(entry, clearance, minus or clearance)
     sensors = read_sensors(entry.under("sensors").over(whole.under("sensors")), seed)
-    scope = read_oscilloscope(entry.under("oscilloscope").over(whole.under("oscilloscope")))
+    described = entry.under("oscilloscope").over(whole.under("oscilloscope"))
+    scope = read_oscilloscope(described, clock)
     settle = entry.quantity("settle", "time", zero=True) or 0.0
     added_mass = entry.quantity("added_mass", "mass", zero=True) or 0.0
     if len(entry.problems.found) > before or scope is None or duration is None:
@@ -489,18 +468,6 @@ def _ball_start(
                 raise ParameterError(f"found '{word}', outside the cavity of clearance {wall:g} mm")
             found.append(place)
     return tuple(found)
-
-
-def _refuse_twice(groups: dict[str, tuple[Test, ...]], whole: Section) -> None:
-    seen: dict[str, str] = {}
-    for group, tests in groups.items():
-        for test in tests:
-            key = test.record.lower()
-            if key in seen:
-                whole.complain(
-                    "groups", f"record '{test.record}' is in group {seen[key]} and in {group}"
-                )
-            seen[key] = group
 
 
 def load_scene(path: Path) -> Scene:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any, TypedDict, Unpack
@@ -151,6 +151,15 @@ class Section:
         with self.at(key):
             return _checked(self.value(key), kind, may)
         return None
+
+    def quantities(self, table: Mapping[str, tuple[str, str]]) -> dict[str, float]:
+        """Those numbers of a table that are given, SI: key to kind, and what it may be."""
+        found = {}
+        for key, (kind, may) in table.items():
+            value = self.quantity(key, kind, **dict.fromkeys(may.split(), True))
+            if value is not None:
+                found[key] = value
+        return found
 
     def lengthy(self, key: str, kind: str, **may: Unpack[May]) -> tuple[float, ...]:
         """One number with its unit or a list of them, in SI."""
