@@ -197,9 +197,7 @@ def test_words_of_overload_are_infinite_with_their_sign(tmp_path):
 def test_the_one_row_with_a_cell_too_many_is_named(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t,x\n" + "0.1,5\n" * 30 + "3.0,1.0,2.0\n")
-    with pytest.raises(
-        RecordError, match=r"line 32: 3 cells where the rows have 2 \('3.0,1.0,2.0'"
-    ):
+    with pytest.raises(RecordError, match=r"line 32: 3 cells under 2 names \('3.0,1.0,2.0' under"):
         open_source(path)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray, IntArray, usually_held
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import Channel, Record
-from vinesexp.records.instrument.joined import AnySamples
+from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView
 
@@ -505,7 +505,7 @@ def look_over(
     view: RecordView,
     record: Record,
     channels: Mapping[str, Channel],
-    samples: AnySamples,
+    samples: Samples,
 ) -> tuple[list[Check], dict[str, Stretches]]:
     """Refuse a stored record for its defects, or report its size, what is odd, and its gaps.
 
@@ -584,7 +584,7 @@ _JUMPS = "it jumps away from its motion and back, as a laser that loses its targ
 
 
 def _paused(
-    view: RecordView, record: Record, samples: AnySamples, period: float | None
+    view: RecordView, record: Record, samples: Samples, period: float | None
 ) -> dict[str, Stretches]:
     """The stretches of all channels over which the times pause; no ball may hit in them."""
     if not samples.gaps:
@@ -610,7 +610,7 @@ def _refuse_pieces(
 
 
 def _left_out(
-    view: RecordView, record: Record, samples: AnySamples, role: str, gaps: Stretches,
+    view: RecordView, record: Record, samples: Samples, role: str, gaps: Stretches,
     period: float | None, why: str,
 ) -> Check:  # fmt: skip
     """What is said of gaps; the record is refused where they leave no two periods in a row."""
@@ -657,7 +657,7 @@ def _period(view: RecordView, record: Record) -> float | None:
     return view.n / held
 
 
-def _described(view: RecordView, samples: AnySamples, runs: list[Stretch], defect: str) -> str:
+def _described(view: RecordView, samples: Samples, runs: list[Stretch], defect: str) -> str:
     worst = max(runs, key=lambda run: run.length)
     at = view.time(worst.start, worst.start + 1)[0]
     place = samples.source.locate(samples.trimmed[0] + worst.start)
@@ -675,7 +675,7 @@ def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Chec
     raise RecordError(f"{reported}, or add accept: {defect} to channels.{channel.role}")
 
 
-def _trimmed(record: Record, samples: AnySamples) -> list[Check]:
+def _trimmed(record: Record, samples: Samples) -> list[Check]:
     before, after = samples.trimmed
     reported = [
         f"{count} row{'' if count == 1 else 's'} at the {end}"

@@ -18,7 +18,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, RecordError, naming, nearest
 from vinesexp.records.campaign.schema import ROLES, Campaign, Channel, Record, TimeColumn
 from vinesexp.records.instrument.findings import look_over
-from vinesexp.records.instrument.joined import AnySamples, JoinedSamples
+from vinesexp.records.instrument.joined import JoinedSamples
 from vinesexp.records.instrument.samples import Samples, has_column
 from vinesexp.records.instrument.timebase import UnevenClockError
 from vinesexp.records.readers import open_source
@@ -89,24 +89,21 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
 
 def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     setup = campaign.setup_of(record)
-    samples: AnySamples
-    if record.more_files:
-        samples = JoinedSamples(record.files, setup)
-    else:
-        samples = Samples(
+    samples = (
+        JoinedSamples(record.files, setup)
+        if record.more_files
+        else Samples(
             open_source(record.file),
             setup.channels,
             time=setup.time,
             sample_rate=setup.sample_rate,
         )
-    if not samples.quantities:
-        raise RecordError("none of the campaign's channels is in it")
+    )
     attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
     with whole_file(out) as unseen:
         try:
             _write(unseen, samples, attributes)
         except UnevenClockError as uneven:
-            assert isinstance(samples, Samples)  # joined ones are even
             samples.resample(uneven)
             _write(unseen, samples, attributes)
         with open_record(unseen) as view:
@@ -119,7 +116,7 @@ def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     return found
 
 
-def _file_attributes(record: Record, samples: AnySamples) -> dict[str, str]:
+def _file_attributes(record: Record, samples: Samples) -> dict[str, str]:
     """What the instrument file itself says, and which file it was."""
     found = {"source_sha256": source_digest(record), "source_format": samples.source.format}
     if isinstance(samples, JoinedSamples):
@@ -127,7 +124,7 @@ def _file_attributes(record: Record, samples: AnySamples) -> dict[str, str]:
     return found
 
 
-def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> None:
+def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
     with RecordWriter(
         path,
         sample_rate=samples.sample_rate,
@@ -137,7 +134,7 @@ def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> No
     ) as writer:
         for block in samples.blocks():
             writer.append(block)
-        if isinstance(samples, Samples) and samples.uneven:
+        if samples.uneven:
             for times, block in samples.as_measured():
                 writer.append_measured(times, block)
         writer.sample_rate, writer.start = samples.sample_rate, samples.start

@@ -7,7 +7,7 @@ file a channel write short ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -16,9 +16,10 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, naming
-from vinesexp.records.campaign.schema import Channel, Setup
+from vinesexp.records.campaign.schema import SI_UNITS, Channel, Setup
 from vinesexp.records.instrument.samples import Samples, has_column
-from vinesexp.records.readers import BLOCK_ROWS, Source, open_source
+from vinesexp.records.readers import Column, Source, open_source
+from vinesexp.records.readers.source import TableSource
 
 _OFF = 0.1  # of a sample: how far apart two clocks may stand
 
@@ -35,8 +36,8 @@ class _Part:
         return len(next(iter(self.values.values())))
 
 
-class JoinedSamples:
-    """The channels of a record in several files. The interface is that of `Samples`.
+class JoinedSamples(Samples):
+    """The channels of a record in several files, SI, on one clock.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ class JoinedSamples:
     def __init__(self, files: Sequence[Path], setup: Setup) -> None:
         sources = [open_source(file) for file in files]
         wanted: list[dict[str, Channel]] = [{} for _ in sources]
-        self.warnings: list[tuple[str, str]] = []
+        said: list[tuple[str, str]] = []
         for role, channel in setup.channels.items():
             named = [_named(source, channel) for source in sources]
             places = [k for k, column in enumerate(named) if column is not None]
@@ -74,61 +75,62 @@ class JoinedSamples:
                     where=f"channels.{role}",
                 )
             if not places:
-                self.warnings.append(("channels", f"no column '{channel.column}' for {role}"))
+                said.append(("channels", f"no column '{channel.column}' for {role}"))
         pairs = zip(sources, wanted, strict=True)
         self._parts = [_read(source, channels, setup) for source, channels in pairs if channels]
-        self.quantities = {r: q for part in self._parts for r, q in part.samples.quantities.items()}
-        self.lost: dict[str, list[tuple[int, int]]] = {}  # such files are refused
-        self.source = sources[0]
-        self.trimmed, self.gaps = (0, 0), ()  # files whose times pause are not laid over another
-        self.sample_rate, self.start, self._values = 1.0, 0.0, dict[str, FloatArray]()
-        if self._parts:
-            self.trimmed = self._parts[0].samples.trimmed
-            self._join()
+        one, channels = _joined(self._parts, said) if self._parts else (sources[0], {})
+        super().__init__(one, channels, time=None, sample_rate=None)
+        self.source, self.warnings = sources[0], said
+
+    @property
+    def trimmed(self) -> tuple[int, int]:
+        """Rows left out of the first file."""
+        return self._parts[0].samples.trimmed
 
     @property
     def roles_by_file(self) -> list[list[str]]:
         """Roles of the channels of each file."""
         return [list(part.values) for part in self._parts]
 
-    def blocks(self) -> Iterator[dict[str, FloatArray]]:
-        """Blocks of every channel, SI, float64."""
-        length = len(next(iter(self._values.values())))
-        for begin in range(0, length, BLOCK_ROWS):
-            yield {role: x[begin : begin + BLOCK_ROWS] for role, x in self._values.items()}
-
     def overload(self, role: str) -> str | None:
         """What is reported about samples out of the instrument's range; see `Samples.overload`."""
         return next(p.samples.overload(role) for p in self._parts if role in p.values)
 
-    def _join(self) -> None:
-        parts = self._parts
-        names = [part.samples.source.path.name for part in parts]
-        rates = [part.samples.sample_rate for part in parts]
-        if max(rates) > min(rates) * (1.0 + 1e-6):
-            pairs = zip(names, rates, strict=True)
-            reported = ", ".join(f"{name} {rate:.9g} Hz" for name, rate in pairs)
-            raise RecordError(f"files of different sample rates ({reported}); resample them to one")
-        self.sample_rate, self.start = rates[0], max(part.samples.start for part in parts)
-        shifts = np.array([(self.start - part.samples.start) * rates[0] for part in parts])
-        whole = np.rint(shifts).astype(int)
-        off = float(np.abs(shifts - whole).max())
-        if off > _OFF:
-            self.warnings.append(("files", f"clocks of the files stand {off:.2g} samples apart"))
-        length = min(part.length - k for part, k in zip(parts, whole, strict=True))
-        if length < 2:
-            raise RecordError("its files do not overlap in time")
-        for part in parts:
-            self.warnings += part.samples.warnings
-        lost = [part.length - length for part in parts]
-        if max(lost):
-            reported = ", ".join(f"{n} {k}" for n, k in zip(names, lost, strict=True) if k)
-            self.warnings.append(("files", f"samples left out where the files differ: {reported}"))
-        self._values = {
-            role: x[k : k + length]
-            for part, k in zip(parts, whole, strict=True)
-            for role, x in part.values.items()
-        }
+
+def _joined(
+    parts: Sequence[_Part], said: list[tuple[str, str]]
+) -> tuple[Source, dict[str, Channel]]:
+    """The parts laid over one another as one source, and its channels; warnings go to `said`."""
+    names = [part.samples.source.path.name for part in parts]
+    rates = [part.samples.sample_rate for part in parts]
+    if max(rates) > min(rates) * (1.0 + 1e-6):
+        pairs = zip(names, rates, strict=True)
+        reported = ", ".join(f"{name} {rate:.9g} Hz" for name, rate in pairs)
+        raise RecordError(f"files of different sample rates ({reported}); resample them to one")
+    start = max(part.samples.start for part in parts)
+    shifts = np.array([(start - part.samples.start) * rates[0] for part in parts])
+    whole = np.rint(shifts).astype(int)
+    off = float(np.abs(shifts - whole).max())
+    if off > _OFF:
+        said.append(("files", f"clocks of the files stand {off:.2g} samples apart"))
+    length = min(part.length - k for part, k in zip(parts, whole, strict=True))
+    if length < 2:
+        raise RecordError("its files do not overlap in time")
+    for part in parts:
+        said += part.samples.warnings
+    lost = [part.length - length for part in parts]
+    if max(lost):
+        reported = ", ".join(f"{n} {k}" for n, k in zip(names, lost, strict=True) if k)
+        said.append(("files", f"samples left out where the files differ: {reported}"))
+    table, channels = [], {}
+    for part, k in zip(parts, whole, strict=True):
+        for role, quantity in part.samples.quantities.items():
+            table.append((Column(role), part.values[role][k : k + length]))
+            channels[role] = Channel(
+                role, role, quantity, 1.0, unit=SI_UNITS[quantity], sensitivity=False
+            )
+    path, interval = parts[0].samples.source.path, 1.0 / rates[0]
+    return TableSource(path, "joined", table, sample_interval=interval, start=start), channels
 
 
 def _named(source: Source, channel: Channel) -> str | int | None:
@@ -155,7 +157,3 @@ def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
             )
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
     return _Part(samples, values)
-
-
-#: Samples of a record, in one file or in several.
-AnySamples = Samples | JoinedSamples

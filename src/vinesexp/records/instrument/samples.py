@@ -195,6 +195,8 @@ class Samples:
         self.warnings = [("length", loss) for loss in source.losses]
         self.rows = 0
         self._conversions = list(self._found(channels))
+        if not self._conversions:
+            raise RecordError("none of the campaign's channels is in it")
         columns = [source.columns[c.index] for c in self._conversions]
         self._interval, self._start = stated_sampling(source, columns, given=sample_rate)
         self.quantities = {c.channel.role: c.channel.quantity for c in self._conversions}
@@ -264,7 +266,7 @@ class Samples:
                 f"{self._rows.emptiest()}; export the record again"
             )
         if self._clock is None:
-            self.start += self.trimmed[0] / self.sample_rate
+            self.start += self._rows.trimmed[0] / self.sample_rate
             return
         self.sample_rate, self.start = self._clock.finish()
         self.warnings += [("time", said) for said in self._clock.remarks()]

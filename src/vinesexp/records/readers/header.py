@@ -28,7 +28,6 @@ from vinesexp.units import UNITS
 
 #: Names of what stands in no row of data, or not in every one.
 _EXTRA = re.compile(r"comment|start|increment|t0\b|tinc\b", re.IGNORECASE)
-_RARE = 4  # times as many rows as odd ones
 _SOURCE = {"source", "channel", "channels", "trace"}
 _SAYS = re.compile(r"[^\W\d_]|[%°]")  # what a name or a unit holds
 _MARK = re.compile(r"\s*(#+|%+|//)")
@@ -45,7 +44,6 @@ _STATEMENTS = {
         "names": r"source|channels?|channel name|trace( ?name)?",
         "units": r"((vertical|y|v) ?)?units?|y unit label",
         "time unit": r"(horizontal|x|h) ?units?",
-        "times": r"x columns",
         "axis": r"x dimension",
     }.items()
 }
@@ -92,7 +90,7 @@ def find_layout(path: Path) -> Layout:
     columns = [_column(j, names, units) for j in range(body.width)]
     columns = [replace(c, unit="s") if j in body.stamps else c for j, c in enumerate(columns)]
     known = completed([columns[j] for j in holding], stated)
-    time = only_time(known) if stated.times else None
+    time = only_time(known)
     for j, column in zip(holding, known, strict=True):
         columns[j] = column
     return replace(
@@ -137,7 +135,6 @@ def _over(layout: Layout, body: Body, i: int) -> list[str]:
     split = [[cell.strip() for cell in line.split(sign)] for sign in ";,\t"]
     split += [re.split(r"\s{2,}|\t", line)]
     split += [re.split(r"\s+(?![(\[])", line)] if blanks else []
-    split += [line.split()] if layout.delimiter == "\t" else []  # else a remark of some words
     return next((other for other in split if len(other) == most and all(other)), cells)
 
 
@@ -169,15 +166,10 @@ def _names_and_units(
         if _are_units(layout, upper) and not _are_units(layout, last):
             return last, upper, above[-1]
     if _are_units(layout, last) and upper:
-        # `x-axis,1,2,3`: names may be numbers, but for the first.
-        numbered = len(words) == len([cell for cell in last if cell]) and not layout.is_number(
-            words[0]
-        )
-        unnamed_first = [bool(cell) for cell in upper[:2]] == [False, True]  # `,CH1`
-        if unnamed_first or _kind(layout, body, above[-2]) == "words" or numbered:
-            # `Source,CH1` over `Second,Volt`: the first cell is no name.
-            timed = words[0].lower() in _SOURCE and unit_of_label(last[0]) in UNITS["time"]
-            return (["Time", *upper[1:]] if timed else upper), last, above[-2]
+        # Names may be numbers (`x-axis,1,2,3`), or lack the first (`,CH1`). The first cell of
+        # `Source,CH1` over `Second,Volt` is no name.
+        timed = words[0].lower() in _SOURCE and unit_of_label(last[0]) in UNITS["time"]
+        return (["Time", *upper[1:]] if timed else upper), last, above[-2]
     return last, [], above[-1]
 
 
@@ -207,29 +199,16 @@ def _paired(
         return [], f"{above} has {len(names)} names, {below} {cells} cells"
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
-        _refuse_odd_row(body, last + 1, first)
         if layout.delimiter != ",":  # which of the columns has none, nobody can tell
             return [], f"{above} has {last + 1} names, {below} {width} cells"
         wide = next(i for i in range(first, len(body.lines)) if len(body.rows[i]) >= width)
         raise RecordError(
             f"{width} cells under {last + 1} names ('{body.lines[wide].strip()[:80]}' under "
-            f"'{line.strip()[:80]}'); correct the names, or, if the numbers have decimal commas, "
-            "export with another delimiter",
+            f"'{line.strip()[:80]}'); correct the line or the names, or, if the numbers have "
+            "decimal commas, export with another delimiter",
             where=f"line {wide + 1}",
         )
     return names, ""
-
-
-def _refuse_odd_row(body: Body, names: int, first: int) -> None:
-    """Name the row that has more cells than there are names, where it is one among many."""
-    rows = [i for i in range(first, len(body.lines)) if body.rows[i]]
-    odd = [i for i in rows if len(body.rows[i]) > names and any(body.rows[i][names:])]
-    if odd and _RARE * len(odd) < len(rows):
-        raise RecordError(
-            f"{len(body.rows[odd[0]])} cells where the rows have {names} "
-            f"('{body.lines[odd[0]].strip()[:60]}'); correct the line",
-            where=f"line {odd[0] + 1}",
-        )
 
 
 def _column(j: int, names: list[str], units: list[str]) -> Column:
@@ -242,8 +221,7 @@ def _column(j: int, names: list[str], units: list[str]) -> Column:
 class Stated:
     """What a preamble states; None and empty where it does not.
 
-    `units` are in the order of the columns, empty where one has none; `times` is False where the
-    column of times is said to be left empty.
+    `units` are in the order of the columns, empty where one has none.
     """
 
     interval: float | None = None
@@ -252,7 +230,6 @@ class Stated:
     names: list[str] = field(default_factory=list)
     units: list[str] = field(default_factory=list)
     time_unit: str | None = None
-    times: bool = True
 
 
 def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
@@ -295,7 +272,6 @@ def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
         [word for word in texts("names") if word],
         units,
         time_unit,
-        times="No" not in texts("times"),
     )
 
 

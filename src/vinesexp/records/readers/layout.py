@@ -27,6 +27,7 @@ from vinesexp.records.readers.source import WIDEST, Column
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
 _TAIL = 1 << 15  # the same of what stands behind the data
+_NO_NUMBERS = "no line of numbers found; export the record as columns of numbers"
 _NEAR = 50  # rows whose form the last one should have
 _EXPONENT = r"(?:[eEdD][+-]?\d+)?"  # Fortran writes 1.0D-03
 _NUMBER = re.compile(rf"[+-]?(?:\d+\.?\d*|\.\d+){_EXPONENT}|[+-]?(?:nan|inf)", re.IGNORECASE)
@@ -192,71 +193,54 @@ def find_body(path: Path) -> tuple[Layout, Body]:
         whole = not stream.read(1)
     text, encoding = _decode(raw)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    if not whole and len(lines) > 1:
-        lines.pop()  # cut short by the end of the head
-    filled = [line for line in lines if line.strip()]
-    behind: list[str] = []
-    for step in (max(len(filled) // 100, 1), 1):  # at first lines all over: many may stand behind
-        above = filled[: -len(behind)] if whole and behind else filled
-        if not above:
-            raise RecordError("no line of numbers found; export the record as columns of numbers")
-        tail = above[-min(50 * step, max(3, len(above) // 2)) :: step]
-        layout = _delimiter_and_decimal(tail, filled, encoding)
-        data = _columns_of_data(layout, tail)
-        behind, end = _behind(path, layout, *data)
-    if cut := not behind:
-        behind, end = _begun_row(path, layout)
-    layout = replace(layout, behind=tuple(behind), end=end, cut=cut and bool(behind))
-    return layout, _body(layout, lines, tail)
+    filled = [i for i, line in enumerate(lines) if line.strip()]
+    if not filled:
+        raise RecordError(_NO_NUMBERS)
+    step = max(len(filled) // 100, 1)  # lines all over: many may stand behind the last row
+    last = filled[-min(50 * step, max(3, len(filled) // 2)) :: step]
+    tail = [lines[i] for i in last]
+    layout = _delimiter_and_decimal(tail, [lines[i] for i in filled], encoding)
+    numeric, stamps = _columns_of_data(layout, tail)
+    if not numeric or max(numeric) >= WIDEST:
+        raise RecordError(_NO_NUMBERS)
+    behind, end, cut = _behind(path, layout, numeric, stamps)
+    if whole and behind:
+        lines = lines[: filled[-len(behind)]]
+    layout = replace(layout, behind=tuple(behind), end=end, cut=cut)
+    return layout, _body(layout, lines, numeric, stamps)
 
 
 def _behind(
     path: Path, layout: Layout, numeric: set[int], stamps: set[int]
-) -> tuple[list[str], int]:
-    """Lines without data after the last row of data, and the byte at which they begin.
+) -> tuple[list[str], int, bool]:
+    """Lines after the last row of data, the byte at which they begin, and whether a cut row is it.
 
-    Where no line at the end is a row, words belong to the rows.
+    Where no line at the end is a row, words belong to the rows. A row is cut where no line end
+    closes it, and it has fewer cells than any of the rows above, or its last number fewer decimals
+    than in any of them.
     """
     size = path.stat().st_size
     with path.open("rb") as stream:
         stream.seek(max(size - _TAIL, 0))
-        raw = stream.read()
-    found: list[str] = []
-    end = size
-    for line in reversed(raw.splitlines(keepends=True)):
-        text = line.decode(layout.encoding, "replace").strip()
-        if text and _is_row(layout, numeric, stamps, text):
-            return (found[::-1], end) if found else ([], 0)
-        if "\0" in text:  # what a logger leaves that lost its power is no footer
-            return [], 0
-        if text:
-            found.append(text)
-        end -= len(line)
-    return [], 0
-
-
-def _begun_row(path: Path, layout: Layout) -> tuple[list[str], int]:
-    """The last line where the file ends before its last number does, and where it begins.
-
-    No line end closes it, and it has fewer cells than any of the rows above, or its last number
-    fewer decimals than in any of them.
-    """
-    size = path.stat().st_size
-    with path.open("rb") as stream:
-        stream.seek(max(size - _TAIL, 0))
-        raw = stream.read()
-    *above, last = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
-    if not last.strip():
-        return [], 0
-    line, *lines = (text.decode(layout.encoding, "replace") for text in (last, *above[-_NEAR:]))
-    shapes = [_shape(layout, one) for one in lines[size > _TAIL :] if one.strip()]
-    if len(shapes) < 3:
-        return [], 0
-    cells, decimals = _shape(layout, line)
-    fewest = min(cells for cells, _ in shapes)
-    least = min(decimals for cells, decimals in shapes if cells == fewest)
-    whole = cells > fewest or (cells == fewest and decimals >= least)
-    return ([], 0) if whole else ([line.strip()], size - len(last))
+        raw = stream.read().splitlines(keepends=True)
+    texts = [line.decode(layout.encoding, "replace").strip() for line in raw]
+    backward = reversed([k for k, text in enumerate(texts) if text])
+    row = next((k for k in backward if _is_row(layout, numeric, stamps, texts[k])), len(raw))
+    after = row + 1
+    found = [text for text in texts[after:] if text]
+    if any("\0" in text for text in found):  # what a logger leaves that lost its power is no footer
+        return [], 0, False
+    if found:
+        return found, size - len(b"".join(raw[after:])), False
+    above = [_shape(layout, text) for text in texts[size > _TAIL : -1][-_NEAR:] if text]
+    if raw[-1].endswith((b"\n", b"\r")) or len(above) < 3:
+        return [], 0, False
+    cells, decimals = _shape(layout, texts[-1])
+    fewest = min(count for count, _ in above)
+    least = min(digits for count, digits in above if count == fewest)
+    if cells > fewest or (cells == fewest and decimals >= least):
+        return [], 0, False
+    return [texts[-1]], size - len(raw[-1]), True
 
 
 def _shape(layout: Layout, line: str) -> tuple[int, int]:
@@ -373,16 +357,8 @@ def _one_or_two(layout: Layout, tail: list[str], filled: list[str]) -> Layout:
     )
 
 
-def _body(layout: Layout, lines: list[str], tail: list[str]) -> Body:
+def _body(layout: Layout, lines: list[str], numeric: set[int], stamps: set[int]) -> Body:
     rows = [layout.cells(line) if line.strip() else [] for line in lines]
-    kept = len(rows)
-    for _ in layout.behind:
-        kept = next((i for i in range(kept - 1, -1, -1) if any(rows[i])), 0)
-    if layout.behind and lines[kept:] and lines[kept].strip() == layout.behind[0]:
-        rows, lines = rows[:kept], lines[:kept]  # the head is the whole file
-    numeric, stamps = _columns_of_data(layout, tail)
-    if not numeric or max(numeric) >= WIDEST:
-        raise RecordError("no line of numbers found; export the record as columns of numbers")
     # An oscilloscope may write its settings into the first columns, beside the data.
     beside = min(numeric | stamps) >= 2
 
@@ -407,7 +383,7 @@ def _body(layout: Layout, lines: list[str], tail: list[str]) -> Body:
     if first is None and not beside:
         first = first_row(True)  # or words stand before the numbers of every row
     if first is None:
-        raise RecordError("no line of numbers found; export the record as columns of numbers")
+        raise RecordError(_NO_NUMBERS)
     # A column that ends before the last rows holds data where most of the first rows fill it.
     width, near = max(numeric | stamps) + 1, range(first, min(first + _NEAR, len(rows)))
     wide = [lines[i] for i in near if any(rows[i][width:])]
