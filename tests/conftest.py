@@ -12,12 +12,17 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.readers import guard
 from vinesexp.records.stored.store import RecordWriter
+
+# a test that waits for a processor is not wrong
+settings.register_profile("unhurried", deadline=None)
+settings.load_profile("unhurried")
 
 T = TypeVar("T")
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

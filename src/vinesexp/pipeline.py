@@ -145,6 +145,7 @@ def ingest_record(
     from vinesexp.signals.clocks import MENDED, mend_clocks
     from vinesexp.signals.displacement_sensor import set_right
     from vinesexp.signals.hum import remove_hum
+    from vinesexp.signals.silent_channels import leave_silent_out
 
     campaign, record = _seen(campaign, record, step="ingest")
     step = ingest if strict else ingest_or_refuse
@@ -152,6 +153,7 @@ def ingest_record(
     if record.test in MENDED:
         checks += mend_clocks(paths.record(record.id), record, driven=record.test == "periodic")
         checks += remove_hum(paths.record(record.id), record)
+        checks += leave_silent_out(paths.record(record.id), record)
         checks += set_right(paths.record(record.id), record)
     write_checks(paths.ingest_checks(record.id), checks)
     return checks

@@ -807,10 +807,11 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
         rows.append(_input(answer, "release", ids, "mm", 1e3, release, terms, log=True))
     for load, name in o.loads.items():
         ids = tuple(r.id for r in campaign.records if r.added_mass == load)
-        scaled = load * math.expm1(answer.posterior.of({"load scale": 1.0})[0])
-        terms = {name: 1.0, "load scale": 0.0}
+        scale = answer.posterior.of({"load scale": 1.0})[0]  # logarithm of a factor of all
+        slope = load * math.exp(scale)
+        terms, off = {name: 1.0, "load scale": slope}, load * math.expm1(scale) - slope * scale
         rows.append(
-            _input(answer, "added_mass", ids, "g", 1e3, load, terms, log=False, constant=scaled)
+            _input(answer, "added_mass", ids, "g", 1e3, load, terms, log=False, constant=off)
         )
     for place, mass in enumerate(campaign.known.nes_mass, start=1):
         if (name := o.balls.get(place, "")) in answer.posterior:

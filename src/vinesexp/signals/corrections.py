@@ -33,11 +33,14 @@ class Correction:
         Role to blocks of samples, SI, of the channels that change; empty: nothing is written.
     start : float, optional
         Time of the first sample, s; default: as it is.
+    without : tuple of str
+        Roles of channels that the record is better without.
     """
 
     checks: Sequence[Check]
     streams: Mapping[str, Iterator[FloatArray]] = field(default_factory=dict)
     start: float | None = None
+    without: tuple[str, ...] = ()
 
 
 Find = Callable[[RecordView, Record, float], Correction | None]
@@ -67,7 +70,7 @@ def correct(path: Path, record: Record, find: Find, *, even: bool = True) -> Seq
             return ()
         frequency = _frequency_of(view, record)
         found = find(view, record, frequency) if frequency else None
-        if found is not None and found.streams:
+        if found is not None and (found.streams or found.without):
             _write_anew(path, view, found)
     return () if found is None else found.checks
 
@@ -81,11 +84,12 @@ def _frequency_of(view: RecordView, record: Record) -> float | None:
 
 def _write_anew(path: Path, view: RecordView, found: Correction) -> None:
     """The record in the place of the one that is read; rate, quantities and attributes stay."""
-    streams = {role: found.streams.get(role) or as_read(view, role) for role in view.roles}
+    roles = [role for role in view.roles if role not in found.without]
+    streams = {role: found.streams.get(role) or as_read(view, role) for role in roles}
     with RecordWriter(
         path, sample_rate=view.sample_rate,
         start=view.start if found.start is None else found.start,
-        quantities={role: view.quantity(role) for role in view.roles},
+        quantities={role: view.quantity(role) for role in roles},
         attributes={k: v for k, v in view.attributes.items()
                     if k not in ("Conventions", "sample_rate_hz", "start_s")},
     ) as writer:  # fmt: skip

@@ -115,15 +115,19 @@ def oscillation_of(record: RecordView) -> float | None:
     if test == "drop":
         return None
     looked_at = _LOOKED_AT if test else _LOOKED_AT[:1]
-    for role in (role for role in looked_at if role in record.roles):
-        # the steps of a sensor of its own rate are no oscillation
-        k = max(1, record.n // _SPECTRUM, usually_held(record.read(role, 0, _SPECTRUM)))
-        means = channel_means(record, role, k)
-        try:
-            return dominant_frequency(means, record.sample_rate / k, quantity=record.quantity(role))
-        except AnalysisError:
-            continue
-    return None
+    lines = (line_of(record, role) for role in looked_at if role in record.roles)
+    return next((line for line in lines if line is not None), None)
+
+
+def line_of(record: RecordView, role: str) -> float | None:
+    """Frequency (Hz) of the strongest oscillation of one channel; None where it shows none."""
+    # the steps of a sensor of its own rate are no oscillation
+    k = max(1, record.n // _SPECTRUM, usually_held(record.read(role, 0, _SPECTRUM)))
+    means = channel_means(record, role, k)
+    try:
+        return dominant_frequency(means, record.sample_rate / k, quantity=record.quantity(role))
+    except AnalysisError:
+        return None
 
 
 def dominant_frequency(

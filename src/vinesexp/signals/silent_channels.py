@@ -1,0 +1,66 @@
+"""A channel of the mass that shows nothing of the motion that the other one shows is left out.
+
+A sensor that was off, unplugged or out of its range records its noise. As a displacement it said
+that the mass hardly moves, and that its ball is stuck; as an acceleration its noise had impacts.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.store import RecordView
+from vinesexp.signals.base_motion import ORDER
+from vinesexp.signals.corrections import Correction, correct
+from vinesexp.signals.filters import line_of
+from vinesexp.signals.means import channel_means, group_size
+
+_OF_THE_MASS = ("displacement", "acceleration")
+_LEAST = 0.1  # of what the other channel shows: a sensitivity may be wrong, noise is smaller
+_POINTS = 48  # means a cycle
+
+
+def leave_silent_out(path: Path, record: Record) -> list[Check]:
+    """Write a stored record without the channel of the mass that does not show its motion.
+
+    Parameters
+    ----------
+    path : Path
+        records/<id>.nc.
+    record : Record
+        Its row.
+    """
+    return list(correct(path, record, _silent))
+
+
+def _silent(view: RecordView, record: Record, frequency: float) -> Correction | None:
+    """The channel without an oscillation, smaller than what the other makes of it."""
+    if not set(_OF_THE_MASS) <= set(view.roles):
+        return None
+    lines = {role: line_of(view, role) for role in _OF_THE_MASS}
+    silent = [role for role, line in lines.items() if line is None]
+    if len(silent) != 1:
+        return None
+    (role,) = silent
+    other = next(one for one in _OF_THE_MASS if one != role)
+    line = lines[other] or frequency
+    order = ORDER[view.quantity(role)] - ORDER[view.quantity(other)]
+    expected = _size(view, other, line) * (2.0 * math.pi * line) ** order
+    shown = _size(view, role, line)
+    if shown > _LEAST * expected:
+        return None
+    detail = (
+        f"the {role} shows no oscillation, and the {other} one at {line:.4g} Hz: its sensor was "
+        f"off, unplugged or out of its range, and the record is used without the {role}"
+    )
+    return Correction([Check(record.id, "silent", "warning", detail)], without=(role,))
+
+
+def _size(view: RecordView, role: str, frequency: float) -> float:
+    """Standard deviation of means over a 48th of a cycle, without the zero of the sensor."""
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
+    return float(np.std(channel_means(view, role, k)))
