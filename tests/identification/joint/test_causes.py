@@ -11,7 +11,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     _effects,
     believed,
-    exchanged,
+    of_some_rows,
     gains_of,
     judge,
     possible_causes,
@@ -291,7 +291,7 @@ def test_files_one_row_down_are_one_cause(shift):
     """Five tests whose files are each in the row of another: no pair of rows explains it."""
     stated = np.array([18.9, 20.7, 21.8, 22.9, 24.7]) * 1e-3
     observed, data = cavities(stated.tolist(), np.roll(stated, shift).tolist())
-    causes = exchanged(observed, data)
+    causes = of_some_rows(observed, data)
     assert [len(cause.records) for cause in causes] == [5]
     (found,) = judge(data, observed, [*causes, *possible_causes(observed)]).found
     assert found.sure
@@ -302,9 +302,36 @@ def test_files_one_row_down_are_one_cause(shift):
 
 def test_two_pairs_of_rows_are_two_causes_and_rows_in_order_none():
     stated = np.array([18.9, 20.7, 21.8, 22.9]) * 1e-3
-    two = exchanged(*cavities(stated.tolist(), stated[[1, 0, 3, 2]].tolist()))
+    two = of_some_rows(*cavities(stated.tolist(), stated[[1, 0, 3, 2]].tolist()))
     assert [cause.records for cause in two] == [("t0", "t1"), ("t2", "t3")]
-    assert exchanged(*cavities(stated.tolist(), (1.02 * stated + 3e-4).tolist())) == []
+    assert of_some_rows(*cavities(stated.tolist(), (1.02 * stated + 3e-4).tolist())) == []
+
+
+@pytest.mark.parametrize(("rows", "factor"), [((0, 2, 4), 2.0), ((3,), 0.1)])
+def test_a_factor_in_some_rows_is_one_cause(rows, factor):
+    """Some rows with the total travel, one in cm: each was not explained, or several causes."""
+    true = np.array([18.9, 20.7, 21.8, 22.9, 24.7]) * 1e-3
+    stated = true.copy()
+    stated[list(rows)] *= factor
+    observed, data = cavities(stated.tolist(), true.tolist())
+    causes = [*of_some_rows(observed, data), *possible_causes(observed)]
+    (found,) = judge(data, observed, causes).found
+    assert found.sure
+    assert found.cause.factor == factor
+    assert found.cause.records == tuple(f"t{i}" for i in rows)
+    (check,) = cause_checks(judge(data, observed, causes))
+    assert f"{factor:g} times the true value in t{rows[0]}" in check.detail
+
+
+def test_a_clearance_may_be_wrong_by_more_than_itself():
+    true = np.array([18.9, 20.7, 21.8, 22.9, 24.7]) * 1e-3
+    stated = true.copy()
+    stated[2] = 6.1e-3
+    observed, data = cavities(stated.tolist(), true.tolist())
+    (found,) = judge(data, observed, possible_causes(observed)).found
+    assert found.sure
+    assert found.cause.records == ("t2",)
+    assert found.value == pytest.approx(15.7e-3, abs=3.0 * found.error)
 
 
 def steps(of, *, tests=(4, 5, 6, 7), kind="own f0"):

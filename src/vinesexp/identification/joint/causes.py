@@ -605,11 +605,12 @@ def _of_clearances(o: Observed) -> list[Cause]:
     return found
 
 
-def exchanged(o: Observed, data: Quadratic) -> list[Cause]:
-    """Values of a column in the rows of one another, as the order of what a fit shows tells.
+def of_some_rows(o: Observed, data: Quadratic) -> list[Cause]:
+    """Values of a column in the rows of one another, or off by a factor in some rows.
 
-    The longest cavity has the largest clearance, the heaviest mass the lowest frequency: which row
-    has which value needs no search. Values that change places in a ring are one cause.
+    The longest cavity has the largest clearance, the heaviest mass the lowest frequency, and what a
+    fit shows of each tells by what it is off: which rows it is needs no search. Values that change
+    places in a ring are one cause.
 
     Parameters
     ----------
@@ -622,7 +623,10 @@ def exchanged(o: Observed, data: Quadratic) -> list[Cause]:
     weights = [
         (name, load, load + at[name], (), (f"{1e3 * load:g} g",)) for load, name in o.loads.items()
     ]
-    return _in_rings("clearance", cavities) + _in_rings("added mass", weights)
+    return [
+        *_in_rings("clearance", cavities), *_in_rings("added mass", weights),
+        *_by_factor("clearance", cavities, _LENGTH), *_by_factor("added mass", weights, _MASS),
+    ]  # fmt: skip
 
 
 #: Name of an unknown, what was stated (SI), what goes with the true value, the records that it
@@ -651,6 +655,25 @@ def _in_rings(about: str, items: Sequence[_Stated]) -> list[Cause]:
                       stated=sum((items[i][4] for i in ring), ()))
             )  # fmt: skip
     return causes
+
+
+def _by_factor(about: str, items: Sequence[_Stated], factors: Sequence[float]) -> list[Cause]:
+    causes = []
+    for factor in factors:
+        own = [item for item in items if abs(item[1] / factor / item[2] - 1.0) < _LIKE_FACTOR]
+        if 0 < len(own) < len(items):
+            moves = {item[0]: item[1] / factor - item[1] for item in own}
+            causes.append(
+                Cause(f"{about} x {factor:.4g} of {', '.join(moves)}", "mistake", about,
+                      Direction(moves, Prior(1.0, 3e-3)),
+                      members=2 * len(FACTORS) * math.comb(len(items), len(own)),
+                      records=sum((item[3] for item in own), ()),
+                      stated=sum((item[4] for item in own), ()), factor=factor)
+            )  # fmt: skip
+    return causes
+
+
+_LIKE_FACTOR = 0.02  # by which what a fit shows may differ from a factor, relative
 
 
 def _of_levels(o: Observed) -> list[Cause]:

@@ -21,7 +21,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     all_possible,
     believing,
-    exchanged,
+    of_some_rows,
     possible_causes,
     proposed,
     weighed,
@@ -255,8 +255,10 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
     for beliefs in (wide, observed.beliefs):
         data = fit(observed.blocks, observed.names, beliefs, observed.start)
         if beliefs is wide and any(cause.kind == "mistake" for cause in causes):
-            causes = [*causes, *exchanged(observed, data)]
-        queue = [(proposed(data, observed, causes), data)]
+            causes = [*causes, *of_some_rows(observed, data)]
+        known = [cause for cause in causes if cause.kind != "scatter"]
+        # a scatter without a cause explains most of what several mistakes of one row each are
+        queue = [(proposed(data, observed, some), data) for some in (known, causes)]
         while queue and len(fits) < _FITS:
             chosen, data = queue.pop(0)
             key = frozenset(cause.key for cause in chosen)

@@ -145,10 +145,11 @@ def called(cause: Cause) -> str:
     whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
         return f"{place} of {', '.join(whose[:-1])} and {whose[-1]} exchanged"
+    if cause.factor is not None:
+        of = f" of {', '.join(whose)}" if whose else ""
+        return f"{place}{of} that is {cause.factor:.4g} times the true value"
     if cause.records:
         return f"{place} of {', '.join(cause.records)} that is wrong"
-    if cause.factor is not None:
-        return f"{place} that is {cause.factor:.4g} times the true value"
     if cause.stated:
         return f"{place} that is wrong ({', '.join(cause.stated)})"
     if "offset" in cause.key:
@@ -176,8 +177,9 @@ def said(weighed: Weighed) -> str:
         )
     if cause.factor is not None:
         why = FACTORS[cause.factor]
+        where = ", ".join(whose) or "all records"
         return (
-            f"{place} is {cause.factor:.4g} times the true value in all records ({why}): the "
+            f"{place} is {cause.factor:.4g} times the true value in {where} ({why}): the "
             "flights and the motion of the mass show it; the analysis uses the values found. "
             f"Correct {place}"
         )
