@@ -11,9 +11,9 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     _effects,
     believed,
-    of_some_rows,
     gains_of,
     judge,
+    of_some_rows,
     possible_causes,
     scores,
 )
