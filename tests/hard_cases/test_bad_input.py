@@ -354,7 +354,7 @@ def _cell(row, column, value):
 
 
 def _frozen(t, base, laser):
-    laser[400:] = laser[400]
+    laser[100:] = laser[100]
     return text(t, base, laser)
 
 
@@ -441,7 +441,7 @@ RECORD_MISTAKES = {
         text(np.round(signals()[0], 1), *signals()[1:]),
         ["line 3", "time does not advance", "sample_rate"],
     ),
-    "frozen": (_spoiled(_frozen), ["displacement is frozen for 600 samples", "line 402"]),
+    "frozen": (_spoiled(_frozen), ["displacement shows nothing for 0.9 s", "no two periods"]),
     "saturated": (_spoiled(_clipped), ["displacement is clipped at the end", "line"]),
     "starts anew": (_spoiled(_wrapped), ["displacement jumps by", "its phase starts anew", "line"]),
     "too short": (_spoiled(_short), ["0.2 s hold 1.6 periods", "record longer"]),
@@ -553,6 +553,16 @@ def test_exclude_is_honoured_and_shown(folder, capsys):
     assert code == 0
     assert lines[0] == "bad: excluded: cable loose"
     assert lines[1].startswith("2 records: 1 good, 0 refused, 1 excluded")
+
+
+def test_a_frequency_in_rad_per_second_is_refused(folder, capsys):
+    """The base channel knows better; b_c was a thousandth of the true one."""
+    (folder / "raw/bad.csv").write_text(text(*signals()))
+    row = "bad,raw/bad.csv,periodic,34,0.25,7.9"
+    (folder / "records.csv").write_text(CSV.replace(row, row.replace("7.9", "49.64")))
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert re.search(r"frequency_hz is 49.64 Hz, the base moves at [78]", lines[0])
 
 
 @pytest.mark.parametrize(("defect", "change"), [("frozen", _frozen), ("saturated", _clipped)])

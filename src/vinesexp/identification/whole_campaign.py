@@ -123,7 +123,8 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
             records[0], "gain", "warning",
             f"the acceleration is {said} times the second derivative of the displacement"
             + (f", and in {len(records) - 1} more records" if len(records) > 1 else "")
-            + ": campaign.yaml names the wrong channels, or a sensitivity is far off",
+            + f": {_in_ms(float(said))}campaign.yaml names the wrong channels, or a sensitivity is "
+            "far off",
         )
         for said, records in _alike(far).items()
     ]  # fmt: skip
@@ -140,6 +141,12 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
         lags = [e for e in lags if e.records[0] in shown]
     ac = [_corner(corner, len(corners))] if coupled else []
     return [*checks, *ac, *_across(across), *_lags(lags)]
+
+
+def _in_ms(gain: float) -> str:
+    """What makes an acceleration a million times the second derivative of a displacement."""
+    million = abs(math.log10(gain) - 6.0) < 0.1 if gain > 0.0 else False
+    return "the times are in ms and not in s, or " if million else ""
 
 
 def _alike(far: Sequence[Estimate]) -> dict[str, list[str]]:

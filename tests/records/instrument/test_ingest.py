@@ -146,10 +146,10 @@ def test_times_in_other_units_are_converted(tmp_path):
 
 def test_a_stated_rate_is_used_and_a_contradiction_reported(tmp_path):
     write(tmp_path, "a.h5")
-    campaign = make(tmp_path, "a.h5", YAML + "sample_rate: 1 kHz\n")
+    campaign = make(tmp_path, "a.h5", YAML + "sample_rate: 1.9 kHz\n")
     checks = ingest(campaign, campaign.record("a"), tmp_path / "a.nc")
     assert [check.outcome for check in checks] == ["ok", "warning"]
-    assert "states 2000 Hz, campaign.yaml's 1000 Hz is used" in checks[1].detail
+    assert "states 2000 Hz, campaign.yaml's 1900 Hz is used" in checks[1].detail
 
 
 def test_a_header_in_millivolts_counts(tmp_path):

@@ -53,11 +53,15 @@ def test_the_springs_are_read_whole(name, samples, frequency, tmp_path):
         assert np.argmax(spectrum) * 100.0 / (1 << 18) == pytest.approx(frequency, rel=0.01)
 
 
-def test_a_sensor_that_lost_its_target_is_frozen(tmp_path):
+def test_a_sensor_that_lost_its_target_has_a_gap_there(tmp_path):
     campaign = load_campaign(REAL / "spring_hard")
     record = replace(campaign.record("lost_target"), exclude=False)
-    with pytest.raises(RecordError, match=r"frozen for 2993 samples from 488\.66 s \(line 48868\)"):
-        ingest(campaign, record, tmp_path / "a.nc")
+    (gap,) = [c for c in ingest(campaign, record, tmp_path / "a.nc") if c.check == "gaps"]
+    assert gap.outcome == "warning"
+    assert "29.9 s of 518.6 s, 1 time" in gap.detail
+    assert "from 488.66 s (line 48868): it stands still" in gap.detail
+    with open_record(tmp_path / "a.nc") as view:
+        assert int(np.isnan(view.read("displacement")).sum()) == 2993
 
 
 @pytest.mark.parametrize("name", ["1.007hz", "1.207hz"])

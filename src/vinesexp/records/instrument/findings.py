@@ -565,10 +565,16 @@ def look_over(
             gaps = ()
         clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
         stuck = [run for run in stuck if run not in clipped]
-        if gaps:
-            found.append(_left_out(view, record, samples, role, gaps, period, _JUMPS))
-            missing[role] = _joined([*missing.get(role, ()), *gaps])
-        if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
+        whole = bool(stuck) and stuck[0].length == view.n
+        held = () if whole or "frozen" in channels[role].accept or record.test == "drop" else tuple(
+            (run.start, run.start + run.length) for run in stuck
+        )  # fmt: skip
+        stuck = [] if held else stuck
+        for stretches, why in ((gaps, _JUMPS), (held, _STANDS)):
+            if stretches:
+                found.append(_left_out(view, record, samples, role, stretches, period, why))
+                missing[role] = _joined([*missing.get(role, ()), *stretches])
+        if whole and role not in _MOVING[record.test]:
             reported = f"{role} does not change at all; noise below one step of the instrument?"
             found.append(Check(record.id, "frozen", "warning", reported))
             continue
@@ -580,6 +586,7 @@ def look_over(
 
 
 _EVERY_HIT = "a drop test needs every hit; cut the record there"
+_STANDS = "it stands still in the midst of its motion or its noise, as a sensor that is off"
 _JUMPS = "it jumps away from its motion and back, as a laser that loses its target"
 
 
@@ -654,7 +661,40 @@ def _period(view: RecordView, record: Record) -> float | None:
             f"{seconds:.3g} s hold {held:.2g} periods of the motion, expected at least two; record "
             "longer"
         )
+    _refuse_other_frequency(view, record, held)
     return view.n / held
+
+
+def _refuse_other_frequency(view: RecordView, record: Record, held: float) -> None:
+    """Refuse a periodic test whose base moves at another frequency than is stated.
+
+    Harmonics of the stated frequency, which may be stronger, are none.
+    """
+    if record.test != "periodic" or not record.frequency or "base" not in view.roles:
+        return
+    ratio = periods(view, "base") / held
+    near = max(round(ratio), 1)
+    if abs(ratio / near - 1.0) < _SAME_FREQUENCY or not _moves(view, "base"):
+        return
+    stated = sum(record.frequency) / len(record.frequency)
+    raise RecordError(
+        f"frequency_hz is {stated:.5g} Hz, the base moves at {ratio * stated:.4g} Hz; correct "
+        "frequency_hz in records.csv (it is in Hz, no rad/s and no rpm), or the time unit or the "
+        "sample rate in campaign.yaml"
+    )
+
+
+def _moves(view: RecordView, role: str) -> bool:
+    """Whether a channel swings: half of its variance is at its strongest frequency."""
+    count = periods(view, role)
+    values = _thinned(view, role, 8192)
+    values = values - values.mean()
+    line = np.exp(-2j * np.pi * count * np.arange(values.size) / values.size)
+    power = 2.0 * abs(values @ line) ** 2 / values.size
+    return bool(power > 0.5 * float(values @ values))
+
+
+_SAME_FREQUENCY = 0.2
 
 
 def _described(view: RecordView, samples: Samples, runs: list[Stretch], defect: str) -> str:
