@@ -40,9 +40,9 @@ from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 
 #: Shares of the exact b_c that the scan looks at besides its grid.
 NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
-#: Random starts that a clearance is judged by: as many as it was compared by, within these, as far
-#: as the budget goes. With the fewer the standard error of the captured share is 0.05 at most.
-JUDGED = (100, 400)
+#: Random starts that a clearance is judged by: as many as it was compared by, and as the standard
+#: error of the captured share needs, within these, as far as the budget goes.
+JUDGED, SHARE_ERROR = (100, 400), 0.025
 #: Phases from rest of a clearance that is judged; the same and random starts at the least.
 PHASES, FEWEST = 48, (3, 16)
 #: Starts of what is shown beside: least and most, phases from rest and random ones.
@@ -420,7 +420,8 @@ def advise(
 
 def _judging(found: Found, share: float) -> Starts:
     """Starts by which one clearance is judged, of a share of the work (s)."""
-    wanted = min(max(found.race.starts, JUDGED[0]), JUDGED[1])
+    needed = int(found.captured * (1.0 - found.captured) / SHARE_ERROR**2)
+    wanted = min(max(found.race.starts, needed, JUDGED[0]), JUDGED[1])
     return Starts(
         affordable(0.3 * share, found.work[0], (FEWEST[0], PHASES)),
         affordable(0.7 * share, found.work[1], (min(FEWEST[1], wanted), wanted)),

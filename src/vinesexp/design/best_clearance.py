@@ -459,6 +459,7 @@ class Found:
     ----------
     rest, random : runs of the scan, one row for each clearance of `grid`.
     race : contest of the robust clearances.
+    captured : share of its starts that the robust clearance captures.
     work : what a start took around the clearances found: from rest under all conditions, and
         random; s.
     """
@@ -469,6 +470,7 @@ class Found:
     rest: Responses
     random: Responses
     race: Race
+    captured: float
     grid: FloatArray
     work: tuple[float, float]
 
@@ -540,4 +542,5 @@ def search(
     contest = Contest(random, Criterion(mean_of, percentile, cautious), purse, margin, seed)
     robust = contest.won([*lowest[:LOWEST], *safer, *others], FIRST_RANDOM)
     work = max(rest.work(one.b) for one in won), random.work(robust.b)
-    return Found(won[0].b, won[1].b, robust.b, rest_scan, random_scan, robust, grid, work)
+    share = float(random.found[robust.b].captured.mean())
+    return Found(won[0].b, won[1].b, robust.b, rest_scan, random_scan, robust, share, grid, work)

@@ -297,24 +297,26 @@ def watched(runs: Runs, *, starts: int) -> Responses:
     Beside the end of the captured response capture can take many times the slow time. Where some
     starts are captured and some are not, those lost are run again for twice the time to settle,
     and again while that captures one more, as long as `longest_watch` says; then the others as
-    long, since a capture can be lost again.
+    long, since a capture can be lost again. So all starts of a clearance are judged at one time:
+    of a modulated motion that is now beyond `STEADY` and now not, no start has several chances.
     """
     found, watch = responses(runs), 2.0
     most = _most_watch(runs[0].rig, runs[0].base.frequency)
-    first: BoolArray = np.asarray(found.captured.reshape(-1, starts))
-    captured: BoolArray = first
-    mixed: BoolArray = np.asarray(first.any(axis=1) & ~first.all(axis=1))
-    longest = np.ones(len(mixed))
+    captured: BoolArray = np.asarray(found.captured.reshape(-1, starts))
+    first = captured.sum(axis=1)
+    mixed: BoolArray = np.asarray((first > 0) & (first < starts))
+    longest, seen = np.ones(len(mixed)), np.ones(captured.shape)
     while watch <= most and mixed.any():
-        longest[mixed] = watch
-        _again(found, runs, np.flatnonzero((mixed[:, np.newaxis] & ~captured).ravel()), watch)
+        lost = mixed[:, np.newaxis] & ~captured
+        longest[mixed], seen[lost] = watch, watch
+        _again(found, runs, np.flatnonzero(lost), watch)
         now: BoolArray = np.asarray(found.captured.reshape(-1, starts))
         mixed = np.asarray((now.sum(axis=1) > captured.sum(axis=1)) & ~now.all(axis=1))
         captured, watch = now, 2.0 * watch
-    gained = captured.sum(axis=1) > first.sum(axis=1)
-    for watch in np.unique(longest[gained]):
-        own = gained & (longest == watch)
-        _again(found, runs, np.flatnonzero((own[:, np.newaxis] & first).ravel()), float(watch))
+    longest[captured.sum(axis=1) == first] = 1.0
+    for watch in np.unique(longest[longest > 1.0]).tolist():
+        own = (longest == watch)[:, np.newaxis] & (seen < watch)
+        _again(found, runs, np.flatnonzero(own), watch)
     return found
 
 
