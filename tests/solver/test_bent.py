@@ -42,7 +42,7 @@ def bent_by(k3: float, quadratic: float, way: float):
     c = np.array(start(response))
     w = 2.0 * math.pi * DRIVE.frequency
     found = bend(response, par, c, X0 - c[0], V0 + w * c[1], way, work)
-    return found, work[5], response[bent.START]
+    return found, work[10], response[bent.START]
 
 
 @pytest.mark.parametrize("k3", [3e5, 1e6, -1e6])

@@ -60,9 +60,10 @@ START = HEADER + WIDTH * ENTRIES
 AT_NODES = START + 1
 TO_U, TO_V, TO_C, TO_POWERS, STEEP = (AT_NODES + NODES * (4 + NODES * i) for i in range(5))
 
-# What `bend` finds: coefficients of u in powers of 2 s/h - 1, then 2/h and bounds on the fourth and
-# fifth derivative of u.
-PER_HALF, FOURTH, FIFTH = NODES, NODES + 1, NODES + 2
+# What `bend` finds: coefficients of u in powers of 2 s/h - 1, then 2/h, bounds on the fourth and
+# fifth derivative of u, and u'' at the start. With it `cross_bent` notes how long the oscillator
+# then took to turn, over what is guessed from its start, minus one.
+PER_HALF, FOURTH, FIFTH, SECOND, TURN_OFF = range(NODES, NODES + 5)
 
 
 @cache
@@ -157,41 +158,67 @@ def _multiply(typing: Any, table: Any, offset: Any, vector: Any, out: Any) -> An
 multiply: Any = intrinsic(_multiply)
 
 
+@compiled
+def most_apart(a: FloatArray, b: FloatArray) -> float:
+    """The largest difference of two rows; four maxima, since one would wait for the last."""
+    m0 = m1 = m2 = m3 = 0.0
+    for j in range(0, NODES, 4):
+        m0, m1 = max(m0, abs(a[j] - b[j])), max(m1, abs(a[j + 1] - b[j + 1]))
+        m2, m3 = max(m2, abs(a[j + 2] - b[j + 2])), max(m3, abs(a[j + 3] - b[j + 3]))
+    return max(max(m0, m1), max(m2, m3))
+
+
+@compiled
+def forget(N: FloatArray, U: FloatArray, V: FloatArray, bent: FloatArray) -> bool:
+    """Begin the next flight that is alike from u = 0; False, what `bend` then says."""
+    for j in range(NODES):
+        N[j] = U[j] = V[j] = 0.0
+    bent[PER_HALF] = bent[TURN_OFF] = 0.0
+    return False
+
+
 @apart
 def bend(
     response: FloatArray, par: FloatArray, c: FloatArray, xh: float, vh: float, shift: float,
     way: float, work: FloatArray, like: int,
 ) -> bool:  # fmt: skip
-    """Find u from a phasor and a free motion, into work[5]; False: it is no such flight.
+    """Find u from a phasor and a free motion, into work[like + 3]; False: it is no such flight.
 
     `shift` is where a constant force has the oscillator rest, `way` the sign of z'. From row `like`
-    on, `work` holds N, u and u' of the last flight that was alike, then of this one.
+    on, `work` holds N, u, u' and what was found of the last flight that was alike, then of this
+    one: the same, if N is.
     """
-    Z, W, N, U, V, bent = work[0], work[1], work[like], work[like + 1], work[like + 2], work[5]
+    Z, W, N, U, V = work[0], work[1], work[like], work[like + 1], work[like + 2]
+    F, bent = work[5], work[like + 3]
     w, two_alpha, w0sq = response[H_W], response[H_TWOALPHA], response[H_W0SQ]
     size = response[H_P] + math.sqrt(xh * xh + vh * vh / w0sq) + abs(shift)
+    c0, c1 = c[0], c[1]
+    cubic, quadratic = -par[P_CUBIC] / par[P_M], -way * par[P_QUADRATIC] / par[P_M]
+    base_x, base_v, _ = base_at(response, c0, c1)
+    z, u = shift + (c0 + xh) - base_x, vh - w * c1 - base_v
+    bent[SECOND] = fused(cubic * z, z * z, quadratic * u * u)
     for j in range(NODES):
         cosine, sine = response[AT_NODES + j], response[AT_NODES + NODES + j]
         C, S = response[AT_NODES + 2 * NODES + j], response[AT_NODES + 3 * NODES + j]
-        re, im = fused(c[0], cosine, -c[1] * sine), fused(c[0], sine, c[1] * cosine)
+        re, im = fused(c0, cosine, -c1 * sine), fused(c0, sine, c1 * cosine)
         base_x, base_v, _ = base_at(response, re, im)
         Z[j] = shift + (re + fused(C, xh, S * vh)) - base_x
         W[j] = fused(fused(-two_alpha, S, C), vh, -w0sq * S * xh) - w * im - base_v
-    cubic, quadratic = -par[P_CUBIC] / par[P_M], -way * par[P_QUADRATIC] / par[P_M]
     last, enough = math.inf, LEFT_OUT * size * w0sq / REACH
     for _ in range(MOST):
-        change = 0.0
         for j in range(NODES):
             z, u = Z[j] + U[j], W[j] + V[j]
-            force = fused(cubic * z, z * z, quadratic * u * u)
-            change, N[j] = max(change, abs(force - N[j])), force
+            F[j] = fused(cubic * z, z * z, quadratic * u * u)
+        change = most_apart(F, N)
+        if change <= enough and last == math.inf and bent[PER_HALF] > 0.0:
+            return True
+        for j in range(NODES):
+            N[j] = F[j]
         # The next change would be as much smaller than this one as this one is than the last.
         if change <= enough or (last < math.inf and change * change <= enough * last):
             break
         if last < math.inf and change > SHRINKS * last:
-            for j in range(NODES):
-                N[j] = U[j] = V[j] = 0.0
-            return False
+            return forget(N, U, V, bent)
         last = change
         multiply(response, TO_U, N, U)
         if quadratic != 0.0:
@@ -199,7 +226,7 @@ def bend(
     C = Z
     multiply(response, TO_C, N, C)
     if not abs(C[NODES - 1]) + abs(C[NODES - 2]) <= LAST * size:
-        return False
+        return forget(N, U, V, bent)
     multiply(response, TO_POWERS, C, bent)
     bent[PER_HALF], bent[FOURTH], bent[FIFTH] = 2.0 / response[START], 0.0, 0.0
     for j in range(NODES):

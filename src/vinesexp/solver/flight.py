@@ -39,7 +39,7 @@ from __future__ import annotations
 import math
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.bent import FIFTH, FOURTH, bent_at
+from vinesexp.solver.bent import FIFTH, FOURTH, SECOND, bent_at
 from vinesexp.solver.compiled import apart, compiled, fused
 from vinesexp.solver.contact import expect, remaining
 from vinesexp.solver.response import (
@@ -152,7 +152,7 @@ def parts_are_clear(
     xh0, vh0, h = x0 - shift - c[0], v0 + w * c[1], T / parts
     s0, bend0, gain0, a0 = 0.0, 0.0, 0.0, second(response, c[0], xh0, vh0)
     if bent is not None:
-        a0 += bent_at(bent, 0.0)[2]
+        a0 += bent[SECOND]
     _, base_v, base_a = base_at(response, c[0], c[1])
     # Friction acts by `way`: what is below zero at the start is rounding.
     u0, b0 = max(way * (v0 - base_v), 0.0), way * (a0 - base_a)

@@ -17,7 +17,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.bent import START as BENT
-from vinesexp.solver.bent import bend
+from vinesexp.solver.bent import TURN_OFF, bend
 from vinesexp.solver.compiled import apart, compiled, entry
 from vinesexp.solver.contact import closing_now, go_through
 from vinesexp.solver.events import collide, complete, loads, may_hold, turn, write
@@ -146,14 +146,19 @@ def cross_bent(
 
     `turns` is when it may turn before the contact.
     """
-    xh, vh, bent = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1], work[5]
-    like = ALIKE_ROWS + 6 * int(way + 1.0) + (3 if balls[k, HEADING] > 0.0 else 0)
+    xh, vh = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1]
+    like = ALIKE_ROWS + 8 * int(way + 1.0) + (4 if balls[k, HEADING] > 0.0 else 0)
+    bent = work[like + 3]
     if not bend(response, par, c, xh, vh, shift, way, work, like):
         return False, False
-    turned, ends = turns < s, min(longest, response[BENT])
+    guess = turns * (1.0 + bent[TURN_OFF])
+    turned, ends = guess < s, min(longest, response[BENT])
     for _ in range(2):
-        ball, soon = (-1, turns) if turned else (k, s)
-        if cross(response, state, balls, c, ball, soon, ends, shift, way, bent)[0] > 0.0:
+        ball, soon = (-1, guess) if turned else (k, s)
+        T, _ = cross(response, state, balls, c, ball, soon, ends, shift, way, bent)
+        if turned:
+            bent[TURN_OFF] = T / turns - 1.0 if T > 0.0 else 0.0
+        if T > 0.0:
             return not turned, turned
         if not turned:
             break
