@@ -48,6 +48,25 @@ def test_every_fixed_point_is_found(C: float, sigma: float, lam: float, r: float
     assert min(abs(c - C) for c in found) < 1e-5
 
 
+@pytest.mark.parametrize(("C", "rho"), [(1.1, 0.3), (1.4, 2.0), (0.6, -1.0)])
+def test_the_rate_of_the_paper_lacks_a_factor_pi(C: float, rho: float) -> None:
+    """(24) prints dC/dtau1 = f1/g; with (25) and (27) it is f1/(pi g)."""
+    F, r = 1.6, 0.6
+    Gamma, A = (1.0 - r) / (1.0 + r), float(manifold.amplitude(C, r=r))
+    dA, _ = slow_flow.rates(C, rho, F=F, sigma=0.7, lam=LAM, r=r)
+    to_impact = rho - 0.5 * np.pi + np.arctan2(1.0 - C, 2.0 * Gamma * C / np.pi)
+    f1 = (
+        F * np.pi**3 * (1.0 - C) * np.sin(to_impact)
+        + 2.0 * F * C * Gamma * np.pi**2 * np.cos(to_impact)
+        - 4.0 * Gamma**2 * np.pi * C**2 * LAM
+        - 16.0 * C**2 * Gamma
+        - np.pi**3 * LAM * (C - 1.0) ** 2
+    )
+    g = 8.0 * Gamma**2 * C + 2.0 * np.pi**2 * C - 2.0 * np.pi**2
+    rate_of_C = A * dA / (C / float(manifold.C_1(r)) - 1.0)
+    assert rate_of_C == pytest.approx(f1 / (np.pi * g), rel=1e-12)
+
+
 def test_flow_jacobian_is_the_derivative_of_the_flow() -> None:
     F, sigma, r = 1.6, 0.7, 0.6
     point = next(p for p in slowflow.fixed_points(F=F, sigma=sigma, lam=LAM, r=r) if p.stable)
