@@ -272,7 +272,25 @@ def proposed(
                 break
         if front and front[0][0] > most:
             most, _, best, _ = front[0]
-    return tuple(_without_needless(data, observed.beliefs, list(best)))
+    best = tuple(_without_needless(data, observed.beliefs, list(best)))
+    return _with_better(data, observed.beliefs, best, causes)
+
+
+def _with_better(
+    data: Quadratic, plain: Beliefs, chosen: tuple[Cause, ...], causes: Sequence[Cause]
+) -> tuple[Cause, ...]:
+    """The set with each cause in the place of which another explains more beside the others."""
+    for cause, odds in zip(chosen, _odds(data, plain, chosen), strict=True):
+        beside = [one for one in chosen if one is not cause]
+        without, others = believing(plain, beside), _others(causes, beside)
+        base = posterior_of(data, without)
+        tried = scores(data, without, base, others)
+        best = int(np.argmax(tried))
+        if others[best] is not cause and float(tried[best]) > odds + _EXPLAINS:
+            better = (*beside, others[best])
+            if all_possible(posterior_of(data, believing(plain, better)), better):
+                return _with_better(data, plain, better, causes)
+    return chosen
 
 
 def weighed(
