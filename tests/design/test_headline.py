@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import vinesexp
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.design import best_clearance
-from vinesexp.design.advice import advise
+from vinesexp.design.advice import Advice, advise
 from vinesexp.design.around import Starts, cliffs_of
 from vinesexp.design.headline import Answer, build_this, headline_of, nothing_helps
 from vinesexp.design.released import released
@@ -83,12 +84,21 @@ def test_the_end_of_the_orbit_is_a_cliff_as_far_away_as_it_is() -> None:
     assert found.narrower.jump is None
 
 
-@pytest.fixture
-def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in (("COARSE", 8), ("CLOSER", 2), ("FINALISTS", 3)):
-        monkeypatch.setattr(best_clearance, name, value)
-    monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
-    monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
+@pytest.fixture(scope="module")
+def small() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in (("COARSE", 8), ("CLOSER", 2), ("FINALISTS", 3)):
+            patch.setattr(best_clearance, name, value)
+        patch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
+        patch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
+        yield
+
+
+@pytest.fixture(scope="module")
+def advice(small: None) -> Advice:
+    """For a rig that a ball helps."""
+    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
+    return advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01), budget=0.5)
 
 
 @pytest.mark.usefixtures("small")
@@ -102,11 +112,7 @@ def test_a_rig_that_no_ball_helps_is_said_first() -> None:
         assert not any("100 %" in cell for row in table.rows for cell in row), "no gain"
 
 
-@pytest.mark.usefixtures("small")
-def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
-    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
-    task = Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01)
-    advice = advise(task, budget=0.5)
+def test_what_to_build_has_tolerance_cliff_and_damper_in_words(advice: Advice) -> None:
     words = " ".join(build_this(advice))
     assert words.startswith("Build a one-sided clearance b of ")
     assert "+- 1 %" in words
@@ -118,10 +124,9 @@ def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
     assert advice.robust.random_p90 <= min(low) + 3.0 * error, "its definition is the least"
 
 
-@pytest.mark.usefixtures("small")
-def test_a_mean_above_the_percentile_is_explained_by_the_starts_that_are_lost() -> None:
-    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
-    advice = advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01), budget=0.5)
+def test_a_mean_above_the_percentile_is_explained_by_the_starts_that_are_lost(
+    advice: Advice,
+) -> None:
     lost = replace(
         advice.robust, random_mean=0.0105, random_p90=0.01, random_error=0.0, random_tail=0.0374
     )
@@ -135,10 +140,9 @@ def test_a_mean_above_the_percentile_is_explained_by_the_starts_that_are_lost() 
     assert "Nine of ten random starts give less than 10 mm. " in words
 
 
-@pytest.mark.usefixtures("small")
-def test_a_gain_from_the_wall_alone_is_not_called_what_to_build() -> None:
-    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
-    advice = advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01), budget=0.5)
+def test_a_gain_from_the_wall_alone_is_not_called_what_to_build(
+    advice: Advice,
+) -> None:
     robust = replace(advice.robust, random_mean=0.98 * advice.robust.random_bare)
     poor = replace(advice, robust=robust)
     assert not poor.hopeless

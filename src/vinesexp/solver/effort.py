@@ -23,6 +23,8 @@ from vinesexp.rig import Rig
 STALL = 300_000
 #: Of the memory that is free, for one result.
 SHARE = 0.5
+#: Bytes that are taken without asking for what is free, which lasts as long as a short motion.
+SMALL = 1e6
 
 Progress = Callable[[float, float], None]
 
@@ -77,8 +79,7 @@ def refuse_beyond_memory(size: float, what: str, instead: str) -> None:
     AnalysisError
         Naming `what`, its size, and what to ask for instead.
     """
-    free = free_memory()
-    if size > SHARE * free:
+    if size > SMALL and size > SHARE * (free := free_memory()):
         raise AnalysisError(
             f"{what} would take {size / 1e9:.3g} GB of {free / 1e9:.3g} GB that are free; {instead}"
         )

@@ -10,10 +10,14 @@ VALUES = np.stack([T, np.cos(T), np.sin(T), 0.1 * T], axis=1)
 PHONE = "# Completed @Tue Aug 01 23:15:29 GMT+08:00 2017"
 
 
-def written(path, separator, behind, values=VALUES, end="\n"):
+def text(separator, behind, values=VALUES, end="\n"):
     rows = [separator.join(f"{value:.4f}" for value in row) for row in values]
     names = separator.join(["Time (s)", "ax", "ay", "az"])
-    path.write_bytes(end.join([names, *rows, *behind]).encode() + end.encode())
+    return end.join([names, *rows, *behind, ""])
+
+
+def written(path, separator, behind, values=VALUES, end="\n"):
+    path.write_text(text(separator, behind, values, end), newline="")
     return open_source(path)
 
 
@@ -115,14 +119,13 @@ def test_what_begins_with_a_word_or_a_stamp_behind_times_is_no_row(behind, encod
 @pytest.mark.parametrize("separator", [",", "\t", ";", "  "])
 @pytest.mark.parametrize("lost", range(1, 28))
 def test_a_file_that_ends_within_a_row_says_so(separator, lost, tmp_path):
-    path = tmp_path / "a.txt"
-    written(path, separator, [])
-    whole = path.read_bytes().rstrip()
-    path.write_bytes(whole[:-lost])
+    path, values = tmp_path / "a.txt", VALUES[-250:]
+    whole = text(separator, [], values).rstrip()
+    path.write_text(whole[:-lost])
     source = open_source(path)
     found = np.concatenate(list(source.blocks([0, 1, 2, 3], rows=100)))
-    ends = whole[:-lost].endswith(b"\n")
-    np.testing.assert_allclose(found, np.round(VALUES[:-1], 4), atol=1e-12)
+    ends = whole[:-lost].endswith("\n")
+    np.testing.assert_allclose(found, np.round(values[:-1], 4), atol=1e-12)
     assert ends or source.losses  # a lone sign is no number: a line without data
 
 
