@@ -192,7 +192,8 @@ def draw_family(
     folder = results / "figures"
     folder.mkdir(parents=True, exist_ok=True)
     listing = folder / f"{family}.json"
-    before = set(_names(listing)) if listing.is_file() else set()
+    # Names alone: an earlier version may have listed figures in other words.
+    before = {entry["name"] for entry in _read(listing)} if listing.is_file() else set()
     drawn = []
     notes = Notes(ResultPaths(results).notes(f"drawn_{family}"), {"results": results})
     for figure, entry in FAMILIES[family](CampaignResults(results, campaign)):
@@ -203,13 +204,7 @@ def draw_family(
                 written += save(figure, place, title=entry.title, description=caption)
         drawn.append(entry)
     notes.renew()
-    elsewhere = {
-        name
-        for other in FAMILIES
-        if other != family and (folder / f"{other}.json").is_file()
-        for name in _names(folder / f"{other}.json")
-    }
-    for name in before - elsewhere - {entry.name for entry in drawn}:
+    for name in before - {entry.name for entry in drawn}:
         for ending in ("svg", "pdf"):
             (folder / f"{name}.{ending}").unlink(missing_ok=True)
     text = json.dumps([asdict(entry) for entry in drawn], indent=1, ensure_ascii=False)
@@ -248,13 +243,10 @@ def draw_all(campaign: Campaign, results: Path) -> list[Drawn]:
 
 def listed(results: Path) -> list[Drawn]:
     """The figures that were drawn, family by family."""
-    return [entry for family in FAMILIES for entry in _read(results / "figures" / f"{family}.json")]
+    listings = (results / "figures" / f"{family}.json" for family in FAMILIES)
+    return [Drawn(**entry) for listing in listings for entry in _read(listing)]
 
 
-def _names(listing: Path) -> list[str]:
-    """Names alone: an earlier version may have listed figures in other words."""
-    return [entry["name"] for entry in json.loads(listing.read_text(encoding="utf-8"))]
-
-
-def _read(listing: Path) -> list[Drawn]:
-    return [Drawn(**entry) for entry in json.loads(listing.read_text(encoding="utf-8"))]
+def _read(listing: Path) -> list[dict[str, str]]:
+    found: list[dict[str, str]] = json.loads(listing.read_text(encoding="utf-8"))
+    return found
