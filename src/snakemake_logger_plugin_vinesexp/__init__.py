@@ -182,8 +182,8 @@ def _say(line: str) -> None:
 
 
 def _label(record: LogRecord) -> str:
-    """A job as its rule's message says; of a batch, of how many records."""
+    """What the rule says of a job, or its step and on how many records it is."""
     step, names, _ = _about(record)
-    if names:
-        return f"{step:10} {names[0] if len(names) == 1 else f'{len(names)} records'}"
-    return str(getattr(record, "rule_msg", None) or step)
+    said = getattr(record, "rule_msg", None)
+    about = names[0] if len(names) == 1 else f"{len(names)} records" if names else ""
+    return str(said or f"{step.replace('_', ' '):10} {about}".rstrip())

@@ -167,11 +167,10 @@ def _go_through(job: Job, died: dict[str, list[str]], tell: Connection) -> bool:
     for count, id in enumerate(ids, 1):
         tell.send({"record": id})
         ends = died.get(id, [])
-        if refused := len(ends) > 1:
-            reason = f"{job.step}: {ends[-1]} twice while this record was read"
-            line = logged(partial(job.refuse, id, reason), job.log(id))
-        else:
-            line = logged(partial(job.do, id), job.log(id))
+        refused = len(ends) > 1
+        reason = f"{job.step}: {ends[-1]} twice while this record was read" if refused else ""
+        work = partial(job.refuse, id, reason) if refused else partial(job.do, id)
+        line = logged(work, job.log(id))
         failed += [line] if line else []
         left = (time.monotonic() - began) / count * (len(ids) - count)
         how = " failed" if line else f" refused: {ends[-1]}" if refused else ""

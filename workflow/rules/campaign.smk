@@ -16,8 +16,6 @@ rule regimes:
         table(PATHS.decay_times),
     log:
         PATHS.log("regimes"),
-    message:
-        "regimes    of all records"
     run:
         PLAN.run("regimes")
 
@@ -35,8 +33,6 @@ rule identify:
         PATHS.identify_checks,
     log:
         PATHS.log("identify"),
-    message:
-        "identify   M, c1, k1, r from all records"
     run:
         PLAN.run("identify")
 
@@ -51,8 +47,6 @@ rule compare:
         PATHS.compare_checks,
     log:
         PATHS.log("compare"),
-    message:
-        "compare    measured and predicted clearances"
     run:
         PLAN.run("compare")
 
@@ -67,8 +61,6 @@ rule replay:
         PATHS.replay_checks,
     log:
         PATHS.log("replay"),
-    message:
-        "replay     every record beside the identified rig"
     run:
         PLAN.run("replay")
 
@@ -81,8 +73,6 @@ rule checks:
         table(PATHS.checks),
     log:
         PATHS.log("checks"),
-    message:
-        "checks     of all steps"
     run:
         PLAN.run("checks")
 
@@ -97,7 +87,5 @@ if PLAN.study.scene:
             table(PATHS.truth),
         log:
             PATHS.log("score"),
-        message:
-            "score      against the truth of the scene"
         run:
             PLAN.run("score")

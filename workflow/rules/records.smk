@@ -12,8 +12,6 @@ if PLAN.study.scene:
             temp(touch(PATHS.batch("simulate", "{batch}"))),
         log:
             PATHS.log("simulate.{batch}"),
-        message:
-            "simulate   {wildcards.batch}"
         run:
             PLAN.run("simulate", batch=wildcards.batch)
 
@@ -26,8 +24,6 @@ rule ingest:
         temp(touch(PATHS.batch("ingest", "{batch}"))),
     log:
         PATHS.log("ingest.{batch}"),
-    message:
-        "ingest     {wildcards.batch}"
     run:
         PLAN.run("ingest", batch=wildcards.batch)
 
@@ -40,8 +36,6 @@ rule condition:
         temp(touch(PATHS.batch("condition", "{batch}"))),
     log:
         PATHS.log("condition.{batch}"),
-    message:
-        "condition  {wildcards.batch}"
     run:
         PLAN.run("condition", batch=wildcards.batch)
 
@@ -54,8 +48,6 @@ rule impacts:
         temp(touch(PATHS.batch("impacts", "{batch}"))),
     log:
         PATHS.log("impacts.{batch}"),
-    message:
-        "impacts    {wildcards.batch}"
     run:
         PLAN.run("impacts", batch=wildcards.batch)
 
@@ -68,8 +60,6 @@ rule estimate:
         temp(touch(PATHS.batch("estimate", "{batch}"))),
     log:
         PATHS.log("estimate.{batch}"),
-    message:
-        "estimate   {wildcards.batch}"
     run:
         PLAN.run("estimate", batch=wildcards.batch)
 
@@ -93,7 +83,5 @@ for STEP, FILE in (
             PATHS.log(f"{STEP}.only.{{record}}"),
         params:
             step=STEP,
-        message:
-            f"{STEP:10} {{wildcards.record}}"
         run:
             PLAN.run(params.step, record=wildcards.record)

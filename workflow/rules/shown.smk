@@ -9,8 +9,6 @@ rule figures_records:
         PATHS.figures_records,
     log:
         PATHS.log("figures_records"),
-    message:
-        "figures    of the records"
     run:
         PLAN.run("figures_records")
 
@@ -23,8 +21,6 @@ rule figures_results:
         PATHS.figures_results,
     log:
         PATHS.log("figures_results"),
-    message:
-        "figures    of the results"
     run:
         PLAN.run("figures_results")
 
@@ -37,8 +33,6 @@ rule pages:
         report(PATHS.records_page, category="Report"),
     log:
         PATHS.log("pages"),
-    message:
-        "pages      of all records"
     run:
         PLAN.run("pages")
 
@@ -51,8 +45,6 @@ rule report:
         report(PATHS.report, category="Report"),
     log:
         PATHS.log("report"),
-    message:
-        "report     of all results"
     run:
         PLAN.run("report")
 
@@ -65,7 +57,5 @@ rule bundle:
         PATHS.bundle,
     log:
         PATHS.log("bundle"),
-    message:
-        "bundle     of all results"
     run:
         PLAN.run("bundle")

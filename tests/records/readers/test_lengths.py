@@ -108,9 +108,8 @@ def test_what_is_no_record_is_refused_in_the_words_of_the_format(raw, tmp_path):
 _SILENT = (".csv", ".txt", ".h5", ".npz", ".zip", ".xlsx", ".mf4", ".parquet")
 
 
-@pytest.mark.parametrize("part", [0.5, 0.9, 0.98])
 @pytest.mark.parametrize("name", sorted(seeds.files("binary")))
-def test_a_file_cut_short_is_refused_or_reported(name, part, tmp_path):
+def test_a_file_cut_short_is_refused_or_reported(name, tmp_path):
     raw = seeds.files("binary")[name]
     path = tmp_path / name
     path.write_bytes(raw)
@@ -118,17 +117,18 @@ def test_a_file_cut_short_is_refused_or_reported(name, part, tmp_path):
         whole = view_file(path)
     except RecordError:
         pytest.skip("holds no time records")
-    path.write_bytes(raw[: math.floor(part * len(raw))])
-    try:
-        view = view_file(path)
-    except RecordError:
-        return
-    lost = len(view.columns) < len(whole.columns) or max(
-        len(column.values) for column in view.columns
-    ) < max(len(column.values) for column in whole.columns)
-    if name == "four.mat" and part == 0.5:
-        return  # ends exactly between two variables: nothing says that there was another
-    assert not lost or view.remarks or view.problems
+    for part in (0.5, 0.9, 0.98):
+        if name == "four.mat" and part == 0.5:
+            continue  # ends exactly between two variables: nothing says that there was another
+        path.write_bytes(raw[: math.floor(part * len(raw))])
+        try:
+            view = view_file(path)
+        except RecordError:
+            continue
+        lost = len(view.columns) < len(whole.columns) or max(
+            len(column.values) for column in view.columns
+        ) < max(len(column.values) for column in whole.columns)
+        assert not lost or view.remarks or view.problems, part
 
 
 @pytest.mark.parametrize("name", ["tek.isf", "lecroy.trc", "a.wav", "a.npy", "a.tdms"])

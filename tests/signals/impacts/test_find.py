@@ -189,7 +189,7 @@ def test_a_long_contact_at_one_wall_is_one_impact(measure, store, tmp_path):
 def test_pulses_that_were_sampled_too_slowly_count_for_nothing_and_are_said(
     measure, store, tmp_path
 ):
-    record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=8.0,
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=5.0,
                      ring=1700.0)  # fmt: skip
     thin = {role: values[::10].copy() for role, values in record.channels.items()}
     shown = {}
