@@ -120,7 +120,8 @@ def test_the_workbook_lists_tests_and_colours_what_is_proposed_missing_or_wrong(
 
 
 def test_an_edit_changes_its_cells_and_leaves_looks_and_other_sheets(folder):
-    content = edited_workbook((folder / "records.xlsx").read_bytes(), 2, {3: "36.5", 9: "new"})
+    edits = {(2, 3): "36.5", (2, 9): "new"}
+    content = edited_workbook((folder / "records.xlsx").read_bytes(), edits)
     (folder / "records.xlsx").write_bytes(content)
     assert zipfile.ZipFile(io.BytesIO(content)).testzip() is None
     book = book_of(folder)

@@ -61,26 +61,50 @@ _YES = {
 
 
 @dataclass(frozen=True)
+class Line:
+    """A row of the table: its number, its cells, and how it stands in a CSV, line ends included."""
+
+    number: int
+    cells: list[str]
+    text: str = ""
+
+    def __bool__(self) -> bool:
+        return any(cell.strip() for cell in self.cells)
+
+
+@dataclass(frozen=True)
 class Sheet:
     """The table as text.
 
     Attributes
     ----------
-    heads : as written; `header` has the columns that they mean.
-    body : number of each line that is not empty, with its cells.
+    lines : all rows, empty ones included, of which one at least is not.
     comma : whether numbers may have decimal commas.
     workbook : whether it is a spreadsheet's.
     """
 
-    heads: Sequence[str]
-    body: Sequence[tuple[int, list[str]]]
+    lines: Sequence[Line]
     comma: bool
     workbook: bool = False
 
     @cached_property
+    def head(self) -> Line:
+        """The row that names the columns, up to the last name."""
+        first = next(filter(None, self.lines))
+        cells = [cell.strip() for cell in first.cells]
+        while not cells[-1]:
+            cells.pop()
+        return replace(first, cells=cells)
+
+    @cached_property
     def header(self) -> list[str]:
         """The columns."""
-        return [column_of(head) for head in self.heads]
+        return [column_of(head) for head in self.head.cells]
+
+    @property
+    def body(self) -> list[Line]:
+        """The rows below the head that are not empty."""
+        return [one for one in self.lines if one and one.number > self.head.number]
 
     def place(self, line: int, column: str = "") -> str:
         """Where a cell stands, as a person finds it."""
@@ -118,8 +142,8 @@ def read_table(
         return ()
     records: list[Record] = []
     lines: dict[str, int] = {}
-    for line, cells in sheet.body:
-        columns = len(sheet.heads)
+    columns = len(sheet.header)
+    for line, cells in ((one.number, one.cells) for one in sheet.body):
         if any(cell.strip() for cell in cells[columns:]):
             problems.add(
                 f"{len(cells)} cells under {columns} columns; put a cell that contains the "
@@ -152,35 +176,28 @@ def sheet_rows(problems: Problems) -> Sheet | None:
     """The table as text, from either file; None where there is none, and why in `problems`."""
     if (raw := problems.content()) is None:
         return None
-    if problems.file.suffix == ".xlsx":
-        found = rows_of_workbook(raw, problems)
-        return None if found is None else Sheet(*found, comma=True, workbook=True)
-    text, _ = decoded(raw)
-    if not text.strip():
+    lines: list[Line] = []
+    delimiter = ""
+    workbook = problems.file.suffix == ".xlsx"
+    if workbook:
+        lines += (Line(*row) for row in rows_of_workbook(raw, problems))
+    else:
+        text, _ = decoded(raw)
+        delimiter = separator_of(text)
+        try:
+            for line in _lines(text, delimiter):
+                lines.append(line)
+        except csv.Error as error:
+            problems.add(
+                f"cannot be read as a table ({error}); look for a quote that is not closed",
+                where=f"line {lines[-1].number + 1 if lines else 1}",
+            )
+            return None
+    if any(lines):
+        return Sheet(lines, comma=delimiter != ",", workbook=workbook)
+    if not problems.found:
         problems.add(f"is empty; its first line names the columns: {','.join(COLUMNS)}")
-        return None
-    delimiter = separator_of(text)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=False)
-    body: list[tuple[int, list[str]]] = []
-    line = 1
-    try:
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                body.append((line, cells))
-            line = reader.line_num + 1
-    except csv.Error as error:
-        problems.add(
-            f"cannot be read as a table ({error}); look for a quote that is not closed",
-            where=f"line {line}",
-        )
-        return None
-    if not body:
-        problems.add(f"holds no text; its first line names the columns: {','.join(COLUMNS)}")
-        return None
-    heads = [cell.strip() for cell in body[0][1]]
-    while heads and not heads[-1]:
-        heads.pop()
-    return Sheet(heads, body[1:], comma=delimiter != ",")
+    return None
 
 
 def decoded(raw: bytes) -> tuple[str, str]:
@@ -398,7 +415,7 @@ def row_of_record(sheet: Path, record: str) -> dict[str, str]:
     """The cells of a record by column; CampaignError where there is no such row."""
     found = _read(sheet)
     line = _line(found, record, sheet)
-    return found.row(dict(found.body)[line])
+    return found.row(line.cells)
 
 
 def change_row(sheet: Path, record: str, cells: Mapping[str, str]) -> None:
@@ -436,76 +453,56 @@ def _read(sheet: Path) -> Sheet:
     return found
 
 
-def _line(found: Sheet, record: str, sheet: Path) -> int:
-    for line, cells in found.body:
-        if found.row(cells).get("record") == record:
+def _line(found: Sheet, record: str, sheet: Path) -> Line:
+    for line in found.body:
+        if found.row(line.cells).get("record") == record:
             return line
     raise CampaignError(f"holds no record '{record}' any more; look at the table", file=sheet)
 
 
-def _write(sheet: Path, found: Sheet, line: int | None, cells: dict[str, str]) -> None:
-    changed = _changed_workbook if found.workbook else _changed_text
-    write_whole(sheet, changed(sheet.read_bytes(), found, line, cells))
+def _write(sheet: Path, found: Sheet, line: Line | None, cells: dict[str, str]) -> None:
+    content = sheet.read_bytes()
+    header = list(dict.fromkeys([*found.header, *cells]))
+    if found.workbook:
+        row = line.number if line else found.lines[-1].number + 1
+        edits = {(1, k): column for k, column in enumerate(header) if column not in found.header}
+        edits |= {(row, header.index(column)): text for column, text in cells.items()}
+        write_whole(sheet, edited_workbook(content, edits))
+    else:
+        write_whole(sheet, _changed_text(content, found, line, header, cells))
 
 
-def _changed_workbook(
-    content: bytes, found: Sheet, line: int | None, cells: dict[str, str]
+def _changed_text(
+    content: bytes, found: Sheet, line: Line | None, header: list[str], cells: dict[str, str]
 ) -> bytes:
-    header = list(found.header)
-    for column in [c for c in cells if c not in header]:
-        content = edited_workbook(content, 1, {len(header): column})
-        header.append(column)
-    last = found.body[-1][0] if found.body else 1
-    row = {header.index(column): text for column, text in cells.items()}
-    return edited_workbook(content, last + 1 if line is None else line, row)
-
-
-def _changed_text(content: bytes, found: Sheet, line: int | None, cells: dict[str, str]) -> bytes:
     """Of a CSV only the lines of the row, and the head where a column is new, are written anew."""
     text, encoding = decoded(content)
     end = "\r\n" if "\r\n" in text else "\n"
     separator = separator_of(text)
-    pieces = _pieces(text, separator)
-    header = list(found.header)
-    if new := [column for column in cells if column not in header]:
-        head = next(k for k, one in enumerate(pieces) if any(cell.strip() for cell in one.cells))
-        titles = [*pieces[head].cells[: len(header)], *new]
-        pieces[head] = replace(pieces[head], text=_line_of(titles, separator) + end)
-        header += new
+    texts = {one.number: one.text for one in found.lines}
+    if header != found.header:
+        titles = [*found.head.cells, *header[len(found.header) :]]
+        texts[found.head.number] = _line_of(titles, separator) + end
     if line is None:
-        if not pieces[-1].text.endswith(("\n", "\r")):
-            pieces[-1] = replace(pieces[-1], text=pieces[-1].text + end)
-        pieces.append(_Piece(0, end, []))
-    at = next(k for k, one in enumerate(pieces) if one.line == (line or 0))
-    old = pieces[at]
-    row = [*old.cells, *[""] * (len(header) - len(old.cells))]
-    for column, cell in cells.items():
-        row[header.index(column)] = cell
-    tail = old.text[len(old.text.rstrip("\r\n")) :]
-    pieces[at] = replace(old, text=_line_of(row, separator) + tail)
-    joined = "".join(one.text for one in pieces).encode(encoding)
+        last = found.lines[-1].number
+        texts[last] = texts[last].rstrip("\r\n") + end
+        line = Line(last + 1, [], end)
+    row = dict(zip(header, [*line.cells, *[""] * len(header)], strict=False)) | cells
+    rest = line.cells[len(header) :]
+    tail = line.text[len(line.text.rstrip("\r\n")) :]
+    texts[line.number] = _line_of([*row.values(), *rest], separator) + tail
+    joined = "".join(texts.values()).encode(encoding)
     return _MARK + joined if content.startswith(_MARK) else joined
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """A row as it stands in the file, line ends included, and its cells; begins at `line`."""
-
-    line: int
-    text: str
-    cells: list[str]
-
-
-def _pieces(text: str, separator: str) -> list[_Piece]:
+def _lines(text: str, separator: str) -> Iterable[Line]:
     """The text row by row; a row may go over several lines."""
     lines = list(io.StringIO(text, newline=""))
     reader = csv.reader(lines, delimiter=separator)
-    pieces: list[_Piece] = []
     done = 0
-    for row in reader:
-        pieces.append(_Piece(done + 1, "".join(lines[done : reader.line_num]), row))
+    for cells in reader:
+        yield Line(done + 1, cells, "".join(lines[done : reader.line_num]))
         done = reader.line_num
-    return pieces
 
 
 def _line_of(row: list[str], separator: str) -> str:

@@ -53,26 +53,14 @@ def head_of(column: str) -> str:
     return f"{name.replace('_', ' ')} ({_UNITS[unit]})" if unit in _UNITS else column
 
 
-def rows_of_workbook(
-    content: bytes, problems: Problems
-) -> tuple[list[str], list[tuple[int, list[str]]]] | None:
-    """Heads as written, and the rows below them with their numbers; None where there is nothing.
-
-    Parameters
-    ----------
-    content : bytes
-        Of the file.
-    problems : Problems
-        What is wrong goes there.
-    """
+def rows_of_workbook(content: bytes, problems: Problems) -> list[tuple[int, list[str]]]:
+    """The rows of the first sheet with their numbers; what is wrong goes to `problems`."""
     sheets = _opened(content, problems)
     if sheets is None:
-        return None
-    values, formulas = sheets
-    body: list[tuple[int, list[str]]] = []
-    pairs = zip(values.iter_rows(), formulas.iter_rows(), strict=True)
-    for line, (cells, written) in enumerate(pairs, start=1):
-        texts = [_text(cell.value) for cell in cells]
+        return []
+    rows: list[tuple[int, list[str]]] = []
+    for line, (cells, written) in enumerate(zip(*sheets, strict=True), start=1):
+        rows.append((line, [_text(cell.value) for cell in cells]))
         for cell, formula in zip(cells, written, strict=True):
             if cell.value is None and formula.value is not None:
                 problems.add(
@@ -80,15 +68,7 @@ def rows_of_workbook(
                     "save it",
                     where=f"sheet 1, cell {formula.coordinate}",
                 )
-        if any(texts):
-            body.append((line, texts))
-    if not body:
-        problems.add(f"holds no text; its first row names the columns: {','.join(SHEET_COLUMNS)}")
-        return None
-    heads = body[0][1]
-    while heads and not heads[-1]:
-        heads.pop()
-    return heads, body[1:]
+    return rows
 
 
 def cell_name(line: int, index: int) -> str:
@@ -104,24 +84,21 @@ def cell_name(line: int, index: int) -> str:
     return f"{get_column_letter(index + 1)}{line}"
 
 
-def edited_workbook(content: bytes, line: int, cells: Mapping[int, str]) -> bytes:
-    """The workbook with some cells of one row changed; its looks stay.
+def edited_workbook(content: bytes, cells: Mapping[tuple[int, int], str]) -> bytes:
+    """The workbook with some cells changed; its looks stay.
 
     Parameters
     ----------
     content : bytes
         Of the file.
-    line : int
-        Row, from 1.
     cells : mapping
-        Zero-based column to text; numbers are written as numbers.
+        Row (from 1) and column (from 0) to text; numbers are written as numbers.
     """
     import openpyxl
 
     book = openpyxl.load_workbook(io.BytesIO(content))
-    sheet = book.worksheets[0]
-    for index, text in cells.items():
-        sheet.cell(row=line, column=index + 1).value = _value(text)
+    for (row, column), text in cells.items():
+        book.worksheets[0].cell(row=row, column=column + 1).value = _value(text)
     return _saved(book)
 
 
@@ -235,7 +212,8 @@ def _opened(content: bytes, problems: Problems) -> tuple[Any, Any] | None:
             openpyxl.load_workbook(io.BytesIO(content), data_only=values)
             for values in (True, False)
         ]
-        return books[0].worksheets[0], books[1].worksheets[0]
+        values, formulas = (book.worksheets[0].iter_rows() for book in books)
+        return values, formulas
     except Exception as error:  # whatever a damaged workbook makes of the library
         reason = " ".join(str(error).split())[:100] or type(error).__name__
         problems.add(f"cannot be read as a workbook ({reason}); save it again as .xlsx")
