@@ -298,6 +298,20 @@ def parse_sensitivity(text: object, quantity: str) -> float:
     return value
 
 
+_ANSWERS = {
+    **dict.fromkeys(("yes", "y", "true", "on", "1"), True),
+    **dict.fromkeys(("no", "n", "false", "off", "0"), False),
+}
+
+
+def yes_or_no(text: object) -> bool:
+    """An answer as people write it."""
+    answer = _ANSWERS.get(str(text).strip().lower())
+    if answer is None:
+        raise ParameterError(f"found '{text}', expected yes or no")
+    return answer
+
+
 def refuse_impossible(text: object, value: float, quantity: str) -> None:
     """Refuse a size that no rig has; zero, and a quantity without such bounds, pass.
 

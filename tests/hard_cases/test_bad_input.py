@@ -428,7 +428,7 @@ RECORD_MISTAKES = {
     ),
     "surplus cell": (
         _cell(501, 2, "1,5"),
-        ["line 502", "4 cells where the rows have 3", "decimal commas"],
+        ["line 502", "4 cells under 3 names", "decimal commas"],
     ),
     "surplus cell in the first row": (_cell(1, 2, "1,5"), ["line 2", "4 cells", "rows have 3"]),
     "open quote": (_cell(501, 1, '"2.5'), ["line 502", "quote that is not closed"]),

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.units import UNITS, parse_quantity
+from vinesexp.units import UNITS, parse_quantity, yes_or_no
 
 #: Detectors of impacts by name (`vinesexp.signals.impacts.detectors`).
 DETECTORS = ("template", "find_peaks", "sta_lta", "matched_filter")
@@ -26,7 +26,6 @@ _FIND = "tests/signals/impacts/test_find.py"
 # One number that steers a stage: default, unit, limits, reason, and where that is measured.
 #: Unit in which a setting is written in the documentation, for each quantity with a dimension.
 WRITTEN_IN = {"time": "ms", "frequency": "Hz", "displacement": "mm", "velocity": "mm/s"}
-_YES = {"yes": True, "true": True, "on": True, "no": False, "false": False, "off": False}
 
 
 def number(
@@ -83,10 +82,7 @@ def parsed(setting: Field[Any], text: object) -> float | int | bool | str:
     """
     meta = setting.metadata
     if isinstance(setting.default, bool):
-        answer = _YES.get(str(text).strip().lower())
-        if answer is None:
-            raise ParameterError(f"found '{text}', expected yes or no")
-        return answer
+        return yes_or_no(text)
     if isinstance(setting.default, str):
         return _word(setting, str(text).strip())
     quantity = meta["of"] if meta["of"] in UNITS else "ratio"

@@ -86,12 +86,8 @@ def _sound(entry: Section) -> Channel | None:
     column = _column(entry)
     if column is None:
         return None
-    return Channel(
-        role="sound",
-        column=column,
-        quantity="sound",
-        scale=1.0,
-        unit="1",
+    return replace(
+        of_unit("sound", column, "sound", "1", 1.0),
         file_size=1.0,  # whatever the header says
         optional=entry.answer("optional"),
         accept=_accept(entry),
@@ -116,29 +112,33 @@ def read_channel_entry(role: str, entry: Section, quantity: str | None = None) -
         return None
     if column is None or quantity is None:
         return None
-    gain_error = None
     with entry.at("unit" if sensitivity is None else "sensitivity"):
-        if sensitivity is None:
-            output, scale = str(unit), _size(str(unit), quantity, entry)
-        else:
-            scale = 1.0 / parse_sensitivity(sensitivity, quantity)
-            gain_error = relative_error(sensitivity)
-            measured = str(sensitivity).partition("/")[0].split()[-1:]
-            output = "C" if measured and measured[0] in UNITS["charge"] else "V"
-        return Channel(
-            role=role,
-            column=column,
-            quantity=quantity,
-            scale=scale,
-            offset=_output(entry, "offset", output, quantity) or 0.0,
-            unit=output,
-            sensitivity=sensitivity is not None,
-            file_size=_output(entry, "file_unit", output, quantity),
+        channel = (
+            of_unit(role, column, quantity, str(unit), _size(str(unit), quantity, entry))
+            if sensitivity is None
+            else of_sensitivity(role, column, quantity, str(sensitivity))
+        )
+        return replace(
+            channel,
+            offset=_output(entry, "offset", channel.unit, quantity) or 0.0,
+            file_size=_output(entry, "file_unit", channel.unit, quantity),
             optional=entry.answer("optional"),
             accept=_accept(entry),
-            gain_error=gain_error,
         )
     return None
+
+
+def of_unit(role: str, column: str | int, quantity: str, unit: str, size: float) -> Channel:
+    """A channel of which the file holds the quantity itself, in units of a size (SI)."""
+    return Channel(role, column, quantity, size, unit=unit, sensitivity=False)
+
+
+def of_sensitivity(role: str, column: str | int, quantity: str, stated: str) -> Channel:
+    """A channel of which the file holds volts or coulombs; ParameterError if `stated` is none."""
+    measured = stated.partition("/")[0].split()[-1:]
+    output = "C" if measured and measured[0] in UNITS["charge"] else "V"
+    scale, error = 1.0 / parse_sensitivity(stated, quantity), relative_error(stated)
+    return Channel(role, column, quantity, scale, unit=output, gain_error=error)
 
 
 def _size(unit: str, quantity: str, entry: Section) -> float:

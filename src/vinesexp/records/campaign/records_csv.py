@@ -24,7 +24,7 @@ from vinesexp.records.campaign.problems import Problems, named_file
 from vinesexp.records.campaign.records_xlsx import cell_name, edited_workbook, rows_of_workbook
 from vinesexp.records.campaign.schema import MOST_BALLS, SHEET_COLUMNS, TESTS, Campaign, Record
 from vinesexp.settings.stages import changed_by_text
-from vinesexp.units import refuse_impossible
+from vinesexp.units import refuse_impossible, yes_or_no
 from vinesexp.whole_files import write_whole
 
 COLUMNS = (*SHEET_COLUMNS[:-1], "settings", "setup", SHEET_COLUMNS[-1])
@@ -53,11 +53,6 @@ RowText = tuple[int, tuple[tuple[str, str], ...]]
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # Windows devices
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-
-_YES = {
-    **dict.fromkeys(("yes", "y", "true", "1"), True),
-    **dict.fromkeys(("", "no", "n", "false", "0"), False),
-}
 
 
 @dataclass(frozen=True)
@@ -196,7 +191,8 @@ def sheet_rows(problems: Problems) -> Sheet | None:
     if any(lines):
         return Sheet(lines, comma=delimiter != ",", workbook=workbook)
     if not problems.found:
-        problems.add(f"is empty; its first line names the columns: {','.join(COLUMNS)}")
+        names = ",".join(COLUMNS)
+        problems.add(f"is empty (it holds no text); its first line names the columns: {names}")
     return None
 
 
@@ -280,7 +276,7 @@ def _record(
         frequency=cell("frequency_hz", lambda text: read_frequency(text, number), None),
         added_mass=cell("added_mass_g", lambda text: read_least(text, number, "mass"), None),
         release=cell("release_mm", lambda text: read_size(text, number, _MM), None),
-        exclude=cell("exclude", read_exclude, False),
+        exclude=cell("exclude", yes_or_no, False),
         settings=cell("settings", lambda text: changed_by_text(settings, text), settings),
         note=row.get("note", ""),
         row=line,
@@ -398,14 +394,6 @@ def read_one_of(text: str, known: Collection[str], what: str) -> str:
         hint = nearest(text, known) if known else f"campaign.yaml has no '{what}s'"
         raise ParameterError(f"unknown {what} '{text}'; {hint}")
     return text
-
-
-def read_exclude(text: str) -> bool:
-    """Yes or no."""
-    answer = _YES.get(text.lower())
-    if answer is None:
-        raise ParameterError(f"found '{text}', expected yes or no (the reason goes to note)")
-    return answer
 
 
 _MARK = b"\xef\xbb\xbf"  # of UTF-8, as spreadsheets write it

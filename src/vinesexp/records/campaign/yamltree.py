@@ -17,12 +17,10 @@ from typing import Any, TypedDict, Unpack
 
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.campaign.problems import Problems
-from vinesexp.units import parse_quantity
+from vinesexp.units import parse_quantity, yes_or_no
 
-_LARGEST = 1 << 20  # characters
-_MOST = 20_000  # keys and values
+_LARGEST = 1 << 18  # characters
 _DEEPEST = 20  # levels
-_YES = {"yes": True, "true": True, "on": True, "no": False, "false": False, "off": False}
 #: A title or a note of one line, unquoted, in which a colon stands before a blank.
 _WORDS = re.compile(
     r"^(title:|notes:)[ \t]+([^\s'\"|>&*!\[{#%@`][^\n#]*:[ \t][^\n#]*?)[ \t]*([ \t]#[^\n]*)?$",
@@ -183,11 +181,9 @@ class Section:
 
     def answer(self, key: str) -> bool:
         """Yes or no; no where nobody answers."""
-        value = self.value(key)
-        answer = _YES.get(str(value).lower())
-        if value is not None and answer is None:
-            self.complain(key, f"found '{value}', expected yes or no")
-        return bool(answer)
+        with self.at(key):
+            return self.value(key) is not None and yes_or_no(self.value(key))
+        return False
 
 
 def _checked(text: object, kind: str, may: May) -> float:
@@ -209,7 +205,7 @@ def read_yaml(problems: Problems) -> Section | None:
         text = _with_plain_texts(decoded)
         if not _is_modest(text, problems, yaml):
             return None
-        node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+        node = yaml.compose(text, Loader=_loader(yaml))
     except UnicodeDecodeError as error:
         problems.add(f"cannot be read ({error.reason}); save it as UTF-8 text")
         return None
@@ -231,6 +227,10 @@ def read_yaml(problems: Problems) -> Section | None:
     return Section((_build(node, "", problems, yaml),), problems)
 
 
+def _loader(yaml: Any) -> Any:
+    return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
 def _with_plain_texts(text: str) -> str:
     """The description with the words of a person in quotes where YAML would take them apart.
 
@@ -248,25 +248,21 @@ def _with_plain_texts(text: str) -> str:
 
 def _is_modest(text: str, problems: Problems, yaml: Any) -> bool:
     """Whether a description is of a size that a person writes: aliases can swell without end."""
-    depth = deepest = count = 0
-    if len(text) <= _LARGEST:
-        for event in yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-            depth += isinstance(event, yaml.CollectionStartEvent)
-            depth -= isinstance(event, yaml.CollectionEndEvent)
-            deepest, count = max(depth, deepest), count + 1
-            if isinstance(event, yaml.AliasEvent):
-                line = f"line {event.start_mark.line + 1}"
-                problems.add("an alias (*name); write the value itself, or in quotes", where=line)
-                return False
-            if deepest > _DEEPEST or count > _MOST:
-                break
-    if len(text) > _LARGEST or deepest > _DEEPEST or count > _MOST:
+    depth, modest = 0, len(text) <= _LARGEST
+    for event in yaml.parse(text, Loader=_loader(yaml)) if modest else ():
+        if isinstance(event, yaml.AliasEvent):
+            line = f"line {event.start_mark.line + 1}"
+            problems.add("an alias (*name); write the value itself, or in quotes", where=line)
+            return False
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        modest = modest and depth <= _DEEPEST
+    if not modest:
         problems.add(
-            f"is larger than any description (more than {_LARGEST >> 20} MB, {_MOST} entries or "
-            f"{_DEEPEST} levels); docs/campaign.md says what it holds"
+            f"is larger than any description (more than {_LARGEST >> 10} kB or {_DEEPEST} levels); "
+            "docs/campaign.md says what it holds"
         )
-        return False
-    return True
+    return modest
 
 
 def _build(node: Any, path: str, problems: Problems, yaml: Any) -> Any:

@@ -16,6 +16,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, RecordError, naming, nearest
+from vinesexp.records.campaign.channel_section import of_sensitivity, of_unit
 from vinesexp.records.campaign.schema import ROLES, Campaign, Channel, Record, TimeColumn
 from vinesexp.records.instrument.findings import look_over
 from vinesexp.records.instrument.joined import JoinedSamples
@@ -35,7 +36,7 @@ from vinesexp.records.stored.store import (
     source_digest,
     write_refused,
 )
-from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, plain_unit, unit_size
+from vinesexp.units import UNITS, parse_quantity, plain_unit, unit_size
 from vinesexp.whole_files import whole_file
 
 _INTEGRATED = (
@@ -250,13 +251,10 @@ def channel_of(role: str, column: str | int, unit: str) -> Channel:
     if isinstance(column, str) and column.isdigit():
         column = int(column)
     if unit in UNITS[quantity]:
-        size = unit_size(unit, quantity)
-        return Channel(role, column, quantity, size, unit=unit, sensitivity=False)
+        return of_unit(role, column, quantity, unit, unit_size(unit, quantity))
     if not any(character.isdigit() for character in unit.partition("/")[0]):
         unit_size(unit, quantity)  # says what was expected
-    charge = unit.partition("/")[0].split()[-1:] and unit.partition("/")[0].split()[-1]
-    output = "C" if charge in UNITS["charge"] else "V"
-    return Channel(role, column, quantity, 1.0 / parse_sensitivity(unit, quantity), unit=output)
+    return of_sensitivity(role, column, quantity, unit)
 
 
 def time_column(path: Path, asked: str | int | None, unit: str) -> TimeColumn | None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, naming
+from vinesexp.records.campaign.channel_section import of_unit
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, Setup
 from vinesexp.records.instrument.samples import Samples, has_column
 from vinesexp.records.readers import Column, Source, open_source
@@ -126,9 +127,7 @@ def _joined(
     for part, k in zip(parts, whole, strict=True):
         for role, quantity in part.samples.quantities.items():
             table.append((Column(role), part.values[role][k : k + length]))
-            channels[role] = Channel(
-                role, role, quantity, 1.0, unit=SI_UNITS[quantity], sensitivity=False
-            )
+            channels[role] = of_unit(role, role, quantity, SI_UNITS[quantity], 1.0)
     path, interval = parts[0].samples.source.path, 1.0 / rates[0]
     return TableSource(path, "joined", table, sample_interval=interval, start=start), channels
 
