@@ -23,7 +23,7 @@ from vinesexp.errors import RecordError, nearest
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
 from vinesexp.records.readers import Column, Source
-from vinesexp.records.readers.labels import CODES, SEQUENCE, marks_to_infinity
+from vinesexp.records.readers.labels import CODES, marks_to_infinity
 from vinesexp.records.readers.source import require_one
 from vinesexp.units import UNITS, measured_in
 
@@ -205,15 +205,10 @@ class Samples:
         self._resampler: Resampler | None = None
         self._uneven: UnevenClockError | None = None
         self._twice = 0  # rows
-        timed = self._time is not None
-        self._clock = Clock(source.locate, size, self._interval) if timed else None
+        self._clock = None if self._time is None else Clock(source.locate, size, self._interval)
         indexes = [conversion.index for conversion in self._conversions]
-        self._rows = Rows(
-            source,
-            indexes if self._time is None else [*indexes, self._time],
-            measured=len(indexes),
-            partial=True,
-        )
+        timed = [] if self._time is None else [self._time]
+        self._rows = Rows(source, [*indexes, *timed], measured=len(indexes))
         #: Of each channel with empty cells among its samples: first, and the one after the last.
         self.lost: dict[str, list[tuple[int, int]]] = {}
         self._before = np.empty(0)  # the row before a block
@@ -247,7 +242,7 @@ class Samples:
         if self._resampler is not None:
             yield from self._even_blocks(self._resampler)
             return
-        for row, block in self._once(self._rows):
+        for row, block in self._once():
             if self._clock is not None:
                 self._clock.add(block[:, -1], row=row)
             block = self._held(block)
@@ -272,11 +267,11 @@ class Samples:
         self.warnings += [("time", said) for said in self._clock.remarks()]
         self._compare_with_header()
 
-    def _once(self, rows: Rows) -> Iterator[tuple[int, FloatArray]]:
+    def _once(self) -> Iterator[tuple[int, FloatArray]]:
         """Blocks without rows that repeat the one before them, its time and all."""
         before: FloatArray | None = None
         self._twice = 0
-        for row, block in rows.blocks():
+        for row, block in self._rows.blocks():
             if self._clock is None:
                 yield row, block
                 continue
@@ -323,8 +318,7 @@ class Samples:
     def as_measured(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray]]]:
         """Times, s, and SI blocks at them where the clock is uneven: after `resample`."""
         assert self._clock is not None  # nothing else finds a clock uneven
-        rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
-        for row, block in self._once(rows):
+        for row, block in self._once():
             yield block[:, -1] * self._clock.size, self._si(block[:, :-1], row)
 
     def resample(self, uneven: UnevenClockError) -> None:
@@ -337,10 +331,9 @@ class Samples:
         self._uneven = uneven
         self.refuse_lost()  # at even times nobody knows where they are
         self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
-        self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
 
     def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, FloatArray]]:
-        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._once(self._rows))
+        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._once())
         for block in resampler.blocks(pairs):
             yield self._si(block, 0)
         errors = ", ".join(
@@ -378,14 +371,12 @@ class Samples:
         source = self.source
         if time is None:
             own = source.time_column
-            return None if own is not None and self._counts(own, self._own_size()) else own
+            return None if own is not None and self._is_no_clock(own, self._own_size()) else own
         if self._interval is not None and not has_column(source, time.column):
             return None
         index = find_column(source, time.column, where="time")
         label = source.columns[index].unit
-        if label == SEQUENCE and self._interval is not None:
-            return None  # counts rows; the header has the interval
-        if self._interval is not None and (self._is_empty(index) or self._counts(index, time.size)):
+        if self._is_no_clock(index, time.size):
             return None
         sizes = UNITS["time"]
         if label is not None and sizes.get(label) != time.size:
@@ -396,15 +387,15 @@ class Samples:
             )
         return index
 
-    def _counts(self, index: int, size: float) -> bool:
-        """Whether a column numbers the rows: as times it would contradict the stated interval."""
-        if self._interval is None or abs(size / self._interval - 1.0) < _SAME_INTERVAL:
+    def _is_no_clock(self, index: int, size: float) -> bool:
+        """Whether an interval is stated, and a column is empty or numbers the rows: as times its
+        numbers would contradict the interval."""
+        if self._interval is None:
             return False
-        steps = np.diff(next(self.source.blocks([index], rows=1000), np.empty((0, 1)))[:, 0])
-        return len(steps) > 2 and bool((steps == 1.0).all())
-
-    def _is_empty(self, index: int) -> bool:
-        return bool(np.isnan(next(self.source.blocks([index], rows=1000), np.empty(0))).all())
+        times = next(self.source.blocks([index], rows=1000), np.empty((0, 1)))[:, 0]
+        counts = len(times) > 3 and bool((np.diff(times) == 1.0).all())
+        other = abs(size / self._interval - 1.0) >= _SAME_INTERVAL
+        return bool(np.isnan(times).all()) or (counts and other)
 
     def _stated_rate(self, sample_rate: float | None) -> float:
         interval = self._interval
@@ -525,9 +516,6 @@ class Rows:
         The opened file.
     indexes : sequence of int
         Columns, of which the first `measured` are channels; a column of times may follow.
-    partial : bool
-        Between the first and the last complete row, give those too in which some channel has a
-        value.
 
     Attributes
     ----------
@@ -542,19 +530,20 @@ class Rows:
     source: Source
     indexes: Sequence[int]
     measured: int
-    partial: bool = False
     trimmed: tuple[int, int] = (0, 0)
     found: int = 0
     overloads: dict[int, tuple[int, int]] = field(default_factory=dict)
     _limits: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     def blocks(self) -> Iterator[tuple[int, FloatArray]]:
-        """Complete rows with the number of their first; what is missing at the ends is trimmed."""
+        """Rows with the number of the first: from the first complete one to the last, and in
+        between those too in which some channel has a value."""
         done, begin, end = 0, None, 0
+        self.overloads.clear()
         for raw in self.source.blocks(self.indexes):
             block = self._within_range(raw, done)
             known = np.asarray(~np.isnan(block).any(axis=1))
-            if self.partial and not known.all() and (begin is not None or known.any()):
+            if not known.all() and (begin is not None or known.any()):
                 place = done + np.arange(len(block))
                 start = place[known][0] if begin is None else begin
                 known |= self._some(block) & (place > start) & (place < self._last)
