@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -351,33 +350,19 @@ class RecordView:
         self.path = Path(path)
         try:
             self._file: Any = h5py.File(self.path, "r")
-            stored = dict(self._file.attrs)
+            stored, held = dict(self._file.attrs), dict(self._file)
         except (OSError, KeyError, RuntimeError) as error:
             raise _unreadable(self.path, error) from None
         self.attributes: Mapping[str, Any] = {
             name: one.item() if isinstance(one, np.generic) else one for name, one in stored.items()
         }
         self.refused: str | None = self.attributes.get("refused")
-
-    @cached_property
-    def roles(self) -> tuple[str, ...]:
-        return tuple(name for name in self._file if name not in ("time", _MEASURED))
-
-    @cached_property
-    def _channels(self) -> dict[str, Any]:
-        return {role: self._file[role] for role in self.roles}
-
-    @cached_property
-    def sample_rate(self) -> float:
-        return float(self.attributes.get("sample_rate_hz", np.nan))
-
-    @cached_property
-    def start(self) -> float:
-        return float(self.attributes.get("start_s", 0.0))
-
-    @cached_property
-    def n(self) -> int:
-        return int(self._file["time"].shape[0]) if "time" in self._file else 0
+        self.sample_rate = float(self.attributes.get("sample_rate_hz", np.nan))
+        self.start = float(self.attributes.get("start_s", 0.0))
+        self.n = len(held.pop("time", ()))
+        self._measured = held.pop(_MEASURED, {})
+        self._channels: dict[str, Any] = held
+        self.roles = tuple(held)
 
     def read(self, role: str, start: int = 0, stop: int | None = None) -> FloatArray:
         """Samples [start, stop) of one channel, SI, float64.
@@ -411,17 +396,15 @@ class RecordView:
 
         `read` gives such a channel interpolated onto an even clock, for all that needs one.
         """
-        if _MEASURED not in self._file or role not in self._file[_MEASURED]:
+        if role not in self._measured:
             return None
-        t, x = (
-            np.asarray(self._file[_MEASURED][name][()], dtype=np.float64) for name in ("time", role)
-        )
+        t, x = (self._measured[name][()].astype(np.float64) for name in ("time", role))
         known = np.isfinite(x)
         return t[known], x[known]
 
     def quantity(self, role: str) -> str:
         """What the channel measures: ``displacement``, ``acceleration``."""
-        return str(self._file[role].attrs["quantity"])
+        return str(self._channels[role].attrs["quantity"])
 
     def close(self) -> None:
         self._file.close()
