@@ -9,7 +9,6 @@ what stands beside them or deeper. Version 7.3 is HDF5 inside and read so.
 from __future__ import annotations
 
 import math
-import struct
 import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -37,26 +36,9 @@ _SWELL = 2000  # zlib packs to a thousandth at best
 
 
 def recognises(head: bytes, suffix: str) -> bool:
-    """Versions 5 to 7.3 begin with their name, version 4 with the header of its first variable."""
-    hdf = suffix == ".mat" and hdf5.recognises(head, suffix)
-    return head.startswith(b"MATLAB ") or hdf or _is_version_4(head)
-
-
-def _is_version_4(head: bytes) -> bool:
-    """Whether five integers and a name stand there as version 4 writes them before a variable."""
-    if len(head) < 24:
-        return False
-    for order in "<>":
-        kind, rows, columns, complex_part, length = struct.unpack_from(f"{order}5i", head)
-        machine, reserved, precision, matrix = (kind // 10**k % 10 for k in (3, 2, 1, 0))
-        if not (0 <= kind < 5000 and machine <= 4 and reserved == 0 and precision <= 5):
-            continue
-        if matrix > 2 or rows < 1 or columns < 1 or complex_part not in (0, 1):
-            continue
-        name = head[20 : 20 + length]
-        if 2 <= length <= 64 and name[-1:] == b"\0" and name[:-1].decode("latin-1").isidentifier():
-            return True
-    return False
+    """Versions 5 to 7.3 begin with their name; 4, which has no sign of its own, by the suffix."""
+    hdf = hdf5.recognises(head, suffix)
+    return head.startswith(b"MATLAB ") or (suffix == ".mat" and (hdf or b"\0" in head[:4]))
 
 
 def open_file(path: Path) -> TableSource:

@@ -24,7 +24,6 @@ from vinesexp.records.readers.unread import need
 NAME = "LabVIEW TDMS"
 LIBRARIES = ("nptdms",)
 
-_NOT_ENDED = 0xFFFFFFFFFFFFFFFF  # in place of a segment's length
 _BIG_ENDIAN = 1 << 6  # of the flags of a segment
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
 
@@ -73,21 +72,14 @@ def _cut_short(path: Path) -> Iterator[str]:
     with path.open("rb") as stream:
         while begin < size:
             stream.seek(begin)
-            head = stream.read(28)
-            order = ">" if len(head) == 28 and head[4] & _BIG_ENDIAN else "<"
-            stated = struct.unpack_from(f"{order}Q", head, 12)[0] if len(head) == 28 else 0
-            if stated == _NOT_ENDED:
-                yield (
-                    "the program that wrote it did not close it: the last segment states no length"
-                )
-                return
-            if len(head) < 28 or begin + 28 + stated > size:
-                yield (
-                    f"it ends inside a segment: {size - begin} of {28 + stated} bytes are there, "
-                    "what is left of it is read"
-                )
-                return
-            begin += 28 + stated
+            head = stream.read(28).ljust(28, b"\xff")  # what is not there states no length
+            order = ">" if head[4] & _BIG_ENDIAN else "<"
+            begin += 28 + struct.unpack_from(f"{order}Q", head, 12)[0]
+    if begin > size:
+        yield (
+            "its last segment is not as long as it says (it was cut, or the program that wrote it "
+            "did not close it): what is there of it is read"
+        )
 
 
 def _column(channel: Any, ambiguous: bool) -> Column:
