@@ -373,8 +373,8 @@ def test_words_around_the_numbers_of_every_row_are_names_and_units(form, columns
     path.write_text("\n".join([*rows, "end of the log"]) + "\n")
     assert "1 line after the last row" in open_source(path).losses[0]
     path.write_text("\n".join([*rows[:30], "reset", *rows[30:]]))
-    with pytest.raises(RecordError, match="line 31: found 'reset'"):
-        open_source(path)
+    with pytest.raises(RecordError, match="line 31, column .*: found 'reset'"):
+        read(path)
 
 
 @pytest.mark.parametrize("form", ["x:{x} y:{y}", "t=12:30:{k:02d} x={x}"])

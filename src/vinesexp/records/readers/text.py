@@ -104,8 +104,8 @@ def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, int] | None
     """Rows with the same words around their numbers laid aside as columns with names and units.
 
     ``x:0.12 y:0.3``, ``{"t": 0.1, "x": 2}``, ``(0.1, 2)``, ``0.1 s, 2 mm``. None where most rows
-    are not alike, or have no more numbers than `least`. What stands above them is kept; a row of
-    another form among them is refused.
+    are not alike, or have no more numbers than `least`. Lines of another form are kept: words among
+    the numbers are refused when they are read.
     """
     with file.open(encoding="utf-8", errors="replace") as stream:
         head = Counter(_form(line) for line in islice(stream, 200) if line.strip())
@@ -115,27 +115,14 @@ def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, int] | None
     if names is None:
         return None
     aside, text = file_aside()
-    begun = False
-    odd: list[tuple[int, str]] = []
+    named = not any(names)
     with file.open(encoding="utf-8", errors="replace") as stream:
-        for number, line in enumerate(stream, start=1):
-            if _form(line) != form:
-                if begun and line.strip():
-                    odd.append((number, line))
-                else:
-                    aside.write(line.encode())
-                continue
-            if odd:
-                raise RecordError(
-                    f"found '{odd[0][1].strip()[:60]}', expected words and numbers as in the rows "
-                    "above; correct the row",
-                    where=f"line {odd[0][0]}",
-                )
-            if not begun and any(names):
-                aside.write(("\t".join(names) + "\n").encode())
-            begun = True
-            aside.write(("\t".join(_FIGURE.findall(line)) + "\n").encode())
-    aside.writelines(f"# {line}".encode() for _, line in odd)  # behind the last row
+        for line in stream:
+            if _form(line) == form:
+                if not named:
+                    aside.write(("\t".join(names) + "\n").encode())
+                line, named = "\t".join(_FIGURE.findall(line)) + "\n", True
+            aside.write(line.encode())
     return aside, text, -int(any(names))
 
 
