@@ -386,7 +386,10 @@ RECORD_MISTAKES = {
     "blank file": (" \n\n", ["is empty"]),
     "unknown format": (b"\x00\x01\x02\x03" * 100, ["unknown format", "HDF5"]),
     "foreign format": (b"CDF\x01" + bytes(100), ["netCDF-3", "HDF5"]),
-    "broken archive called csv": (b"PK\x03\x04" + bytes(100), ["packed files", "not a zip file"]),
+    "broken archive called csv": (
+        b"PK\x03\x04" + bytes(100),
+        ["packed files", "content is damaged"],
+    ),
     "no numbers": ("hello\nworld\n", ["no line of numbers"]),
     "channel not found": (
         text(*signals(), header="Time (s),CH2 (V),Laser (mm)"),

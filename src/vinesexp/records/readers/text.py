@@ -12,7 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from io import StringIO
 from itertools import islice, pairwise
 from pathlib import Path
@@ -31,6 +31,7 @@ from vinesexp.records.readers.source import (
     file_aside,
     file_of,
     number_of_part,
+    numbered,
     part_of,
 )
 
@@ -72,8 +73,8 @@ def open_file(path: Path) -> TextSource:
     if blocks := find_blocks(text, layout):
         block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
         source = TextSource(path, *_laid_aside(lines_of_block(text, layout, block)))
-        source.shift = block.first - source.layout.first
-        source.parts = tuple(str(k + 1) for k in range(len(blocks)))
+        source.shift = block[1] - source.layout.first
+        source.parts = numbered(len(blocks))
         return source
     if part_of(path):
         raise RecordError("holds one block of rows; leave out the # and what follows it")
@@ -375,13 +376,8 @@ def _without_end(text: Path, end: int) -> tuple[IO[bytes], Path]:
     return aside, copy
 
 
-@dataclass(frozen=True)
-class RowBlock:
-    """Lines of one block, from 0: its own header, its first row, and the line after its last."""
-
-    header: int
-    first: int
-    end: int
+#: Lines of one block, from 0: its own header, its first row, and the line after its last.
+RowBlock = tuple[int, int, int]
 
 
 def find_blocks(path: Path, layout: Layout) -> list[RowBlock]:
@@ -418,7 +414,7 @@ def find_blocks(path: Path, layout: Layout) -> list[RowBlock]:
             starts.append((begin, end))
     bounds = [(layout.first, layout.first), *starts, (total, total)]
     found = [
-        RowBlock(header, first, end)
+        (header, first, end)
         for (header, first), (end, _) in pairwise(bounds)
         if end - first >= _FEWEST
     ]
@@ -428,14 +424,12 @@ def find_blocks(path: Path, layout: Layout) -> list[RowBlock]:
 def lines_of_block(path: Path, layout: Layout, block: RowBlock) -> Iterator[str]:
     """A block as a text file of its own: what holds for all, its header, its rows."""
     with path.open(encoding=layout.encoding, errors="replace", newline=None) as stream:
+        header, first, end = block
         common = list(islice(stream, layout.first))
-        own = list(islice(stream, block.header - layout.first, block.first - layout.first))
+        own = list(islice(stream, header - layout.first, first - layout.first))
         own = [line for line in own if line.strip()]
-        if block.header > layout.first:
-            yield from _merged(layout, common, own)
-        else:
-            yield from common
-        yield from islice(stream, block.end - block.first)
+        yield from _merged(layout, common, own) if own else common
+        yield from islice(stream, end - first)
 
 
 def _merged(layout: Layout, common: list[str], own: list[str]) -> list[str]:
