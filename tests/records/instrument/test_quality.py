@@ -66,7 +66,7 @@ def test_clipped_peaks_are_found(motion, rate, bits, noise, clip, stored):
         found = findings.saturated(view, "displacement")
     assert found
     for run in found:
-        stretch = values[run.start : run.start + run.length]
+        stretch = values[run.first : run.end]
         assert np.ptp(stretch) == 0.0
         assert abs(stretch[0]) >= 0.99 * np.abs(values).max()
 
@@ -134,7 +134,7 @@ def test_a_strongly_damped_decay_that_stops_in_its_midst_is_frozen(at, stored):
     values = np.concatenate([whole_numbers(n=150), whole_numbers(n=at), np.zeros(200)])
     values[150 + at :] = values[150 + at - 1]
     with stored(values, 100.0) as view:
-        assert findings.frozen(view, "displacement", period=35.0)[-1].start <= 150 + at
+        assert findings.frozen(view, "displacement", period=35.0)[-1].first <= 150 + at
 
 
 @pytest.mark.parametrize(("bits", "noise"), [(16, 1.0), (12, 0.3), (8, 0.3), (8, 0.0), (24, 3.0)])
@@ -146,15 +146,15 @@ def test_a_frozen_stretch_is_found_where_it_is(bits, noise, rate, stored):
     with stored(values, rate) as view:
         (run,) = findings.frozen(view, "displacement", period=rate / F)
     # The neighbours may happen to have the same value: up to a plateau of the sine.
-    assert start - 0.1 * rate < run.start <= start
-    assert start + length <= run.start + run.length < start + length + 0.1 * rate
+    assert start - 0.1 * rate < run.first <= start
+    assert start + length <= run.end < start + length + 0.1 * rate
 
 
 def test_a_channel_that_never_moves_is_frozen_and_not_saturated(stored):
     with stored(np.full(1000, 0.3), 100.0) as view:
         assert findings.saturated(view, "displacement") == []
         (run,) = findings.frozen(view, "displacement", period=None)
-    assert (run.start, run.length) == (0, 1000)
+    assert run == (0, 1000)
 
 
 def test_a_quiet_sensor_between_shocks_is_not_frozen(stored):
@@ -171,7 +171,7 @@ def test_frozen_noise_is_found_without_knowing_a_period(stored):
     values[30_000:30_200] = values[30_000]
     with stored(values, 1e4, "acceleration") as view:
         (run,) = findings.frozen(view, "acceleration", period=None)
-    assert abs(run.start - 30_000) <= 3
+    assert abs(run.first - 30_000) <= 3
 
 
 @given(
@@ -202,9 +202,8 @@ def test_runs_are_found_across_blocks(stored, monkeypatch):
     with stored(values, 100.0) as view:
         blocks = list(findings.equal_runs(view, "displacement", least=5))
     found = [run for runs in blocks for run in runs.stretches(runs.lengths > 0)]
-    expected = [
-        findings.Stretch(int(s), int(n), float(k))
-        for k, (s, n) in enumerate(zip(starts, lengths, strict=True))
-        if n >= 5
-    ]
+    pairs = zip(starts.tolist(), (starts + lengths).tolist(), strict=True)
+    expected = [pair for pair in pairs if pair[1] - pair[0] >= 5]
     assert found == expected
+    kept = np.concatenate([runs.values for runs in blocks])
+    np.testing.assert_array_equal(kept, np.flatnonzero(lengths >= 5))

@@ -373,7 +373,7 @@ def test_words_around_the_numbers_of_every_row_are_names_and_units(form, columns
     path.write_text("\n".join([*rows, "end of the log"]) + "\n")
     assert "1 line after the last row" in open_source(path).losses[0]
     path.write_text("\n".join([*rows[:30], "reset", *rows[30:]]))
-    with pytest.raises(RecordError, match="line 31, column .*: found 'reset'"):
+    with pytest.raises(RecordError, match=r"line 31, column .*: found 'reset'"):
         read(path)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,38 +69,40 @@ _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to
 _ACROSS, _OTHERS = 0.75, 0.5
 _AGAIN, _EACH = 2, 0.8  # times: once may be anything; of the steps so large
 
-#: First sample of each and the one after its last.
-Stretches = tuple[tuple[int, int], ...]
+
+class Stretch(NamedTuple):
+    """Samples of a channel: the first, and the one after the last."""
+
+    first: int
+    end: int
+
+
+Stretches = Sequence[tuple[int, int]]
 #: Number of the first sample, and the samples.
 Block = tuple[int, FloatArray]
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """A stretch of equal samples: first sample, length, value (SI)."""
-
-    start: int
-    length: int
-    value: float
-
-
-@dataclass(frozen=True)
 class Runs:
-    """Stretches of equal samples as arrays: first sample, length, value (SI).
+    """Stretches of equal samples as arrays: first sample, the one after the last, value (SI).
 
     They end in the stretch of samples `block`, which begins at sample `begin`.
     """
 
     starts: NDArray[np.int64]
-    lengths: NDArray[np.int64]
+    ends: NDArray[np.int64]
     values: FloatArray
     block: FloatArray
     begin: int
 
-    def stretches(self, chosen: NDArray[np.bool_]) -> Iterator[Stretch]:
+    @property
+    def lengths(self) -> NDArray[np.int64]:
+        return self.ends - self.starts
+
+    def stretches(self, chosen: NDArray[np.bool_]) -> list[Stretch]:
         """The chosen ones, one by one."""
-        for k in np.flatnonzero(chosen):
-            yield Stretch(int(self.starts[k]), int(self.lengths[k]), float(self.values[k]))
+        pairs = zip(self.starts[chosen].tolist(), self.ends[chosen].tolist(), strict=True)
+        return [Stretch(*pair) for pair in pairs]
 
 
 @dataclass(frozen=True)
@@ -119,11 +122,10 @@ class _Levels:
 def saturated(view: RecordView, role: str) -> list[Stretch]:
     """Stretches in which a channel stands at the end of its range, clipped."""
     levels = _levels(view, role)
-    long: list[Stretch] = []
-    short: list[Stretch] = []
-    gentle: list[Stretch] = []
-    elsewhere = 0
     ends = {end: _levels_at(view, role, levels, end) for end in {levels.low, levels.high}}
+    short: dict[float, tuple[list[Stretch], list[Stretch]]] = {end: ([], []) for end in ends}
+    found: list[Stretch] = []
+    elsewhere = 0
     for runs in equal_runs(view, role, least=2):
         at_end = (runs.values == levels.low) | (runs.values == levels.high)
         elsewhere += int(np.count_nonzero(runs.lengths[~at_end] > 2))
@@ -132,16 +134,15 @@ def saturated(view: RecordView, role: str) -> list[Stretch]:
         is_long = runs.lengths >= _LONG
         # A record that begins so was held before its release, most likely.
         candidate = at_end & (runs.starts > 0)
-        long.extend(runs.stretches(candidate & is_long & (far >= _FALL * near)))
+        found += runs.stretches(candidate & is_long & (far >= _FALL * near))
         for end, own in ends.items():
             here = candidate & ~is_long & (runs.values == end) & (far > _FALL * own.least)
             steep = far > _FALL * own.fine
-            short.extend(runs.stretches(here & steep))
-            gentle.extend(runs.stretches(here & ~steep))
+            short[end][0].extend(runs.stretches(here & steep))
+            short[end][1].extend(runs.stretches(here & ~steep))
     for end, own in ends.items():
-        found = ([run for run in runs if run.value == end] for runs in (short, gentle))
-        long.extend(_clipped(next(found), next(found), own, elsewhere))
-    return sorted(long, key=lambda run: run.start)
+        found += _clipped(*short[end], own, elsewhere)
+    return sorted(found)
 
 
 def _clipped(
@@ -153,10 +154,10 @@ def _clipped(
     levels or more, even two of them far above their neighbours happen once, not twice.
     """
     if levels.high - levels.low > 1000.0 * levels.fine and (
-        len(steep) > 1 or any(run.length > 2 for run in steep)
+        len(steep) > 1 or any(end - first > 2 for first, end in steep)
     ):
         return steep
-    flat = [run for run in (*steep, *gentle) if run.length > 2]
+    flat = [one for one in (*steep, *gentle) if one.end - one.first > 2]
     return flat if len(flat) > 2 and len(flat) > 10 * elsewhere else []
 
 
@@ -170,25 +171,25 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     """
     levels = _levels(view, role)
     if levels.low == levels.high:
-        return [Stretch(0, view.n, levels.low)]
+        return [Stretch(0, view.n)]
     found = []
     least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, 8.0)))
     for runs in equal_runs(view, role, least=least):
-        # Before the first of them there is nothing to judge by.
-        for run in runs.stretches(runs.starts >= _ALIVE):
-            before = view.read(role, run.start - _ALIVE, run.start)
+        columns = (runs.starts.tolist(), runs.ends.tolist(), runs.values.tolist())
+        for first, end, value in zip(*columns, strict=True):
+            if first < _ALIVE:  # before it there is nothing to judge by
+                continue
+            before = view.read(role, first - _ALIVE, first)
             changes = np.mean(np.diff(before) != 0.0)
             # A slow decay without noise comes to rest from one or two quanta, noise from several.
-            alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
-            dies = _dies_out(view, role, run, period, levels)
-            alive = alive and not (dies or _came_to_rest(before, run.value, levels))
-            stopped = False
-            if period is not None and run.length >= 0.5 * period:
-                last = view.read(role, max(run.start - round(period), 0), run.start)
-                stopped = bool(np.ptp(last) > _FALL * levels.usual)
-                stopped = stopped and not (dies or _came_to_rest(last, run.value, levels))
-            if alive or stopped:
-                found.append(run)
+            still = end - first >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
+            still = still and not _came_to_rest(before, value, levels)
+            if period is not None and end - first >= 0.5 * period:
+                last = view.read(role, max(first - round(period), 0), first)
+                moved = np.ptp(last) > _FALL * levels.usual
+                still = still or bool(moved and not _came_to_rest(last, value, levels))
+            if still and not _dies_out(view, role, first, value, period, levels):
+                found.append(Stretch(first, end))
     return found
 
 
@@ -201,7 +202,7 @@ def _came_to_rest(before: FloatArray, value: float, levels: _Levels) -> bool:
 
 
 def _dies_out(
-    view: RecordView, role: str, run: Stretch, period: float | None, levels: _Levels
+    view: RecordView, role: str, first: int, value: float, period: float | None, levels: _Levels
 ) -> bool:
     """Whether a motion of few quanta dies out into a stretch: strong damping, a coarse converter.
 
@@ -210,15 +211,15 @@ def _dies_out(
     point but lies in the midst of the motion.
     """
     length = max(_ALIVE, round(1.5 * (period or 0.0)))
-    before = view.read(role, max(run.start - length, 0), run.start)
-    distance = np.abs(before - run.value)
+    before = view.read(role, max(first - length, 0), first)
+    distance = np.abs(before - value)
     tops = [float(part.max()) for part in np.array_split(distance, 4)]
     shrinks = all(b <= _SHRINKS * a for a, b in itertools.pairwise(tops))
     if not shrinks or distance[-len(distance) // 8 :].max() > 2.0 * levels.least:
         return False
-    motion = view.read(role, max(run.start - 4 * length, 0), run.start)
+    motion = view.read(role, max(first - 4 * length, 0), first)
     low, high = float(motion.min()), float(motion.max())
-    return low + _MIDST * (high - low) < run.value < high - _MIDST * (high - low)
+    return low + _MIDST * (high - low) < value < high - _MIDST * (high - low)
 
 
 def periods(view: RecordView, role: str) -> float:
@@ -253,10 +254,10 @@ def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
         starts = edges[chosen]
         values = block[np.maximum(starts - begin, 0)]
         values[starts < begin] = previous
-        yield Runs(starts, lengths[chosen], values, block, begin)
+        yield Runs(starts, edges[chosen + 1], values, block, begin)
         begun, previous = int(edges[-1]), float(block[-1])
     if view.n - begun >= least:
-        last = (np.array([begun]), np.array([view.n - begun]), np.array([previous]))
+        last = (np.array([begun]), np.array([view.n]), np.array([previous]))
         yield Runs(*last, block=np.empty(0), begin=view.n)
 
 
@@ -300,7 +301,7 @@ def _levels_at(view: RecordView, role: str, levels: _Levels, end: float) -> _Lev
 
 def _fall(view: RecordView, role: str, runs: Runs, distance: NDArray[np.int64]) -> FloatArray:
     """How far the channel is from a run's value at these distances outside; the nearer side."""
-    sides = (runs.starts - distance, runs.starts + runs.lengths - 1 + distance)
+    sides = (runs.starts - distance, runs.ends - 1 + distance)
     return np.fmin(*(np.abs(_at(view, role, runs, side) - runs.values) for side in sides))
 
 
@@ -325,9 +326,9 @@ def _thinned(view: RecordView, role: str, most: int) -> FloatArray:
     return np.concatenate(parts)
 
 
-def within(run: Stretch, gaps: Stretches) -> bool:
+def within(one: Stretch, gaps: Stretches) -> bool:
     """Whether a stretch lies within a gap."""
-    return any(first <= run.start and run.start + run.length <= last for first, last in gaps)
+    return any(first <= one.first and one.end <= end for first, end in gaps)
 
 
 def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Stretches:
@@ -367,8 +368,8 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     enters = (first < far.size) & (_gaps_at(far, first, -1) < starts)
     leaves = (last >= 0) & (_gaps_at(far, last, -1) >= ends - 1)
     whole = (enters | (starts == 0)) & (leaves | (ends == view.n))
-    for run in frozen:
-        whole |= (starts >= run.start) & (ends <= run.start + run.length)
+    for begin, end in frozen:
+        whole |= (starts >= begin) & (ends <= end)
     return _joined([
         (int(_gaps_at(far, first, 0)[i]) + 1 if enters[i] else int(starts[i]),
          int(_gaps_at(far, last, 0)[i]) + 1 if leaves[i] else int(ends[i]))
@@ -425,8 +426,9 @@ def _still(view: RecordView, role: str) -> tuple[IntArray, IntArray]:
     """First sample, and the one after the last, of each stretch of equal samples."""
     found = list(equal_runs(view, role, least=max(_EQUAL, _HELD * _held(view, role))))
     none = np.empty(0, dtype=np.int64)
-    starts = np.concatenate([none, *(runs.starts for runs in found)])
-    return starts, starts + np.concatenate([none, *(runs.lengths for runs in found)])
+    return np.concatenate([none, *(runs.starts for runs in found)]), np.concatenate(
+        [none, *(runs.ends for runs in found)]
+    )
 
 
 def _far_steps(view: RecordView, role: str, starts: IntArray, ends: IntArray) -> IntArray:
@@ -557,7 +559,7 @@ def look_over(
                 f"({samples.source.locate(samples.trimmed[0] + int(at[0]))}): its counter or its "
                 "phase starts anew there; measure with a wider range, or unwrap it"
             )
-        if role in _TARGETS and (len(stuck) != 1 or stuck[0].length < view.n):
+        if role in _TARGETS and stuck != [(0, view.n)]:
             gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
             gaps = _joined([*gaps, *lone_samples(view, role)])
             stuck = [run for run in stuck if not within(run, gaps)]
@@ -565,10 +567,9 @@ def look_over(
             gaps = ()
         clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
         stuck = [run for run in stuck if run not in clipped]
-        whole = bool(stuck) and stuck[0].length == view.n
-        held = () if whole or "frozen" in channels[role].accept or record.test == "drop" else tuple(
-            (run.start, run.start + run.length) for run in stuck
-        )  # fmt: skip
+        whole = stuck == [(0, view.n)]
+        accepted = "frozen" in channels[role].accept or record.test == "drop"
+        held = () if whole or accepted else tuple(stuck)
         stuck = [] if held else stuck
         for stretches, why in ((gaps, _JUMPS), (held, _STANDS)):
             if stretches:
@@ -697,13 +698,13 @@ def _moves(view: RecordView, role: str) -> bool:
 _SAME_FREQUENCY = 0.2
 
 
-def _described(view: RecordView, samples: Samples, runs: list[Stretch], defect: str) -> str:
-    worst = max(runs, key=lambda run: run.length)
-    at = view.time(worst.start, worst.start + 1)[0]
-    place = samples.source.locate(samples.trimmed[0] + worst.start)
-    more = f", and {len(runs) - 1} times more" if len(runs) > 1 else ""
+def _described(view: RecordView, samples: Samples, found: Stretches, defect: str) -> str:
+    first, end = max(found, key=lambda one: one[1] - one[0])
+    at = view.time(first, first + 1)[0]
+    place = samples.source.locate(samples.trimmed[0] + first)
+    more = f", and {len(found) - 1} times more" if len(found) > 1 else ""
     what, remedy = _DEFECTS[defect]
-    return f"{what} for {worst.length} samples from {at:.6g} s ({place}){more}; {remedy}"
+    return f"{what} for {end - first} samples from {at:.6g} s ({place}){more}; {remedy}"
 
 
 def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Check:

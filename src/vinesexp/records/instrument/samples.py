@@ -107,47 +107,31 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     place = f"column '{source.columns[index].name or index}'"
     if channel.file_size is not None:
         return channel.file_size, None
-    measured = measured_in(channel.unit, channel.quantity)
-    key = f"channels.{channel.role}"
+    measured, key = measured_in(channel.unit, channel.quantity), f"channels.{channel.role}"
+    if label == CODES or (label is None and measured == "charge"):
+        what, such = "no unit in the header", "pC"
+        if label == CODES:
+            what, such = "numbers of the converter, not volts", "8 mV (volts a division / 25)"
+        said = f"{what}; say what one number is in {key}.file_unit, such as {such}"
+        raise RecordError(said, where=place)
     if label is None:
-        if measured == "charge":
-            raise RecordError(
-                f"no unit in the header; say what one number is in {key}.file_unit, such as pC",
-                where=place,
-            )
         return 1.0, None
-    if label == CODES:
-        raise RecordError(
-            f"numbers of the converter, not volts; say what one is in {key}.file_unit, such as "
-            "8 mV (volts a division / 25 for GW Instek)",
-            where=place,
-        )
     sizes = UNITS[measured]
-    if label in sizes:
-        size = sizes[label] / sizes[channel.unit]
-        if channel.sensitivity or size == 1.0:
-            return size, None
-        raise RecordError(
-            f"the header says '{label}', campaign.yaml says '{channel.unit}'; correct "
-            f"{key}.unit, or add file_unit: {channel.unit} if the header is wrong",
-            where=place,
-        )
-    if label in UNITS["time"]:  # no sensor measures seconds: some loggers label everything so
-        return 1.0, f"{place}: the header's unit '{label}' is ignored, '{channel.unit}' used"
+    if label in sizes and (channel.sensitivity or sizes[label] == sizes[channel.unit]):
+        return sizes[label] / sizes[channel.unit], None
     other = next((quantity for quantity, table in UNITS.items() if label in table), None)
-    if other is not None:
-        remedy = "the right column"
-        if label in UNITS["voltage"] and not channel.sensitivity:
-            remedy = f"'sensitivity' instead of 'unit', such as 100 mV/{channel.unit}"
-        elif label in UNITS[channel.quantity]:
-            remedy = "'unit' instead of 'sensitivity'"
-        raise RecordError(
-            f"the header says '{label}', a unit of {other}, but {key} expects {measured} "
-            f"('{channel.unit}'); give {remedy}, or add file_unit: {channel.unit} if the header is "
-            "wrong",
-            where=place,
-        )
-    return 1.0, f"{place}: the header's unit '{label}' is unknown, '{channel.unit}' used"
+    if other is None or label in UNITS["time"]:  # some loggers label everything with seconds
+        return 1.0, f"{place}: the header's unit '{label}' is ignored, '{channel.unit}' used"
+    remedy = f"correct {key}.unit" if label in sizes else f"give the right column for {key}"
+    if label in UNITS["voltage"] and not channel.sensitivity:
+        remedy = f"give 'sensitivity' instead of 'unit' for {key}, such as 100 mV/{channel.unit}"
+    elif label in UNITS[channel.quantity] and channel.sensitivity:
+        remedy = f"give 'unit' instead of 'sensitivity' for {key}"
+    raise RecordError(
+        f"the header says '{label}', a unit of {other}, campaign.yaml says '{channel.unit}'; "
+        f"{remedy}, or add file_unit: {channel.unit} if the header is wrong",
+        where=place,
+    )
 
 
 _TWICE = 0.15  # of the rows: times printed too coarsely repeat in a fifth of them at least
