@@ -127,7 +127,7 @@ def test_an_edit_changes_its_cells_and_leaves_looks_and_other_sheets(folder):
     book = book_of(folder)
     assert book.worksheets[0]["D2"].value == 36.5
     assert book.worksheets[0]["C2"].fill.start_color.rgb.endswith("DDEBF7")
-    assert book.sheetnames == ["records", "colours and columns"]
+    assert book.sheetnames == ["records", "colours"]
     assert load_campaign(folder).record("b34").note == "new"
 
 

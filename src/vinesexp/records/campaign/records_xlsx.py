@@ -23,18 +23,6 @@ _LEGEND = (
     (_MISSING, "missing: no file tells it; if it does not apply, remove FILL IN from the note"),
     (_WRONG, "wrong: not a kind of test, not a number, or a record's name that is there twice"),
 )
-_MEANT = {
-    "record": "a different name for each row",
-    "file": "the instrument file, from this folder; several parted by ;",
-    "test": "what the record is a record of: " + ", ".join(TESTS),
-    "clearance_mm": "one-sided clearance b; 23;34 for two NESs; empty: NES removed or blocked",
-    "base_amplitude_mm": "amplitude of the base's displacement",
-    "frequency_hz": "of the base; 7.2:8.4 for a sweep",
-    "added_mass_g": "mounted on the oscillator for this record; empty: none",
-    "release_mm": "displacement that the record is released from",
-    "exclude": "yes: left out, for the reason in the note",
-    "note": "anything",
-}
 _UNITS = {"mm": "mm", "g": "g", "hz": "Hz"}
 _WIDTHS = {"file": 34, "note": 70, "record": 24, "test": 12}
 _NUMBERS = ("base_amplitude_mm", "added_mass_g", "release_mm")
@@ -135,7 +123,7 @@ def new_workbook(
     sheet.freeze_panes = "B2"
     _lists(sheet)
     _colours(sheet)
-    _legend(book.create_sheet("colours and columns"))
+    _legend(book.create_sheet("colours"))
     return _saved(book)
 
 
@@ -181,16 +169,12 @@ def _colours(sheet: Any) -> None:
 
 
 def _legend(sheet: Any) -> None:
-    from openpyxl.styles import Font, PatternFill
+    from openpyxl.styles import PatternFill
 
     for line, (colour, meaning) in enumerate(_LEGEND, start=1):
         sheet.cell(row=line, column=1).fill = PatternFill("solid", start_color=colour)
         sheet.cell(row=line, column=2).value = meaning
-    for line, column in enumerate(SHEET_COLUMNS, start=len(_LEGEND) + 2):
-        sheet.cell(row=line, column=1).value = head_of(column)
-        sheet.cell(row=line, column=1).font = Font(bold=True)
-        sheet.cell(row=line, column=2).value = _MEANT[column]
-    sheet.column_dimensions["A"].width, sheet.column_dimensions["B"].width = 24, 90
+    sheet.column_dimensions["B"].width = 90
 
 
 def _first(column: str) -> str:
