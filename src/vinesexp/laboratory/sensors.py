@@ -21,10 +21,6 @@ from vinesexp.arrays import FloatArray
 #: A one-pole filter forgets its past to below a rounding error after this many time constants.
 _FORGOTTEN = 37.0
 
-# AC coupling: the first-order high-pass between an accelerometer and its converter.
-#: Time constants after which the past is forgotten: e^-25 is a thousandth of 24 bits.
-_AC_COUPLING_FORGOTTEN = 25.0
-
 # Contacts as an accelerometer shows them: half-sine pulses of the exact momentum.
 #
 # What is known exactly is how much of the velocity jump has been shown until a time; a sample is
@@ -276,34 +272,6 @@ def contact_acceleration(
     return averaged_over_samples(gained, times, jumps, duration=duration, lasts=lasts, **grid)
 
 
-def high_passed(
-    signal: Callable[[FloatArray], FloatArray], t: FloatArray, *, dt: float, corner: float
-) -> FloatArray:
-    """`signal` after a first-order high-pass of a corner (Hz), at the evenly spaced times t.
-
-    The signal is what each sample interval holds in the mean, taken as linear between samples.
-    Before t = 0 there was none: the mass was held. The filter's memory is evaluated anew from the
-    signal before t[0], so that blocks fit together without a seam.
-
-    Examples
-    --------
-    >>> t = np.arange(5) * 0.1
-    >>> high_passed(np.ones_like, t, dt=0.1, corner=0.5).round(3).tolist()
-    [0.858, 0.627, 0.458, 0.334, 0.244]
-    """
-    from scipy.signal import lfilter
-
-    q = 2.0 * math.pi * corner * dt
-    taps = min(math.ceil(_AC_COUPLING_FORGOTTEN / q), math.ceil(max(t[0], 0.0) / dt) + 1) + 1
-    times = np.concatenate([t[0] - dt * np.arange(taps, 0, -1), t])
-    values = np.where(times >= -1e-9 * dt, signal(times), 0.0)
-    # The low-pass answers a straight line over one interval with these weights of its two ends.
-    forgotten = math.exp(-q)
-    mean = -math.expm1(-q) / q
-    slow = lfilter([1.0 - mean, mean - forgotten], [1.0, -forgotten], values)
-    return np.asarray((values - slow)[taps:])
-
-
 class Moving(Protocol):
     """What a sensor needs of a motion; `vinesexp.Motion` is one."""
 
@@ -394,13 +362,30 @@ class Accelerometer(Sensor):
     cross_axis: float = 0.0
 
 
+def _one_pole(
+    signal: Callable[[FloatArray], FloatArray], t: FloatArray, dt: float, corner: float
+) -> tuple[FloatArray, FloatArray]:
+    """A signal at the evenly spaced times t, and after a first-order low-pass of a corner (Hz).
+
+    The signal is taken as linear between samples; the filter's memory is evaluated anew from
+    the signal before t[0], so that blocks fit together without a seam.
+    """
+    from scipy.signal import lfilter
+
+    q = 2.0 * math.pi * corner * dt
+    taps = math.ceil(_FORGOTTEN / q) + 1
+    values = signal(np.concatenate([t[0] - dt * np.arange(taps, 0, -1), t]))
+    # The low-pass answers a straight line over one interval with these weights of its two ends.
+    forgotten = math.exp(-q)
+    mean = -math.expm1(-q) / q
+    slow = lfilter([1.0 - mean, mean - forgotten], [1.0, -forgotten], values)
+    return values[taps:], np.asarray(slow[taps:])
+
+
 def low_passed(
     signal: Callable[[FloatArray], FloatArray], t: FloatArray, *, dt: float, bandwidth: float
 ) -> FloatArray:
     """`signal` after a first-order low-pass, at the evenly spaced times t.
-
-    The signal is taken as linear between samples; the filter's memory is evaluated anew from
-    the signal before t[0], so that blocks fit together without a seam.
 
     Parameters
     ----------
@@ -415,17 +400,28 @@ def low_passed(
     >>> low_passed(lambda t: 2.0 * t, t, dt=1e-4, bandwidth=1e4).round(9).tolist()
     [-3.1831e-05, 0.000168169, 0.000368169, 0.000568169]
     """
-    q = 2.0 * math.pi * bandwidth * dt
-    a = math.exp(-q)
-    # response to a linear interpolant over one interval: weights of its start and its end
-    mean = -math.expm1(-q) / q
-    old, new = mean - a, 1.0 - mean
-    taps = math.ceil(_FORGOTTEN / q) + 1
-    powers = a ** np.arange(taps)
-    kernel = new * np.append(powers, 0.0) + old * np.append(0.0, powers)
-    kernel /= kernel.sum()
-    early = t[0] - dt * np.arange(taps, 0, -1)
-    return np.asarray(np.convolve(signal(np.concatenate([early, t])), kernel, mode="valid"))
+    return _one_pole(signal, t, dt, bandwidth)[1]
+
+
+def high_passed(
+    signal: Callable[[FloatArray], FloatArray], t: FloatArray, *, dt: float, corner: float
+) -> FloatArray:
+    """`signal` after the AC coupling of a converter: a first-order high-pass of a corner (Hz).
+
+    Before t = 0 there was no signal: the mass was held.
+
+    Examples
+    --------
+    >>> t = np.arange(5) * 0.1
+    >>> high_passed(np.ones_like, t, dt=0.1, corner=0.5).round(3).tolist()
+    [0.858, 0.627, 0.458, 0.334, 0.244]
+    """
+
+    def let_go(t: FloatArray) -> FloatArray:
+        return np.where(t >= -1e-9 * dt, signal(t), 0.0)
+
+    values, slow = _one_pole(let_go, t, dt, corner)
+    return values - slow
 
 
 def slow_drift(
