@@ -84,8 +84,7 @@ def find_layout(path: Path) -> Layout:
     holding = sorted(body.numeric | body.stamps)
     above_data = map(_unmarked, body.lines[:first])
     lines = [layout.cells(line) if line.strip() else [] for line in above_data]
-    if holding[0] >= 2:
-        lines += [cells[: holding[0]] for cells in body.rows[first : first + _BESIDE]]
+    lines += [cells[: holding[0]] for cells in body.rows[first : first + _BESIDE]]
     stated = read_preamble(layout, lines)
     columns = [_column(j, names, units) for j in range(body.width)]
     columns = [replace(c, unit="s") if j in body.stamps else c for j, c in enumerate(columns)]
@@ -278,27 +277,23 @@ def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
 def completed(columns: Sequence[Column], stated: Stated) -> list[Column]:
     """Columns with what a preamble states of those whose own names or units say nothing.
 
-    Names that are only units, `Second,Volt`, give way to those that it states. Units stand in the
-    order of the columns, or of those behind the times.
+    Units stand in the order of the columns, or of those behind the times.
     """
     names, units = [c.name for c in columns], [c.unit for c in columns]
     if stated.time_unit in UNITS["frequency"]:
         at = [name == "X_Value" for name in names]
         units = [stated.time_unit if x else unit for x, unit in zip(at, units, strict=True)]
-    words = [unit_of_label(name) for name in names]
-    if None not in words and only_time(columns) is None:
-        units = words
     count = max(len(stated.names), len(stated.units))
     first = stated.time_unit or (None if any(names) else "s")
     first = first if 0 < count < len(columns) else None
     timed = (units[0] or first) in UNITS["time"]
     given = ["Time", *stated.names] if timed else stated.names
-    if len(given) == len(names) and (units is words or not any(names)):
+    if len(given) == len(names) and not any(names):
         names = given
     if timed:
         units[0] = units[0] or first
-    behind = int(timed and len(stated.units) < len(units))
-    if not any(units[behind:]) and (behind or len(stated.units) == len(units)):
+    behind = int(len(stated.units) < len(units))
+    if not any(units[behind:]):
         for k, unit in enumerate(stated.units[: len(units) - behind]):
             units[behind + k] = stated_unit(unit)
     return [replace(c, name=n, unit=u) for c, n, u in zip(columns, names, units, strict=True)]
