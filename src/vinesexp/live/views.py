@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from vinesexp.planning.campaign_plan import LevelPlan
     from vinesexp.planning.planned_tests import OtherPlan
 
+#: The rig as some records show it, with what was concluded of the test log, and their number.
+Values = tuple["Identified", int]
+
 #: Impacts per cycle below which a ball of a steady test may be stuck.
 _STILL = 0.1
 
@@ -135,20 +138,6 @@ class NextTests:
 
 
 @dataclass(frozen=True)
-class Values:
-    """The rig as some records show it.
-
-    Attributes
-    ----------
-    found : M, c1, k1, r and the rest, with what was concluded of the test log.
-    records : ids of the records.
-    """
-
-    found: Identified
-    records: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class CampaignShown:
     """A campaign so far, for the page.
 
@@ -194,8 +183,7 @@ def find_values(folder: Path, results: Path, ids: Collection[str]) -> Values:
     from vinesexp.pipeline import identify_together
 
     campaign = _only(folder, ids)
-    found = identify_together(campaign, paths=ResultPaths(results))
-    return Values(found, tuple(record.id for record in campaign.records))
+    return identify_together(campaign, paths=ResultPaths(results)), len(campaign.records)
 
 
 def look_at_campaign(
@@ -226,8 +214,8 @@ def look_at_campaign(
     paths = ResultPaths(results)
     collect_regimes(campaign, paths=paths)
     if values is not None:
-        write_identification(values.found, paths=paths)
-        _remember(paths, values)
+        write_identification(values[0], paths=paths)
+        _remember(paths, *values)
     compare_clearances(campaign, paths=paths)
     checks = [*read_checks(paths.identify_checks), *read_checks(paths.compare_checks)]
     evidence = {r.id: read_evidence(paths.regime(r.id)) for r in campaign.records}
@@ -316,14 +304,12 @@ def _only(folder: Path, ids: Collection[str]) -> Campaign:
     return replace(campaign, records=own)
 
 
-def _remember(paths: ResultPaths, values: Values) -> None:
+def _remember(paths: ResultPaths, values: Identified, records: int) -> None:
     """Add what was found to the history of the values."""
     found = {
-        row.parameter: [row.value, row.std_error]
-        for row in values.found.rows
-        if row.method == COMBINED
+        row.parameter: [row.value, row.std_error] for row in values.rows if row.method == COMBINED
     }
-    history = [*_history(paths), {"records": len(values.records), "values": found}]
+    history = [*_history(paths), {"records": records, "values": found}]
     write_whole(_history_file(paths), json.dumps(history))
 
 
