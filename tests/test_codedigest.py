@@ -30,9 +30,9 @@ def test_versions_of_the_libraries_that_a_step_reaches_count(monkeypatch):
     assert {"numpy", "h5py"} <= vinesexp.codedigest._libraries(ingest)
     assert not {"matplotlib", "vinesexp", "json"} & vinesexp.codedigest._libraries(ingest)
     before = code_digest(ingest), code_digest(replay)
-    monkeypatch.setattr(vinesexp.codedigest, "_version", lambda name: "1" * (name == "numba"))
+    monkeypatch.setattr(vinesexp.codedigest, "version_of", lambda name: "1" * (name == "numba"))
     without = code_digest(ingest), code_digest(replay)
-    monkeypatch.setattr(vinesexp.codedigest, "_version", lambda name: "2" * (name == "numba"))
+    monkeypatch.setattr(vinesexp.codedigest, "version_of", lambda name: "2" * (name == "numba"))
     after = code_digest(ingest), code_digest(replay)
     assert before[0] != without[0] == after[0]
     assert before[1] != without[1] != after[1]

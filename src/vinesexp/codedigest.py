@@ -52,12 +52,13 @@ def code_digest(name: str) -> str:
         digest.update(str(path.relative_to(_ROOT)).encode())
         digest.update(_sha256(path))
     for library in sorted(_libraries(name)):
-        digest.update(f"{library} {_version(library)}".encode())
+        digest.update(f"{library} {version_of(library)}".encode())
     return digest.hexdigest()[:16]
 
 
 @cache
-def _version(library: str) -> str:
+def version_of(library: str) -> str:
+    """The version of a package; empty where it runs without being installed."""
     from importlib.metadata import PackageNotFoundError, version  # slow to import
 
     try:

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from vinesexp.records.stored.store import package_version
+from vinesexp.codedigest import version_of
 from vinesexp.whole_files import digest_of_file
 
 NAME = "ro-crate-metadata.json"
@@ -79,7 +79,7 @@ def write_crate(
         _entity(
             *("#vinesexp", "SoftwareApplication"),
             name="vinesexp",
-            version=package_version() or "unknown",
+            version=version_of("vinesexp") or "unknown",
         ),
         _entity(
             *("#analysis", "CreateAction"),

@@ -249,7 +249,7 @@ class Samples:
             return
         self.sample_rate, self.start = self._clock.finish()
         self.warnings += [("time", said) for said in self._clock.remarks()]
-        self._compare_with_header()
+        self._compare_with_header(self.sample_rate, "the times'")
 
     def _once(self) -> Iterator[tuple[int, FloatArray]]:
         """Blocks without rows that repeat the one before them, its time and all."""
@@ -329,7 +329,7 @@ class Samples:
         said = uneven.said(self.source.locate)
         said += f"; resampled to {self.sample_rate:.9g} Hz, error of the interpolation {errors}"
         self.warnings.append(("time", said))
-        self._compare_with_header()
+        self._compare_with_header(self.sample_rate, "the times'")
 
     def _si(self, block: FloatArray, row: int) -> dict[str, FloatArray]:
         values = {
@@ -381,30 +381,24 @@ class Samples:
         other = abs(size / self._interval - 1.0) >= _SAME_INTERVAL
         return bool(np.isnan(times).all()) or (counts and other)
 
-    def _stated_rate(self, sample_rate: float | None) -> float:
-        interval = self._interval
+    def _stated_rate(self, given: float | None) -> float:
         if self._clock is not None:
             return float("nan")  # known when the last row has been read
-        if sample_rate is not None:
-            if interval is not None and abs(interval * sample_rate - 1.0) > 1e-3:
-                said = f"the file states {1 / interval:g} Hz, campaign.yaml's "
-                said += f"{sample_rate:g} Hz is used"
-                self.warnings.append(("time", said))
-            return sample_rate
-        if interval is None:
+        if given is not None:
+            self._compare_with_header(given, "campaign.yaml's")
+            return given
+        if self._interval is None:
             raise RecordError(
                 "no times: the file states no sample interval; give 'time' (a column) or "
                 "'sample_rate' in campaign.yaml"
             )
-        rate = 1.0 / interval
+        rate = 1.0 / self._interval
         # 1/0.0001 is 10000.000000000002 or so; the header meant the whole number.
         return float(round(rate)) if abs(rate - round(rate)) < 1e-12 * rate else rate
 
-    def _compare_with_header(self) -> None:
-        interval = self._interval
-        if interval is not None and abs(interval * self.sample_rate - 1.0) > 1e-3:
-            said = f"the header states an interval of {interval:g} s, the times one of "
-            said += f"{1 / self.sample_rate:g} s; the times are used"
+    def _compare_with_header(self, rate: float, whose: str) -> None:
+        if self._interval is not None and abs(self._interval * rate - 1.0) > 1e-3:
+            said = f"the file states {1.0 / self._interval:g} Hz, {whose} {rate:g} Hz is used"
             self.warnings.append(("time", said))
 
     def _own_size(self) -> float:

@@ -400,8 +400,6 @@ def find_blocks(path: Path, layout: Layout) -> list[RowBlock]:
     between = np.zeros(total, dtype=bool)
     between[list(gaps)] = True
     runs = runs_of(between)
-    if not any(line[0] in _WORDS for line in gaps.values()):
-        return []
     if len(runs) > _MOST * (total - layout.first):
         return []
     starts: list[tuple[int, int]] = []

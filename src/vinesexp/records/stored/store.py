@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
+from vinesexp.codedigest import version_of
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Record
 from vinesexp.records.readers.source import file_of
@@ -79,7 +80,7 @@ def record_attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
         "release_m": record.release,
         "note": record.note or None,
         "setup": record.setup or None,
-        "vinesexp_version": package_version(),
+        "vinesexp_version": version_of("vinesexp"),
         # Who measured it when with what, as far as campaign.yaml or records.csv say it.
         **{f"people_{key}": text for key, text in record.people.items()},
         "date": record.people.get("date"),
@@ -99,16 +100,6 @@ def carried(attributes: Mapping[str, Any]) -> dict[str, Any]:
         for name, value in attributes.items()
         if name in (*CARRIED, "date", "instrument") or name.startswith("people_")
     }
-
-
-def package_version() -> str:
-    """Version of this package; empty where it runs without being installed."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("vinesexp")
-    except PackageNotFoundError:
-        return ""
 
 
 def write_attributes(file: Any, attributes: Mapping[str, Any]) -> None:
