@@ -85,16 +85,11 @@ def stated(sheet: BenchSheet) -> list[str]:
     """The section `uncertainties` of campaign.yaml that says the same."""
     if sheet.exact:
         return ["uncertainties: exact"]
-    sizes = {
-        "nes_mass": f"{1e3 * sheet.nes_mass:.10g} g",
-        "added_mass": f"{1e3 * sheet.added_mass:.10g} g",
-        "clearance": f"{1e3 * sheet.clearance:.10g} mm",
-        "release": f"{1e3 * sheet.release:.10g} mm",
-        "clock": f"{100.0 * sheet.clock:.10g} %",
-    }
     lines = ["uncertainties:"]
-    for name, text in sizes.items():
-        lines.append(f"  {name}: {text if getattr(sheet, name) else 'exact'}")
+    for name, kind in KINDS.items():
+        size, unit = {"mass": (1e3, "g"), "displacement": (1e3, "mm"), "ratio": (1e2, "%")}[kind]
+        error = size * getattr(sheet, name)
+        lines.append(f"  {name}: " + (f"{error:.10g} {unit}" if error else "exact"))
     return lines + [f"  {name}: exact" for name in ("mass", "remounting", "template", "model")]
 
 

@@ -47,7 +47,7 @@ def test_a_column_of_row_numbers_may_be_called_by_the_mark(tmp_path):
 def test_names_that_do_not_count_as_the_columns_are_not_used(header, tmp_path):
     path = tmp_path / "a.txt"
     np.savetxt(path, TABLE, fmt="%.6f", header=header, comments="")
-    with pytest.raises(RecordError, match=r"cannot be paired \(line 1 '.*' has \d words, line 2 "):
+    with pytest.raises(RecordError, match=r"cannot be paired \(line 1 '.*' has \d names, line 2 "):
         column(path, "base")
     np.testing.assert_allclose(column(path, 2), X, atol=1e-6)
 

@@ -59,11 +59,8 @@ def read_campaign(
     """
     whole, described, listed = map(Problems, (folder, folder / "campaign.yaml", sheet_of(folder)))
     if not folder.is_dir():
-        whole.add(
-            "is not a folder; give the folder that holds campaign.yaml and records.csv"
-            if folder.exists()
-            else "no such folder; give the folder that holds campaign.yaml and records.csv"
-        )
+        found = "is not a folder" if folder.exists() else "no such folder"
+        whole.add(f"{found}; give the folder that holds campaign.yaml and records.csv")
         return Campaign(folder, folder.name, folder.name), whole.found
     if not any((folder / name).exists() for name in ("campaign.yaml", *SHEETS)):
         whole.add(

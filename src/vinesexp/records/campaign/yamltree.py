@@ -218,11 +218,8 @@ def read_yaml(problems: Problems) -> Section | None:
         )
         return None
     if not isinstance(node, yaml.MappingNode):
-        problems.add(
-            "is empty; docs/campaign.md says what it holds"
-            if node is None
-            else "holds no 'key: value' pairs"
-        )
+        found = "is empty" if node is None else "holds no 'key: value' pairs"
+        problems.add(f"{found}; docs/campaign.md says what it holds")
         return None
     return Section((_build(node, "", problems, yaml),), problems)
 

@@ -184,8 +184,8 @@ def _paired(
     """Names as they stand over the columns, or none and why not."""
     line, width = body.lines[at], body.width
     above, below = (f"line {i + 1} '{body.lines[i].strip()[:80]}'" for i in (at, first))
+    apart = f"{above} has {len(names)} names, {below} {width} numbers"
     if layout.delimiter is None:
-        apart = f"{above} has {len(names)} words, {below} {width} numbers"
         return (names, "") if len(names) == width else ([], apart)
     if _MARK.match(line) and not names[0]:  # the mark has a cell of its own
         own = len(names) - (not names[-1])
@@ -195,11 +195,11 @@ def _paired(
         names = names[1:]
     surplus = [name for name in names[cells:] if name and not _EXTRA.match(name)]
     if surplus:
-        return [], f"{above} has {len(names)} names, {below} {cells} cells"
+        return [], apart
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
         if layout.delimiter != ",":  # which of the columns has none, nobody can tell
-            return [], f"{above} has {last + 1} names, {below} {width} cells"
+            return [], apart
         wide = next(i for i in range(first, len(body.lines)) if len(body.rows[i]) >= width)
         raise RecordError(
             f"{width} cells under {last + 1} names ('{body.lines[wide].strip()[:80]}' under "
