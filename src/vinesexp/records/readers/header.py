@@ -292,8 +292,8 @@ def completed(columns: Sequence[Column], stated: Stated) -> list[Column]:
         names = given
     if timed:
         units[0] = units[0] or first
-    behind = int(len(stated.units) < len(units))
-    if not any(units[behind:]):
+    behind = int(timed and len(stated.units) < len(units))
+    if not any(units[behind:]) and (behind or len(stated.units) == len(units)):
         for k, unit in enumerate(stated.units[: len(units) - behind]):
             units[behind + k] = stated_unit(unit)
     return [replace(c, name=n, unit=u) for c, n, u in zip(columns, names, units, strict=True)]
