@@ -8,10 +8,8 @@ row.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable
 from datetime import datetime, time
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,7 @@ from vinesexp.records.readers.text import TextSource
 from vinesexp.records.readers.unread import need
 
 NAME = "Excel (.xlsx, .xls)"
-LIBRARIES = ("openpyxl", "xlrd")
+LIBRARIES = ("pandas", "openpyxl", "xlrd")
 
 _XLS = b"\xd0\xcf\x11\xe0"
 _LIKE = 2  # times the rows of a sheet that the longest may have to be of like length
@@ -36,59 +34,31 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TextSource:
     """Read the sheet with most rows; RecordError where none holds columns of numbers."""
-    with file_of(path).open("rb") as stream:
-        old = stream.read(4) == _XLS
-    module = need("xlrd" if old else "openpyxl", extra="excel", what="an Excel workbook")
-    sheets = (_xls if old else _xlsx)(module, file_of(path))
-    longest = max(sheets, key=lambda one: one.count)
-    wanted = part_of(path)
-    chosen = next((one for one in sheets if one.name == wanted), None) if wanted else longest
-    if chosen is None:
-        names = ", ".join(f"'{one.name}'" for one in sheets)
+    import pandas as pd
+
+    file = file_of(path).open("rb")
+    engine = "xlrd" if file.read(4) == _XLS else "openpyxl"
+    need(engine, extra="excel", what="an Excel workbook")
+    sheets = pd.read_excel(
+        file, sheet_name=None, header=None, dtype=object, na_filter=False, engine=engine
+    )
+    most, wanted = max(map(len, sheets.values())), part_of(path)
+    name = wanted or next(one for one, rows in sheets.items() if len(rows) == most)
+    if name not in sheets:
+        names = ", ".join(f"'{one}'" for one in sheets)
         raise RecordError(f"no sheet '{wanted}'; there are {names}")
     aside, text = file_aside()
-    aside.writelines(f"{_line(row)}\n".encode() for row in chosen.rows())
-    source = TextSource(path, aside, text, of=f"sheet '{chosen.name}'", line="row")
+    rows = sheets[name].itertuples(index=False)
+    aside.writelines(f"{_line(row)}\n".encode() for row in rows)
+    source = TextSource(path, aside, text, of=f"sheet '{name}'", line="row")
     source.format = "Excel"
-    alike = [one.name for one in sheets if _LIKE * one.count >= longest.count]
-    heads = {_line(next(iter(one.rows()), ())) for one in sheets if one.name in alike}
+    alike = [one for one, rows in sheets.items() if _LIKE * len(rows) >= most]
+    heads = {_line(next(sheets[one].itertuples(index=False), ())) for one in alike}
     if len(alike) > 1 and len(heads) == 1:
         source.parts = tuple(alike)
     if len(sheets) > 1:
-        source.format = f"Excel, sheet '{chosen.name}' of {len(sheets)}"
+        source.format = f"Excel, sheet '{name}' of {len(sheets)}"
     return source
-
-
-@dataclass(frozen=True)
-class _Sheet:
-    """One sheet of a workbook: name, number of rows, and how to read them."""
-
-    name: str
-    count: int
-    rows: Callable[[], Iterable[Iterable[Any]]]
-
-
-def _xlsx(openpyxl: Any, path: Path) -> list[_Sheet]:
-    book = openpyxl.load_workbook(path.open("rb"), read_only=True, data_only=True)
-    return [
-        _Sheet(one.title, one.max_row or 0, partial(one.iter_rows, values_only=True))
-        for one in book.worksheets
-    ]
-
-
-def _xls(xlrd: Any, path: Path) -> list[_Sheet]:
-    book = xlrd.open_workbook(path)
-
-    def rows(sheet: Any) -> Iterator[list[Any]]:
-        for i in range(sheet.nrows):
-            yield [
-                xlrd.xldate_as_datetime(cell.value, book.datemode)
-                if cell.ctype == xlrd.XL_CELL_DATE
-                else cell.value
-                for cell in sheet.row(i)
-            ]
-
-    return [_Sheet(one.name, one.nrows, partial(rows, one)) for one in book.sheets()]
 
 
 def _line(row: Iterable[Any]) -> str:

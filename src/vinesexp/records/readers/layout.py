@@ -8,6 +8,7 @@ Dates and times of day in the cells of data loggers, as seconds since the first 
 
 from __future__ import annotations
 
+import codecs
 import csv
 import re
 from collections import Counter
@@ -270,11 +271,8 @@ def _is_row(layout: Layout, numeric: set[int], stamps: set[int], line: str) -> b
 
 
 def _decode(raw: bytes) -> tuple[str, str]:
-    for cut in range(4):  # the head may end inside a character
-        try:
-            return raw[: len(raw) - cut].decode("utf-8-sig"), "utf-8-sig"
-        except UnicodeDecodeError:
-            continue
+    with suppress(UnicodeDecodeError):  # the head may end inside a character
+        return codecs.getincrementaldecoder("utf-8-sig")().decode(raw), "utf-8-sig"
     return raw.decode("latin-1"), "latin-1"
 
 
