@@ -47,7 +47,7 @@ def shaker(folder, seconds=6.0, name="shaker.csv", head="Time (s),CH1 (V)"):
 
 def test_steps_of_a_list_last_as_long_as_they_dwell(tmp_path):
     (test,) = scene_of(tmp_path, STEPPED).tests
-    assert test.base() == SteppedSweep(0.25e-3, (7.2, 7.9, 7.6), 2.0)
+    assert test.base() == SteppedSweep(0.25e-3, (7.2, 7.9, 7.6), (2.0, 2.0, 2.0))
     assert test.duration == 6.0
 
 
@@ -145,7 +145,7 @@ def test_records_csv_says_the_range_of_the_steps(tmp_path):
 
 
 WRONG = [
-    (STEPPED, "dwell: 2 s", "dwell: [2 s, 3 s]", "2 times for 3 frequencies"),
+    (STEPPED, "dwell: 2 s", "dwell: [2 s, 3 s]", "2 values for 3 frequencies"),
     (STEPPED, "dwell: 2 s", "dwell: 0 s", "found '0 s', expected a time above zero"),
     (STEPPED, "dwell: 2 s", "dwell: 2 mm", "'mm' is a unit of displacement"),
     (STEPPED, ", dwell: 2 s", ", duration: 9 s", "expected [start, end] of a sweep; more need"),

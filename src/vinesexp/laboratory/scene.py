@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from vinesexp.errors import CampaignError, ParameterError, nearest
 from vinesexp.excitation import Base, Harmonic, SteppedSweep, Sweep, WeakDamping
@@ -75,6 +75,7 @@ _ALWAYS = ("test", "duration", "note", "sensors", "oscilloscope")
 #: Keys of a record; a group takes them too, and `records`.
 TEST_KEYS = tuple(dict.fromkeys(chain(_ALWAYS, *NEEDED.values(), *ALLOWED.values())))
 Balls = tuple[NES, ...]
+T = TypeVar("T")
 
 #: Keys that `Oscillator`, `WeakDamping` or `NES` have under another name.
 _FIELDS = {
@@ -233,13 +234,19 @@ def _steps(entry: Section, amplitude: float) -> SteppedSweep | None:
     dwell = entry.lengthy("dwell", "time")
     if not frequencies or not dwell:
         return None
-    if len(dwell) not in (1, len(frequencies)):
-        entry.complain(
-            "dwell",
-            f"{len(dwell)} times for {len(frequencies)} frequencies; give one for all, or one each",
-        )
-        return None
-    return SteppedSweep(amplitude, frequencies, dwell if len(dwell) > 1 else dwell[0])
+    each = _for_each(entry, "dwell", dwell, len(frequencies), "frequencies")
+    return SteppedSweep(amplitude, frequencies, each) if each else None
+
+
+def _for_each(
+    entry: Section, key: str, values: Sequence[T], count: int, what: str
+) -> tuple[T, ...]:
+    """A value for each, of one for all or one for each; empty where they are others: a mistake."""
+    if len(values) not in (1, count) or not count:
+        said = f"{len(values)} values for {count} {what}; give one for each, or one for all"
+        entry.complain(key, said)
+        return ()
+    return tuple(values) * (count if len(values) == 1 else 1)
 
 
 def _frequencies(entry: Section) -> tuple[float, ...]:
@@ -285,20 +292,14 @@ def read_balls(rig: Section) -> tuple[NES, ...]:
             if found and key != "restitution":
                 rig.complain(key, "there is no ball; give nes_mass and restitution")
         return ()
-    n = max(len(masses), *(len(found) for found in values.values()))
-    for key, found in (("nes_mass", masses), *values.items()):
-        if found and len(found) not in (1, n):
-            rig.complain(
-                key, f"{len(found)} values for {n} balls; give one for each, or one for all"
-            )
-            return ()
-
+    given = {"nes_mass": masses, **{key: found for key, found in values.items() if found}}
+    n = max(map(len, given.values()))
+    each = {key: _for_each(rig, key, found, n, "balls") for key, found in given.items()}
+    if not all(each.values()):
+        return ()
+    masses = each.pop("nes_mass")
     return tuple(
-        NES(
-            m=masses[i % len(masses)],
-            b=1.0,
-            **_named({k: found[i % len(found)] for k, found in values.items() if found}),
-        )
+        NES(m=masses[i], b=1.0, **_named({key: found[i] for key, found in each.items()}))
         for i in range(n)
     )
 
@@ -387,7 +388,8 @@ def _test(
         duration = base.duration
     release = entry.quantity("release", "displacement", needed="release" in needed, signed=True)
     height = entry.quantity("height", "displacement", needed="height" in needed)
-    minus = _clearance_minus(entry, len(clearance))
+    minus = entry.lengthy("clearance_minus", "displacement")
+    minus = minus and _for_each(entry, "clearance_minus", minus, len(clearance), "clearances")
     start = _ball_start(entry, clearance, minus or clearance)
     sensors = read_sensors(entry.under("sensors").over(whole.under("sensors")), seed)
     described = entry.under("oscilloscope").over(whole.under("oscilloscope"))
@@ -429,30 +431,19 @@ def _require_balls(kind: str, entry: Section, wanted: int, there: int) -> None:
         entry.complain("clearance", f"{wanted} clearances for {there} balls under 'rig'")
 
 
-def _clearance_minus(entry: Section, balls: int) -> tuple[float, ...]:
-    """Clearance of each ball to its wall of side -1; empty where the walls are alike."""
-    minus = entry.lengthy("clearance_minus", "displacement")
-    if minus and len(minus) != balls:
-        entry.complain("clearance_minus", f"{len(minus)} for {balls} clearances; give one for each")
-        return ()
-    return minus
-
-
 def _ball_start(
     entry: Section, clearance: tuple[float, ...], minus: tuple[float, ...]
 ) -> tuple[float, ...]:
     """y - x over b of each ball: a wall, the middle, or a length from where both walls are b."""
     if not clearance:
         return ()
-    given = entry.value("ball_start")
-    if given is None:
+    if entry.value("ball_start") is None:
         entry.complain(
             "ball_start", "say where the balls lie at the start: wall +1, wall -1, middle or 5 mm"
         )
         return ()
-    words = given if isinstance(given, list) else [given] * len(clearance)
-    if len(words) != len(clearance):
-        entry.complain("ball_start", f"{len(words)} places for {len(clearance)} balls")
+    words = _for_each(entry, "ball_start", entry.listed("ball_start"), len(clearance), "balls")
+    if not words:
         return ()
     found = []
     for word, b, c in zip(words, clearance, minus, strict=True):
