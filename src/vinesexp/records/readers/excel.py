@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from datetime import datetime, time
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.source import file_aside, file_of, part_of
@@ -37,7 +37,7 @@ def open_file(path: Path) -> TextSource:
     import pandas as pd
 
     file = file_of(path).open("rb")
-    engine = "xlrd" if file.read(4) == _XLS else "openpyxl"
+    engine: Literal["xlrd", "openpyxl"] = "xlrd" if file.read(4) == _XLS else "openpyxl"
     need(engine, extra="excel", what="an Excel workbook")
     sheets = pd.read_excel(
         file, sheet_name=None, header=None, dtype=object, na_filter=False, engine=engine
