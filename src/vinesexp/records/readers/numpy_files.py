@@ -7,7 +7,6 @@ state the sampling. Pickled objects are never opened: they can run programs.
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,6 @@ from vinesexp.records.readers.labels import only_time, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource, bytes_behind, columns_of
 
 NAME = "NumPy (.npy, .npz)"
-
-_LARGEST = 1 << 33  # bytes of one unpacked array
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -63,7 +60,11 @@ def open_file(path: Path) -> TableSource:
 
 def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     try:
-        yield from _loaded(path)
+        held = np.load(path, mmap_mode="r", allow_pickle=False)
+        if isinstance(held, np.ndarray):
+            yield "", held
+        else:
+            yield from held.items()
     except ValueError as error:
         if "allow_pickle" not in str(error):
             raise
@@ -71,19 +72,6 @@ def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
             "holds Python objects, which are not read, because they could run foreign code; save "
             "its numbers as arrays"
         ) from None
-
-
-def _loaded(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
-    if not zipfile.is_zipfile(path):
-        yield "", np.load(path, mmap_mode="r", allow_pickle=False)
-        return
-    with zipfile.ZipFile(path) as archive:
-        large = [i.filename for i in archive.infolist() if i.file_size > _LARGEST]
-        if large:
-            raise RecordError(f"array '{large[0]}' unpacks to more than 8 GB")
-    with np.load(path, allow_pickle=False) as arrays:
-        for name in arrays.files:
-            yield name, arrays[name]
 
 
 def _columns(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
