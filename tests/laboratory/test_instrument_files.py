@@ -70,12 +70,6 @@ def test_times_tell_dropped_samples(tmp_path, name):
     np.testing.assert_allclose(values[0], ticks * 1e-4, rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["hdf5", "matlab", "wav"])
-def test_a_file_without_times_refuses_dropped_samples(tmp_path, name):
-    with pytest.raises(ParameterError, match=r"states no times.*oscilloscope-csv"):
-        written(tmp_path, name, trace(n=3, ticks=np.array([0, 2, 3])))
-
-
 def test_an_odd_sample_rate_is_written_to_the_nanosecond(tmp_path):
     held = trace(rate=3000.0, n=1000)
     _, values = columns_of(written(tmp_path, "oscilloscope-csv", held))

@@ -369,6 +369,7 @@ WRONG = [
     ("pulse: 0.4 ms", "pulse: 0 ms", "expected a time above zero"),
     ("pulse: 0.4 ms", "pulse: 0.4 ms, ring_damping: 1.5", "expected below 1"),
     ("bits: 14", "bits: 24", "found '24', expected a whole number from 2 to 16"),
+    ("format: daq-csv", "format: wav, dropped_samples: 3", "dropped_samples: format wav states"),
     ("format: hdf5", "format: hdf", "unknown format 'hdf'; did you mean 'hdf5'?"),
     ("test: drop", "test: dorp", "found 'dorp'; did you mean 'drop'?"),
     ("    test: drop\n", "", "key groups.fall.records.fall_1.test: no test; known: ringdown"),

@@ -122,7 +122,6 @@ def write_hdf5(path: Path, trace: Capture) -> None:
     """Codes of each channel as int16, with `scale` (V a code) and `offset`; rate on the root."""
     import h5py
 
-    _refuse_dropped_without_times(trace, "hdf5")
     with h5py.File(path, "w", libver="earliest", track_order=True) as file:
         file.attrs["sample_rate_hz"] = trace.scope.sample_rate
         for name, row in zip(trace.names, trace.codes, strict=True):
@@ -136,7 +135,6 @@ def write_matlab(path: Path, trace: Capture) -> None:
     """MATLAB level 5: a column of volts (single) for each channel, and `sample_rate_hz`."""
     from scipy.io import savemat
 
-    _refuse_dropped_without_times(trace, "matlab")
     step = np.float32(trace.scope.step)
     channels = {name: codes * step for name, codes in zip(trace.names, trace.codes, strict=True)}
     held = {"sample_rate_hz": trace.scope.sample_rate, **channels}
@@ -147,7 +145,6 @@ def write_matlab(path: Path, trace: Capture) -> None:
 
 def write_wav(path: Path, trace: Capture) -> None:
     """RIFF WAVE, 16-bit PCM: codes as fraction of full scale; channel names in an iXML chunk."""
-    _refuse_dropped_without_times(trace, "wav")
     rate = trace.scope.sample_rate
     if rate != int(rate):
         raise ParameterError(f"a WAV file has a whole number of samples a second, found {rate} Hz")
@@ -173,15 +170,6 @@ def write_wav(path: Path, trace: Capture) -> None:
         for _, codes in _blocks(trace):
             shifted = codes.T << (16 - trace.scope.bits)
             out.write(np.ascontiguousarray(shifted, dtype="<i2").tobytes())
-
-
-def _refuse_dropped_without_times(trace: Capture, name: str) -> None:
-    """A file without times would show dropped samples as a shift of time that nobody can see."""
-    if trace.ticks is not None:
-        raise ParameterError(
-            f"format {name} states no times, so dropped samples would go unnoticed; choose "
-            f"one of {', '.join(TEXT_STYLES)}"
-        )
 
 
 def _blocks(trace: Capture) -> Iterator[tuple[int, NDArray[np.int16]]]:

@@ -18,7 +18,7 @@ from vinesexp.errors import CampaignError, ParameterError, nearest
 from vinesexp.excitation import Base, Harmonic, SteppedSweep, Sweep, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test, read_sheet
-from vinesexp.laboratory.instrument_files import FORMATS
+from vinesexp.laboratory.instrument_files import FORMATS, TEXT_STYLES
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.sensors import Accelerometer, Laser, LocalMode, Sensor
 from vinesexp.records.campaign.problems import Problems, raise_first
@@ -196,6 +196,10 @@ def read_oscilloscope(layers: Section, clock: float) -> Oscilloscope | None:
         clock_error=(layers.quantity("clock_error", "ratio", signed=True) or 0.0) + clock,
         dropped_samples=layers.whole("dropped_samples", low=0, high=10**6, default=0),
     )
+    if scope.dropped_samples and form not in TEXT_STYLES:
+        known = ", ".join(TEXT_STYLES)
+        said = f"format {form} states no times, so they would go unnoticed; choose one of {known}"
+        layers.complain("dropped_samples", said)
     return scope if len(layers.problems.found) == before else None
 
 
