@@ -289,15 +289,30 @@ def _delimiter_and_decimal(tail: list[str], filled: list[str], encoding: str) ->
             score += max(0, numbers - others)
         if score > most:
             best, most = layout, score
-    if best.delimiter == "," and _may_be_decimal(tail):
-        return _one_or_two(best, tail, filled)
-    near = [*filled[:_NEAR], *tail]
-    if best.delimiter == "," and sum(map(_halves, near)) > _FEWEST_HALVES:
-        raise RecordError(
-            f"'{tail[-1].strip()[:60]}' has commas in its numbers and between them; export with "
-            "another delimiter"
-        )
-    return _with_thousands(best, [*filled, *tail]) if best.delimiter != "," else best
+    return (
+        _with_commas(best, tail, filled)
+        if best.delimiter == ","
+        else _with_thousands(best, [*filled, *tail])
+    )
+
+
+def _with_commas(layout: Layout, tail: list[str], filled: list[str]) -> Layout:
+    """Refuse commas that stand both within numbers and between them, or may do either.
+
+    Whether ``18,905`` is one number or two: the names above decide, or zeros as in ``0,031``.
+    """
+    names = next((line for line in filled if re.search("[A-Za-z]", line)), None)
+    if all(re.fullmatch(r"\s*[+-]?\d+,\d+\s*", line) for line in tail):
+        if names is not None and "," in names:
+            return layout
+        if names is not None or any(re.search(r",0\d", line) for line in filled):
+            return replace(layout, delimiter=None, decimal=",")
+    elif sum(map(_halves, [*filled[:_NEAR], *tail])) <= _FEWEST_HALVES:
+        return layout
+    raise RecordError(
+        f"'{tail[-1].strip()[:60]}' has commas in its numbers or between them; export with another "
+        "delimiter, or write the names of the columns into the first line"
+    )
 
 
 def _with_thousands(layout: Layout, lines: list[str]) -> Layout:
@@ -334,25 +349,6 @@ def _halves(line: str) -> bool:
     """
     halves = r"\d,0\d\d+(?:,|\s*$)|[A-Za-z]\s*[:=]\s*[+-]?\d+,\d"
     return "." not in line and re.search(halves, line) is not None
-
-
-def _may_be_decimal(tail: list[str]) -> bool:
-    """Whether every line is two whole numbers, or one with a decimal comma."""
-    return all(re.fullmatch(r"\s*[+-]?\d+,\d+\s*", line) for line in tail)
-
-
-def _one_or_two(layout: Layout, tail: list[str], filled: list[str]) -> Layout:
-    """Whether ``18,905`` is one number or two: the names above decide, or zeros as in ``0,031``."""
-    one = replace(layout, delimiter=None, decimal=",")
-    names = next((line for line in filled if re.search("[A-Za-z]", line)), None)
-    if names is not None:
-        return layout if "," in names else one
-    if any(re.search(r",0\d", line) for line in filled):
-        return one
-    raise RecordError(
-        f"'{tail[-1].strip()[:60]}' is one number with a decimal comma or two whole ones; write "
-        "the names of the columns into the first line"
-    )
 
 
 def _body(layout: Layout, lines: list[str], numeric: set[int], stamps: set[int]) -> Body:
