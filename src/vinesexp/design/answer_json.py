@@ -43,10 +43,7 @@ _RELEASE = (
     "level_mm", "b_mm", "low_mm", "high_mm", "time_s=time", "bare_time_s=bare_time",
     "met_at_most=capture",
 )  # fmt: skip
-_PREDICTION = (
-    "low_mm", "high_mm", "std_error_mm", "sensitivity_m_per_si=gradient",
-    "sensitivity_published_m_per_si=gradient_published",
-)  # fmt: skip
+_PREDICTION = ("low_mm", "high_mm", "std_error_mm", "sensitivity_m_per_si=gradient")
 #: Keys of a clearance that was judged; those beside them are ratios.
 _JUDGED = (
     "b_mm", "rest_mean_mm", "rest_max_mm", "random_mean_mm", "random_p90_mm", "random_error_mm",

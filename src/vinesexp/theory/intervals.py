@@ -8,10 +8,9 @@ is added: no value of the rig gives it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, nearest
@@ -22,7 +21,6 @@ from vinesexp.theory.optimal_clearance import (
     b_c_published,
     b_t_exact,
     b_t_published,
-    formula_36,
     release_amplitude,
 )
 from vinesexp.theory.orbits import Reduced, family
@@ -39,34 +37,13 @@ _APART = 0.06
 
 # Derivatives of b_c with respect to every rig value.
 #
-# Those of the published formula are differences too. The exact boundary is a root: H(C, p) = 0 and
-# b = G beta(C, p), so that d beta/dp = beta_p - beta_C H_p/H_C (implicit function theorem), with
-# the partial derivatives of the two smooth functions by central differences of 4th order (relative
-# error about 1e-11, docs/theory.md, 46). No difference of two root searches is taken.
+# The exact boundary is a root: H(C, p) = 0 and b = G beta(C, p), so that d beta/dp = beta_p -
+# beta_C H_p/H_C (implicit function theorem), with the partial derivatives of the two smooth
+# functions by central differences of 4th order (relative error about 1e-11, docs/theory.md, 46). No
+# difference of two root searches is taken.
 _STEP = 1e-3  # relative; fourth-order differences: truncation 1e-12, rounding 1e-13
 _OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
 _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
-
-
-def gradient_published(
-    *, G: float, M: float, c1: float, k1: float, r: float, m: float
-) -> tuple[float, dict[str, float]]:
-    """b_c of equation (36) and its derivative by each rig value, m per SI unit.
-
-    Examples
-    --------
-    >>> b_c, slopes = gradient_published(G=0.25e-3, M=4.7, c1=3.02, k1=1.147e4, r=0.6, m=0.032)
-    >>> round(1e3 * b_c, 3), round(1e3 * slopes["r"] * 0.01, 4)  # mm, mm per 0.01 of r
-    (33.968, 0.2308)
-    """
-    rig = {"M": M, "c1": c1, "k1": k1, "r": r, "m": m}
-    steps = _STEP * np.array([_scale(name, rig, 1.0, None) for name in RIG_VALUES])
-    near = dict(zip(rig, _around([*rig.values()], steps), strict=True))
-    eps, w0 = near["m"] / near["M"], np.sqrt(near["k1"] / near["M"])
-    lam, Gamma = near["c1"] / (near["m"] * w0), (1.0 - near["r"]) / (1.0 + near["r"])
-    slopes = formula_36(G=G, eps=eps, lam=lam, Gamma=Gamma) @ _WEIGHTS / steps
-    b_c = float(b_c_published(G=G, eps=m / M, lam=c1 / (m * np.sqrt(k1 / M)), r=r))
-    return b_c, dict(zip(RIG_VALUES, map(float, slopes), strict=True))
 
 
 def _around(values: Sequence[float], steps: FloatArray) -> FloatArray:
@@ -167,7 +144,6 @@ class ClearancePrediction:
     std_error : standard error of `exact`, from those of the rig's values.
     low, high : its 95 % interval, not below zero.
     gradient : d exact/d value for each of `RIG_VALUES`, SI.
-    gradient_published : the same of `published`.
     """
 
     published: float
@@ -175,8 +151,7 @@ class ClearancePrediction:
     std_error: float
     low: float
     high: float
-    gradient: Mapping[str, float] = field(default_factory=dict)
-    gradient_published: Mapping[str, float] = field(default_factory=dict)
+    gradient: Mapping[str, float]
 
 
 def rig_values(values: Mapping[str, Quantity], needed: tuple[str, ...]) -> dict[str, float]:
@@ -192,52 +167,22 @@ def rig_values(values: Mapping[str, Quantity], needed: tuple[str, ...]) -> dict[
     return {name: float(values[name].value) for name in needed}
 
 
-def rig_covariance(values: Mapping[str, Quantity], covariance: ArrayLike | None) -> FloatArray:
-    """5 x 5 covariance, in the order of `RIG_VALUES`; where none is given, independent errors.
-
-    Raises
-    ------
-    ParameterError
-        A matrix of another shape, not symmetric, or with a negative variance.
-    """
-    if covariance is None:
-        errors = [values[n].std_error if n in values else 0.0 for n in RIG_VALUES]
-        return np.diag(np.square(checked(errors, "standard error", "a number, zero or above")))
-    matrix = np.asarray(covariance, dtype=np.float64)
-    if matrix.shape != (len(RIG_VALUES), len(RIG_VALUES)):
-        raise ParameterError(
-            f"covariance of shape {matrix.shape}: expected 5 x 5, of {', '.join(RIG_VALUES)}"
-        )
-    scale = np.sqrt(np.abs(np.diag(matrix)))
-    if not np.all(np.isfinite(matrix)) or np.any(np.diag(matrix) < 0.0):
-        raise ParameterError("covariance: expected finite numbers and variances not below zero")
-    if np.any(np.abs(matrix - matrix.T) > 1e-9 * np.outer(scale, scale)):
-        raise ParameterError("covariance: expected a symmetric matrix")
-    return matrix
-
-
-def spread(slopes: Mapping[str, float], names: Sequence[str], covariance: FloatArray) -> float:
-    """Delta method: std_error^2 = g' V g."""
-    g = np.array([slopes[name] for name in names])
-    return float(np.sqrt(max(g @ covariance @ g, 0.0)))
+def _errors(values: Mapping[str, Quantity]) -> dict[str, float]:
+    """Standard errors of the rig's values, 0 where none is given; those without meaning refused."""
+    errors = {name: values[name].std_error if name in values else 0.0 for name in RIG_VALUES}
+    checked(list(errors.values()), "standard error", "a number, zero or above")
+    return errors
 
 
 def _prediction(
-    published: float,
-    exact: float,
-    slopes: Mapping[str, float],
-    slopes_published: Mapping[str, float],
-    covariance: FloatArray,
+    published: float, exact: float, slopes: Mapping[str, float], values: Mapping[str, Quantity]
 ) -> ClearancePrediction:
-    std_error = spread(slopes, RIG_VALUES, covariance)
+    """By the delta method; the errors of the values are independent."""
+    parts = [slopes[name] * error for name, error in _errors(values).items()]
+    std_error = float(np.linalg.norm(parts))
+    half = COVERAGE_95 * std_error
     return ClearancePrediction(
-        published=published,
-        exact=exact,
-        std_error=std_error,
-        low=max(exact - COVERAGE_95 * std_error, 0.0),
-        high=exact + COVERAGE_95 * std_error,
-        gradient=dict(slopes),
-        gradient_published=dict(slopes_published),
+        published, exact, std_error, max(exact - half, 0.0), exact + half, slopes
     )
 
 
@@ -245,7 +190,6 @@ def predict_periodic(
     *,
     G: float,
     values: Mapping[str, Quantity],
-    covariance: ArrayLike | None = None,
     frequency: float | None = None,
 ) -> ClearancePrediction:
     """b_c with its 95 % interval from rig values and their uncertainty.
@@ -256,8 +200,6 @@ def predict_periodic(
         Base amplitude, m.
     values : mapping
         `Quantity` (SI value, standard error) of each of M, c1, k1, r, m.
-    covariance : array_like, shape (5, 5), optional
-        In the order of `RIG_VALUES`; replaces the independent standard errors of `values`.
     frequency : float, optional
         Hz; the oscillator's own frequency (which moves with M and k1) where None.
 
@@ -274,18 +216,14 @@ def predict_periodic(
     [33.97, 33.92, 32.94, 34.9]
     """
     rig = rig_values(values, RIG_VALUES)
-    matrix = rig_covariance(values, covariance)
     exact, slopes = gradient_exact(G=G, frequency=frequency, **rig)
-    published, slopes_published = gradient_published(G=G, **rig)
-    return _prediction(published, exact, slopes, slopes_published, matrix)
+    eps, w0 = rig["m"] / rig["M"], np.sqrt(rig["k1"] / rig["M"])
+    published = b_c_published(G=G, eps=eps, lam=rig["c1"] / (rig["m"] * w0), r=rig["r"])
+    return _prediction(float(published), exact, slopes, values)
 
 
 def predict_transient(
-    *,
-    x0: float,
-    v0: float = 0.0,
-    values: Mapping[str, Quantity],
-    covariance: ArrayLike | None = None,
+    *, x0: float, v0: float = 0.0, values: Mapping[str, Quantity]
 ) -> ClearancePrediction:
     """b_t with its 95 % interval from rig values and their uncertainty.
 
@@ -293,7 +231,7 @@ def predict_transient(
     ----------
     x0, v0 : float
         Release, m and m/s.
-    values, covariance
+    values : mapping
         As for `predict_periodic`; only r is needed, and M and k1 too where v0 is not zero.
 
     Examples
@@ -304,7 +242,6 @@ def predict_transient(
     """
     rig = rig_values(values, ("M", "k1", "r") if v0 else ("r",))
     M, k1, r = rig.get("M", 1.0), rig.get("k1", 1.0), rig["r"]
-    matrix = rig_covariance(values, covariance)
     x_m = float(release_amplitude(x0=x0, v0=v0, M=M, k1=k1))
     exact, published = float(b_t_exact(x_m=x_m, r=r)), float(b_t_published(x_m=x_m))
     Gamma = float(loss_parameter(r))
@@ -312,9 +249,8 @@ def predict_transient(
     by_r = exact * np.pi**2 * Gamma / (4.0 + (np.pi * Gamma) ** 2) * 2.0 / (1.0 + r) ** 2
     kinetic = 0.5 * v0 * v0 * M / k1 / x_m**2 if x_m > 0.0 else 0.0  # d ln x_m/d ln M
     share = {"M": kinetic / M, "c1": 0.0, "k1": -kinetic / k1, "r": 0.0, "m": 0.0}
-    slopes_published = {name: published * s for name, s in share.items()}
     slopes = {name: exact * s for name, s in share.items()} | {"r": by_r}
-    return _prediction(published, exact, slopes, slopes_published, matrix)
+    return _prediction(published, exact, slopes, values)
 
 
 # The clearance that is fastest to a level of a release, with its interval.
@@ -365,7 +301,7 @@ def predict_best(*, x_m: Quantity, level: float, values: Mapping[str, Quantity])
         A value is missing; there is no such clearance.
     """
     release = Decaying(**rig_values(values, RIG_VALUES), x_m=float(x_m.value))
-    rig_covariance(values, None)  # refuses standard errors without meaning
+    _errors(values)  # refuses those without meaning
     best = best_clearance(release, level=level)
     errors = [(name, one.std_error) for name, one in [*values.items(), ("x_m", x_m)]]
     parts = [_slope(release, name, level) * error for name, error in errors if error > 0.0]

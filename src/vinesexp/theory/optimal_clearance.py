@@ -51,15 +51,9 @@ def b_c_published(*, G: ArrayLike, eps: ArrayLike, lam: ArrayLike, r: ArrayLike)
     base = checked(G, "base amplitude G", "m, zero or above")
     ratio = checked(eps, "mass ratio eps", "a number above zero", closed=False)
     damping = checked(lam, "reduced damping lambda", "a number, zero or above")
-    return formula_36(G=base, eps=ratio, lam=damping, Gamma=loss_parameter(r))
-
-
-def formula_36(
-    *, G: float | FloatArray, eps: FloatArray, lam: FloatArray, Gamma: FloatArray
-) -> FloatArray:
-    """Equation (36) alone, whatever the values."""
+    Gamma = loss_parameter(r)
     S = np.pi**2 + 4.0 * Gamma * Gamma
-    return np.asarray(0.5 * G * S * np.sqrt(S) / (eps * (lam * Gamma * S + 4.0 * np.pi)))
+    return np.asarray(0.5 * base * S * np.sqrt(S) / (ratio * (damping * Gamma * S + 4.0 * np.pi)))
 
 
 def b_c_exact(
