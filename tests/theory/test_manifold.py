@@ -114,13 +114,6 @@ def test_stability_is_between_the_transitions() -> None:
         assert manifold.is_stable(C, r=r).tolist() == [False, True, True, False]
 
 
-def test_several_clearances_scale_the_fold() -> None:
-    assert manifold.A_1(0.6, delta=2.0) == pytest.approx(2.0 * float(manifold.A_1(0.6)))
-    assert manifold.C_1(0.6, delta=2.0) == pytest.approx(2.0 * float(manifold.C_1(0.6)))
-    unit = float(manifold.upper_branch(0.45, r=0.6))
-    assert manifold.upper_branch(0.9, r=0.6, delta=2.0) == pytest.approx(2.0 * unit)
-
-
 def test_below_the_fold_is_refused_in_one_line() -> None:
     with pytest.raises(AnalysisError, match=r"below the fold A_1 = 0\.157177"):
         manifold.upper_branch(0.15, r=0.6)

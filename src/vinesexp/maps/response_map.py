@@ -385,7 +385,6 @@ def response_map(
     starts: int = 8,
     kind: str = "random",
     seed: int = 1,
-    progress: Progress | None = None,
     **values: float,
 ) -> xarray.Dataset:
     """Mean and largest amplitude and captured share over any two of b, G, frequency, r, m.
@@ -398,8 +397,6 @@ def response_map(
         Of the oscillator, SI.
     starts, kind, seed
         Runs a cell, where they start (`STARTS`) and the seed of their draws.
-    progress : callable, optional
-        Called after each row as progress(rows done, rows in all, values so far).
     **values : float
         The other three of b, G, frequency, r, m (SI); frequency is the natural one by default.
 
@@ -430,4 +427,4 @@ def response_map(
         fixed["frequency"] = Oscillator(M=M, c1=c1, k1=k1).f0
     along = {s: tuple(np.atleast_1d(np.asarray(v, dtype=np.float64))) for s, v in over.items()}
     grid = MapGrid(fixed, x, along[x], y, along[y], starts=starts, kind=kind, seed=seed)
-    return dataset(grid, fill(grid, progress=progress))
+    return dataset(grid, fill(grid))

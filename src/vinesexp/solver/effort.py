@@ -8,7 +8,6 @@ of the fastest thing in it does not go on: a hundred times what the densest chat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -25,8 +24,6 @@ STALL = 300_000
 SHARE = 0.5
 #: Bytes that are taken without asking for what is free, which lasts as long as a short motion.
 SMALL = 1e6
-
-Progress = Callable[[float, float], None]
 
 
 def fastest_of(rig: Rig, base: Base | None) -> float:
@@ -94,16 +91,11 @@ class Effort:
         Of the run, to say which it was.
     duration : float
         s.
-    progress : callable, optional
-        Called after each call of a loop as progress(time reached, duration).
     """
 
-    def __init__(
-        self, rig: Rig, base: Base | None, damping: WeakDamping, duration: float,
-        progress: Progress | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, rig: Rig, base: Base | None, damping: WeakDamping, duration: float) -> None:
         self.rig, self.damping, self.duration = rig, damping, duration
-        self.progress, self.pace = progress, 1.0 / fastest_of(rig, base)
+        self.pace = 1.0 / fastest_of(rig, base)
         self.spent, self.since = 0, 0.0
 
     def add(self, state: FloatArray, used: int) -> None:
@@ -117,8 +109,6 @@ class Effort:
         now = float(state[0])
         if not np.isfinite(state).all():
             raise self.unbounded(now)
-        if self.progress is not None:
-            self.progress(now, self.duration)
         self.spent += used
         if now > self.since + self.pace:
             self.spent, self.since = 0, now

@@ -23,7 +23,7 @@ from vinesexp.solver.arrays import (
     parameters,
     scratch,
 )
-from vinesexp.solver.effort import Effort, Progress, refuse_beyond_memory
+from vinesexp.solver.effort import Effort, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.state import L_MASS, LOG_COLUMNS, IntArray, U
 
@@ -42,7 +42,6 @@ def simulate(
     damping: WeakDamping | None = None,
     remainder: float | None = None,
     general: bool = False,
-    progress: Progress | None = None,
 ) -> Motion:
     """Exact motion of a rig from its release: every impact, every rest, any time between.
 
@@ -64,9 +63,6 @@ def simulate(
         rounding.
     general : bool
         Use the power series even where there is a closed form: each is the test of the other.
-
-    progress : callable, optional
-        Called several times a second as progress(time reached, duration).
 
     Raises
     ------
@@ -102,7 +98,7 @@ def simulate(
             "shorten the run or give a longer record"
         )
     balls, y0 = ball_table(rig, release)
-    effort = Effort(rig, base, damping, duration, progress)
+    effort = Effort(rig, base, damping, duration)
     if any(nes.contact_time and nes.friction for nes in rig.nes):
         raise ParameterError(
             "contact_time together with friction is not simulated; leave one of them out"

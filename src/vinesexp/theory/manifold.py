@@ -3,7 +3,7 @@
 At 1:1 resonance and order eps^0 the ball sees a box shaken by A sin(tau). Two impacts per cycle
 tie A and C together (docs/theory.md, equation 8); the fold T1 and the symmetry breaking T2 are
 where an eigenvalue of the half-period impact map is +1 or -1. Lengths are in units of the
-clearance b; for NES i of several, `delta` = b_i/b_1.
+clearance b.
 """
 
 from __future__ import annotations
@@ -71,25 +71,23 @@ def loss_parameter(r: ArrayLike) -> FloatArray:
     return (1.0 - restitution) / (1.0 + restitution)
 
 
-def C_1(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
-    """Ball amplitude at the fold T1: pi^2 delta/S, S = pi^2 + 4 Gamma^2 (docs/theory.md, 9)."""
-    return np.pi**2 * np.asarray(delta) / (np.pi**2 + 4.0 * loss_parameter(r) ** 2)
+def C_1(r: ArrayLike) -> FloatArray:
+    """Ball amplitude at the fold T1: pi^2/S, S = pi^2 + 4 Gamma^2 (docs/theory.md, 9)."""
+    return np.pi**2 / (np.pi**2 + 4.0 * loss_parameter(r) ** 2)
 
 
-def A_1(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
+def A_1(r: ArrayLike) -> FloatArray:
     """Amplitude at the fold T1, the least that keeps two impacts per cycle (docs/theory.md, 9).
 
     Parameters
     ----------
     r : array_like
         Restitution, in [0, 1].
-    delta : array_like
-        Clearance in units of the length unit, b_i/b_1.
 
     Returns
     -------
     ndarray
-        2 Gamma delta/sqrt(S), in units of b (0 at r = 1).
+        2 Gamma/sqrt(S), in units of b (0 at r = 1).
 
     Examples
     --------
@@ -97,16 +95,16 @@ def A_1(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
     0.15717673
     """
     Gamma = loss_parameter(r)
-    fold: FloatArray = 2.0 * Gamma * np.asarray(delta) / np.sqrt(np.pi**2 + 4.0 * Gamma**2)
+    fold: FloatArray = 2.0 * Gamma / np.sqrt(np.pi**2 + 4.0 * Gamma**2)
     return fold
 
 
-def C_2(*, delta: ArrayLike = 1.0) -> FloatArray:
+def C_2() -> float:
     """Ball amplitude at T2: pi^2/(pi^2 - 4), whatever the restitution (docs/theory.md, 13)."""
-    return np.pi**2 * np.asarray(delta, dtype=np.float64) / (np.pi**2 - 4.0)
+    return np.pi**2 / (np.pi**2 - 4.0)
 
 
-def A_2(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
+def A_2(r: ArrayLike) -> FloatArray:
     """Amplitude at T2, where two symmetric impacts per cycle turn asymmetric.
 
     2 sqrt(4 + pi^2 Gamma^2)/(pi^2 - 4) (docs/theory.md, 14). The paper reads 0.6 off its figure 2;
@@ -118,11 +116,11 @@ def A_2(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
     (0.73213987, 0.68147693)
     """
     Gamma = loss_parameter(r)
-    return 2.0 * np.asarray(delta) * np.hypot(2.0, np.pi * Gamma) / (np.pi**2 - 4.0)
+    return 2.0 * np.hypot(2.0, np.pi * Gamma) / (np.pi**2 - 4.0)
 
 
-def amplitude(C: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArray:
-    """A on the SIM for a ball amplitude C >= 0: hypot(delta - C, 2 C Gamma/pi) (docs/theory.md, 8).
+def amplitude(C: ArrayLike, *, r: ArrayLike) -> FloatArray:
+    """A on the SIM for a ball amplitude C >= 0: hypot(1 - C, 2 C Gamma/pi) (docs/theory.md, 8).
 
     Examples
     --------
@@ -130,16 +128,15 @@ def amplitude(C: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArr
     0.15717673
     """
     ball = checked(C, "ball amplitude C", "a number, zero or above")
-    return np.hypot(np.asarray(delta) - ball, 2.0 * ball * loss_parameter(r) / np.pi)
+    return np.hypot(1.0 - ball, 2.0 * ball * loss_parameter(r) / np.pi)
 
 
-def upper_branch(A: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArray:
-    """C on the right branch, the one with a stable part (see `branches`)."""
+def upper_branch(A: ArrayLike, *, r: ArrayLike) -> FloatArray:
+    """C on the right branch, the one with a stable part (docs/theory.md, 10)."""
     height = checked(A, "amplitude A", "a number, zero or above")
-    length = np.asarray(delta, dtype=np.float64)
     Gamma = loss_parameter(r)
     scale = np.pi**2 / (np.pi**2 + 4.0 * Gamma * Gamma)  # pi^2/S, C_1
-    fold = (2.0 / np.pi) * Gamma * np.sqrt(scale) * length
+    fold = (2.0 / np.pi) * Gamma * np.sqrt(scale)
     square = (height - fold) * (height + fold)
     # A few rounding units of slack: A = A_1 computed elsewhere is the fold, not an error.
     if np.any(square < -1e-15 * fold * fold):
@@ -149,7 +146,7 @@ def upper_branch(A: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> Float
             f"amplitude {wrong:.6g} is below the fold A_1 = {floor:.6g} (in clearances): "
             "no two impacts per cycle exist there"
         )
-    branch: FloatArray = scale * length + np.sqrt(scale * np.maximum(square, 0.0))
+    branch: FloatArray = scale + np.sqrt(scale * np.maximum(square, 0.0))
     return branch
 
 

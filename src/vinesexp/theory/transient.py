@@ -468,19 +468,16 @@ class BestClearance:
     capture_rate: float
 
 
-def best_clearance(
-    release: Decaying, *, level: float, low: float | None = None, high: float | None = None
-) -> BestClearance:
+def best_clearance(release: Decaying, *, level: float) -> BestClearance:
     """Clearance that brings a captured release to `level` soonest, b*(level).
+
+    From x_m/4 to x_m/A_1, above which nothing is captured (at most 40 x_m).
 
     Parameters
     ----------
     release : Decaying
     level : float
         m.
-    low, high : float, optional
-        Clearances between which to look, m; where None from x_m/4 to x_m/A_1, above
-        which nothing is captured (at most 40 x_m).
 
     Examples
     --------
@@ -489,7 +486,7 @@ def best_clearance(
     >>> 0.04 < best.b < 0.055
     True
     """
-    ends = (low or 0.25 * release.x_m, high or release.x_m / max(float(A_1(release.r)), 1.0 / 40.0))
+    ends = 0.25 * release.x_m, release.x_m / max(float(A_1(release.r)), 1.0 / 40.0)
     for _ in range(4):  # the slope changes at both transitions: narrowing grids, no derivative
         grid = np.geomspace(*ends, 41)
         times = captured_time(release, b=grid, level=level)
