@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
 
+import numba
 import numpy as np
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.solver import lanes
 from vinesexp.solver.lanes import amplitudes, amplitudes_of, row_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -150,3 +153,27 @@ def test_the_width_of_the_vectors_changes_no_digit(processor, tmp_path):
     ).stdout.strip()
     here = found(rows_of([random_case(k) for k in range(100)], 0.15, 40.0))
     assert said == here.tobytes().hex()
+
+
+@numba.njit
+def _contact(P, cr, ci, xn, vn, gn, rn, guess):
+    return lanes.contact_from(P, 0, cr, ci, xn, vn, gn, rn, guess, 1.0)
+
+
+def test_a_contact_is_found_from_its_node_where_much_of_the_motion_is_free() -> None:
+    """Half a step away: with a wrong derivative of the free motion the lane left at every impact.
+
+    The scalar loop then did its work, right but ten times as slowly.
+    """
+    w, w0, alpha, e = 0.7, 0.69, 0.01, 0.45
+    P = np.zeros(lanes.ROWS * lanes.LANES)
+    for row, value in ((lanes.W, w), (lanes.W0SQ, w0 * w0), (lanes.TWOALPHA, 2.0 * alpha)):
+        P[row * lanes.LANES] = value
+    wd = math.sqrt(w0 * w0 - alpha * alpha)
+    cr, ci, xn, vn, rn = 0.3, -0.4, -1.0, 0.8, -0.9
+    sine = math.sin(wd * e) / wd
+    free = math.exp(-alpha * e) * (xn * math.cos(wd * e) + (vn + alpha * xn) * sine)
+    forced = cr * math.cos(w * e) - ci * math.sin(w * e)
+    bend = (forced + free) - (cr + xn) - (vn - w * ci) * e
+    found = _contact(P, cr, ci, xn, vn, -(rn * e + bend), rn, e + 0.02)
+    assert found == pytest.approx(e, abs=1e-9)

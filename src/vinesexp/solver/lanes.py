@@ -327,8 +327,7 @@ def contact_from(
     w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
     w2 = w * w
     ah, jh, fh, gh = free_derivatives(two_alpha, w0sq, xn, vn)
-    _, _, hh, kh = free_derivatives(two_alpha, w0sq, jh, fh)
-    lh = fused(-two_alpha, kh, -w0sq * hh)
+    _, hh, kh, lh = free_derivatives(two_alpha, w0sq, jh, fh)
     up, down = w2 * cr, w2 * w * ci
     k2, k3 = 0.5 * (ah - up), (1.0 / 6.0) * (jh + down)
     k4, k5 = (1.0 / 24.0) * fused(w2, up, fh), (1.0 / 120.0) * fused(-w2, down, gh)
