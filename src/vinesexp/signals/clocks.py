@@ -726,20 +726,20 @@ def _in_words(found: Fault, view: RecordView, frequency: float) -> str:
             "resampled to their clock"
         )
     if isinstance(found, LongGaps):
-        begin, end = view.time(found.begin, found.begin + 1)[0], view.time(found.end - 1)[0]
         times = "once" if found.count == 1 else f"{found.count} times"
         return (
             f"a channel shows nothing for longer than half a period of the motion, {times}: only "
-            f"the longest part between, from {begin:.6g} to {end:.6g} s, is used"
+            f"the longest part between, from {view.moment(found.begin)} to "
+            f"{view.moment(found.end - 1)}, is used"
         )
     if isinstance(found, Cut):
-        at = float(view.time(found.first, found.first + 1)[0])
+        at = view.moment(found.first)
         kept = "after" if found.kept(view.n)[0] else "before"
         seen = "the displacement jumps there and continues around the same mean"
         if found.late:
             seen = "the lag between acceleration and displacement steps there"
         return (
-            f"samples are lost at {at:.6g} s: {seen}; the number of lost samples is not "
+            f"samples are lost at {at}: {seen}; the number of lost samples is not "
             f"certain, so only the longer part, {kept} this time, is used"
         )
     if isinstance(found, Start):
@@ -748,13 +748,12 @@ def _in_words(found: Fault, view: RecordView, frequency: float) -> str:
             f"together: the motion comes {found.late / view.sample_rate:+.4g} s later in the "
             "first; they are aligned by the motion. Start both with one trigger"
         )
-    at = float(view.time(found.first, found.first + 1)[0])
     where = "all channels" if found.roles == view.roles else found.roles[0]
     seconds = found.count / view.sample_rate
     shown = f"the lag between acceleration and displacement steps by {1e3 * seconds:.3g} ms"
     if found.roles == view.roles:
         shown = f"the phase of the drive steps by {2.0 * math.pi * frequency * seconds:.3g} rad"
-    said = f"{where}: {shown} at {at:.6g} s"
+    said = f"{where}: {shown} at {view.moment(found.first)}"
     if not found.certain:
         return (
             f"{said}, which would be {found.count:.2f} +- {found.error:.2g} lost samples: no whole "

@@ -555,7 +555,7 @@ def look_over(
             jump = np.ptp(view.read(role, int(at[0]) - 1, int(at[0]) + 1))
             raise RecordError(
                 f"{role} jumps by {jump:.4g} m from one end of its range to the other and moves on "
-                f"{at.size} times, first at {float(view.time(at[0], at[0] + 1)[0]):.6g} s "
+                f"{at.size} times, first at {view.moment(int(at[0]))} "
                 f"({samples.source.locate(samples.trimmed[0] + int(at[0]))}): its counter or its "
                 "phase starts anew there; measure with a wider range, or unwrap it"
             )
@@ -624,11 +624,10 @@ def _left_out(
     """What is said of gaps; the record is refused where they leave no two periods in a row."""
     number, seconds = len(gaps), sum(end - first for first, end in gaps) / view.sample_rate
     first, end = max(gaps, key=lambda gap: gap[1] - gap[0])
-    at = float(view.time(first, first + 1)[0])
     reported = (
         f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, {number} "
         f"time{'' if number == 1 else 's'}, the longest for "
-        f"{1e3 * (end - first) / view.sample_rate:.3g} ms from {at:.6g} s "
+        f"{1e3 * (end - first) / view.sample_rate:.3g} ms from {view.moment(first)} "
         f"({samples.source.locate(samples.trimmed[0] + first)}): {why}"
     )
     _refuse_pieces(view, record, gaps, period, reported)
@@ -700,11 +699,10 @@ _SAME_FREQUENCY = 0.2
 
 def _described(view: RecordView, samples: Samples, found: Stretches, defect: str) -> str:
     first, end = max(found, key=lambda one: one[1] - one[0])
-    at = view.time(first, first + 1)[0]
     place = samples.source.locate(samples.trimmed[0] + first)
     more = f", and {len(found) - 1} times more" if len(found) > 1 else ""
     what, remedy = _DEFECTS[defect]
-    return f"{what} for {end - first} samples from {at:.6g} s ({place}){more}; {remedy}"
+    return f"{what} for {end - first} samples from {view.moment(first)} ({place}){more}; {remedy}"
 
 
 def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Check:

@@ -18,6 +18,7 @@ day and any machine.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -381,6 +382,12 @@ class RecordView:
         """Times of samples [start, stop), s: computed, so no file is read."""
         begin, end, _ = slice(start, stop).indices(self.n)
         return uniform_times(self.sample_rate, self.start, begin, end)
+
+    def moment(self, sample: int) -> str:
+        """Time of a sample in words, to the sample also where clocks count from 1970: ``2.5 s``."""
+        digits = max(math.ceil(math.log10(self.sample_rate)), 0)
+        seconds = f"{float(self.time(sample, sample + 1)[0]):.{digits}f}"
+        return f"{seconds.rstrip('0').rstrip('.') if '.' in seconds else seconds} s"
 
     def as_measured(self, role: str) -> tuple[FloatArray, FloatArray] | None:
         """True times (s) of a channel and its samples at them; None where the clock is even.

@@ -548,7 +548,7 @@ def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, flo
 def _others_in_words(times: FloatArray, start: float) -> str:
     """What checks.csv says of spikes that are no impacts of the ball."""
     apart = np.diff(times, prepend=-np.inf) > _ONE_KNOCK
-    shown = ", ".join(f"{start + t:.4g}" for t in times[apart][:_SHOWN])
+    shown = ", ".join(f"{start + t:.3f}" for t in times[apart][:_SHOWN])
     more = f" and {int(apart.sum()) - _SHOWN} more" if apart.sum() > _SHOWN else ""
     return (
         f"{times.size} spike{'s' * (times.size > 1)} of the acceleration at {shown}{more} s "
