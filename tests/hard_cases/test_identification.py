@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.rehearsal import rehearse
 
-from vinesexp.errors import AnalysisError
+from vinesexp.errors import AnalysisError, RecordError
 from vinesexp.identification.ringdown import fit_ringdown
 
 F0, ZETA, RATE = 7.862, 0.0065, 500.0
@@ -190,7 +190,7 @@ def test_the_wrong_sign_of_a_channel_is_reported(tmp_path):
     )
 
 
-def test_swapped_channels_are_reported(tmp_path):
+def test_swapped_channels_are_refused(tmp_path):
     def swapped(text):
         return (
             text.replace('"CH2*"', '"other*"')
@@ -198,4 +198,5 @@ def test_swapped_channels_are_reported(tmp_path):
             .replace('"other*"', '"CH3*"')
         )
 
-    assert ("forced", "gain") in reported(tmp_path, swapped)
+    with pytest.raises(RecordError, match="exchange their columns"):
+        reported(tmp_path, swapped)
