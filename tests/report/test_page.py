@@ -247,9 +247,9 @@ def test_how_often_the_intervals_held_the_truth_is_reported(full):
     table = coverage_table()
     named = [row["parameter"] for row in table["rows"]]
     assert named == ["f0", "zeta", "M", "c1", "k1", "r", "b_c", "b_t"]
-    assert table["campaigns"] == 199
-    assert table["chance"] == "3.0"
-    assert "199 simulated campaigns" in full.html
+    assert table["campaigns"] == 300
+    assert table["chance"] == "2.5"
+    assert "300 simulated campaigns" in full.html
     for row in table["rows"]:
         assert row["share"] == f"{100.0 * row['held'] / row['values']:.1f} %"
         assert f"<td>{row['held']}</td><td>{row['share']}</td>" in full.html

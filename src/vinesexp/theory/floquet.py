@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
 from vinesexp.theory.orbits import Family, Reduced, amplitudes_at, family, saddle_node
@@ -140,6 +140,7 @@ class SymmetricOrbit:
     x, v_before, v_after : oscillator at the impact on the side x - y = +b; m, m/s.
     u : ball speed, m/s.  phase : of the base at that impact, rad.
     amplitude : hypot(x, v_after/w0), m.
+    multipliers : the four Floquet multipliers of the half-period map.
     stable, admissible : multipliers inside the unit circle; ball inside its cavity throughout.
     """
 
@@ -150,6 +151,7 @@ class SymmetricOrbit:
     u: float
     phase: float
     amplitude: float
+    multipliers: ComplexArray
     stable: bool
     admissible: bool
 
@@ -212,6 +214,7 @@ def symmetric_orbits(
                 u=base * w0 * float(point.u),
                 phase=float(np.angle(point.phase)),
                 amplitude=base * float(point.amplitude),
+                multipliers=np.linalg.eigvals(J).astype(np.complex128),
                 stable=bool(routh_stable(J)),
                 admissible=bool(stays_inside(point)),
             )
