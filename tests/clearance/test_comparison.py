@@ -23,7 +23,7 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign.records_csv import read_least
-from vinesexp.records.campaign.schema import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance
 from vinesexp.records.stored.result_columns import CLEARANCES
 from vinesexp.records.stored.tables import read_rows, write_rows
@@ -349,6 +349,18 @@ def test_a_base_below_its_sheet_moves_the_prediction(tests_at_025):
     assert measured[0]["level"] == as_sheet[0]["level"] == "G = 0.25 mm"  # the sheet names it
     assert measured[0]["base_amplitude_mm"] == pytest.approx(0.225)
     assert measured[0]["exact_mm"] / as_sheet[0]["exact_mm"] == pytest.approx(0.9, abs=0.002)
+
+
+def test_a_base_channel_that_was_off_is_said(tests_at_025):
+    loaded, rows = tests_at_025
+    setup = {"base": Channel("base", "CH1", "displacement", 1.0)}
+    whole = replace(loaded, channels=setup)
+    measured = [base_row(record.id, 0.25e-3) for record in loaded.records[1:]]
+    off = [c for c in compared(whole, combined(TABLE_2), rows, base=measured)[1]
+           if c.check == "base channel"]  # fmt: skip
+    assert [(c.record, c.outcome) for c in off] == [(loaded.records[0].id, "warning")]
+    checks = compared(loaded, combined(TABLE_2), rows, base=measured)[1]
+    assert not any(c.check == "base channel" for c in checks)  # that has none
 
 
 def test_errors_of_the_base_widen_the_interval():

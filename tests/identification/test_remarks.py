@@ -52,3 +52,9 @@ def test_one_wrong_sensitivity_is_said_once():
     (check,) = remarks(found)
     assert "9.8 times" in check.detail
     assert "and in 4 more records" in check.detail
+
+
+@pytest.mark.parametrize(("gain", "said"), [(1.002e6, True), (9.81, False), (1e3, False)])
+def test_times_in_ms_make_a_million(gain, said):
+    (check,) = remarks([estimate("accelerometer_gain", gain, 1e-3 * gain)])
+    assert ("the times are in ms" in check.detail) == said

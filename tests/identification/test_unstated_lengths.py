@@ -1,11 +1,15 @@
-"""Base amplitudes and releases that records.csv leaves empty."""
+"""Lengths that records.csv leaves empty, and masses that it has wrong, as inputs.csv has them."""
 
 from pathlib import Path
 
+import pytest
+
 from vinesexp.clearance.levels import as_found
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.whole_campaign import as_shown
+from vinesexp.identification.whole_campaign import as_shown, identify_campaign
 from vinesexp.records.campaign.schema import Campaign, Known, Record
+from vinesexp.records.campaign.uncertainties import Tolerance, Uncertainties
+from vinesexp.units import Quantity
 
 
 def campaign(*records):
@@ -50,6 +54,48 @@ def test_later_steps_take_what_the_records_show():
            "verdict": "not stated"}  # fmt: skip
     typed = {"item": "base_amplitude", "record": "c;d", "stated": 0.3, "found": 0.31,
              "verdict": "ok"}  # fmt: skip
-    whole = campaign(driven("a"), driven("b"), driven("c", 3e-4), driven("d"))
-    found = as_found(whole, [row, typed]).records
+    let_go = {"item": "release", "record": "e", "stated": None, "found": 12.3456,
+              "verdict": "not stated"}  # fmt: skip
+    release = Record("e", Path("x"), "transient", (0.03,))
+    whole = campaign(driven("a"), driven("b"), driven("c", 3e-4), driven("d"), release)
+    *found, last = as_found(whole, [row, typed, let_go]).records
     assert [1e3 * r.base_amplitude for r in found] == [0.2501, 0.2501, 0.3, 0.3]
+    assert 1e3 * last.release == pytest.approx(12.35)
+
+
+def test_a_level_is_no_wider_than_releases_of_one_stop():
+    """From one hand to the next 4 % each: one level of all of them was 24 % wide."""
+    lengths = [1.04**i * 1e-2 for i in range(6)]
+    ids = "abcdef"
+    whole = campaign(*(Record(id, Path("x"), "transient", (0.03,)) for id in ids))
+    shown = [
+        Estimate("release_seen", x, 1e-6, "m", "held", (id,))
+        for id, x in zip(ids, lengths, strict=True)
+    ]
+    found, _ = as_shown(whole, shown)
+    apart = [abs(r.release / x - 1.0) for r, x in zip(found.records, lengths, strict=True)]
+    assert max(apart) < 0.03
+
+
+def test_the_error_of_an_added_mass_holds_that_of_the_scale_of_all():
+    """Of masses typed 20 % too low the first was said to be known to 0.3 g of 520."""
+    M, f0, loads = 5.0, 8.0, {"bare": 0.0, "one": 0.4, "two": 0.8}
+    records = tuple(
+        Record(id, Path("x"), "ringdown", added_mass=load or None) for id, load in loads.items()
+    )
+    known = Known(
+        mass=Quantity(M, 0.02 * M),
+        uncertainties=Uncertainties(remounting=Tolerance(relative=1e-5)),
+    )
+    whole = Campaign(Path(), "c", "C", known, {}, None, None, None, records)
+    found = [
+        Estimate(
+            f"f0{'_added' if load else ''}", f0 * (1.0 + 1.2 * load / M) ** -0.5, 1e-5, "Hz",
+            "likelihood", (id,),
+        )
+        for id, load in loads.items()
+    ]  # fmt: skip
+    found.append(Estimate("zeta", 0.005, 1e-6, "1", "likelihood", ("bare",)))
+    rows = {row["record"]: row for row in identify_campaign(found, whole, {}).inputs}
+    assert rows["one"]["found"] == pytest.approx(480.0, abs=2.0 * rows["one"]["found_error"])
+    assert rows["one"]["found_error"] > 0.01 * 480.0  # M is known to 2 %

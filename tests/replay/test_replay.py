@@ -19,6 +19,7 @@ from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
 from vinesexp.replay.motions import (
     AS_RECORDED,
     ON_ORBIT,
+    BaseSamples,
     Replayed,
     begun,
     drive_of,
@@ -200,6 +201,20 @@ def test_a_record_in_which_one_ball_of_three_moves_is_replayed(tmp_path):
         one for one in replays(rig, drive, plain=rig, states=(state,)) if one.start == AS_RECORDED
     ]
     assert len(found) == 8  # phases of a base that no channel shows
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_the_noise_of_a_base_channel_that_was_off_is_no_base(moves):
+    """Scaled to the base of the level, it moved the mass by 17 mm in the place of 4."""
+    rig = rig_of(periodic(30.0), Model(TABLE_2, (0.032,)))
+    noise = 1e-6 * np.random.default_rng(1).standard_normal(8000)
+    sine = G * np.sin(2.0 * np.pi * F * np.arange(8000) / RATE)
+    samples = BaseSamples(noise + (sine if moves else 0.0), RATE, 0.0)
+    base = LevelBase(Quantity(G), Quantity(F))
+    drive = drive_of(periodic(30.0), rig, base=base, samples=samples, length=20.0)
+    assert (drive.samples is not None) == moves
+    assert drive.sine is not None
+    assert drive.sine.amplitude == pytest.approx(G, rel=1e-3)
 
 
 def test_an_excluded_record_and_unknown_values_are_left_out(tmp_path):

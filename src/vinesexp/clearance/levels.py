@@ -373,14 +373,14 @@ def _found(record: Record, rows: Sequence[Row]) -> Record:
     for row in rows:
         if record.id not in row["record"].split(";"):
             continue
-        length = 1e-3 * float(row.get("stated") or f"{float(row['found']):.4g}")  # it names a level
+        found = 1e-3 * float(f"{float(row['found']):.4g}")  # it names a level
+        stated = 1e-3 * float(row["stated"]) if row.get("stated") else found
         if row["item"] == "release":
-            record = record if record.release else replace(record, release=length)
+            record = replace(record, release=record.release or stated)
         elif row["item"] == "base_amplitude":
-            record = record if record.base_amplitude else replace(record, base_amplitude=length)
+            record = replace(record, base_amplitude=record.base_amplitude or stated)
         elif row["item"] == BASE_OF_ONE:  # it is a level of its own
-            length = 1e-3 * float(f"{float(row['found']):.4g}")
-            record = replace(record, base_amplitude=length)
+            record = replace(record, base_amplitude=found)
         elif row["item"] == "added_mass":
             record = replace(record, added_mass=1e-3 * float(row["found"]))
         elif row["item"].startswith("clearance"):

@@ -121,12 +121,12 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
     checks += [
         Check(
             records[0], "gain", "warning",
-            f"the acceleration is {said} times the second derivative of the displacement"
+            f"the acceleration is {gain:.2g} times the second derivative of the displacement"
             + (f", and in {len(records) - 1} more records" if len(records) > 1 else "")
-            + f": {_in_ms(float(said))}campaign.yaml names the wrong channels, or a sensitivity is "
-            "far off",
+            + (": the times are in ms and not in s, or " if 0.8e6 < gain < 1.25e6 else ": ")
+            + "campaign.yaml names the wrong channels, or a sensitivity is far off",
         )
-        for said, records in _alike(far).items()
+        for gain, records in _alike(far).items()
     ]  # fmt: skip
     corners = [e for e in found if e.parameter == "accelerometer_corner"]
     corner, error = _mean(corners)
@@ -143,17 +143,11 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
     return [*checks, *ac, *_across(across), *_lags(lags)]
 
 
-def _in_ms(gain: float) -> str:
-    """What makes an acceleration a million times the second derivative of a displacement."""
-    million = abs(math.log10(gain) - 6.0) < 0.1 if gain > 0.0 else False
-    return "the times are in ms and not in s, or " if million else ""
-
-
-def _alike(far: Sequence[Estimate]) -> dict[str, list[str]]:
+def _alike(far: Sequence[Estimate]) -> dict[float, list[str]]:
     """Records by the gain that they show, to two digits: one mistake is said once."""
-    found: dict[str, list[str]] = {}
+    found: dict[float, list[str]] = {}
     for e in far:
-        found.setdefault(f"{abs(e.value):.2g}", []).append(e.records[0])
+        found.setdefault(float(f"{abs(e.value):.2g}"), []).append(e.records[0])
     return found
 
 
@@ -501,9 +495,9 @@ def as_shown(campaign: Campaign, found: Sequence[Estimate]) -> tuple[Campaign, l
             if e.parameter == parameter and records[e.records[0]].test == test
             and abs(e.value) > _SURE * e.std_error
         )  # fmt: skip
-        gaps = [i for i in range(1, len(seen)) if seen[i][0] > _ALIKE * seen[i - 1][0]]
-        for first, end in zip([0, *gaps], [*gaps, len(seen)], strict=True):
-            level = seen[first:end]
+        while seen:
+            level = [one for one in seen if one[0] <= _ALIKE * seen[0][0]]
+            seen = seen[len(level) :]
             empty = [id for _, id in level if getattr(records[id], name) is None]
             if not empty:
                 continue
@@ -534,7 +528,7 @@ _SHOWN_LENGTHS = {
     "base_amplitude": ("base_seen", "periodic", "the base channel"),
     "release": ("release_seen", "transient", "the displacement"),
 }
-_ALIKE = 1.05  # largest ratio of neighbours in one level
+_ALIKE = 1.05  # largest over smallest of one level
 
 
 def _begun_later(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:

@@ -60,6 +60,11 @@ _LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
 _MOST_SHARED = 0.3  # of the phase at the oscillation, shared by the lines above, if it is its own
 
 
+#: Lines of the acceleration and of the displacement's second derivative in many segments, and where
+#: they lie, rad/s.
+Lines = tuple[ComplexArray, ComplexArray, FloatArray]
+
+
 @dataclass(frozen=True)
 class Agreement:
     """Acceleration over second derivative of displacement.
@@ -210,8 +215,9 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
             "the displacement is a quarter of a period from the acceleration, and as large as its "
             "integral: the channel shows a velocity; write quantity: velocity in campaign.yaml"
         )
-    _refuse_exchanged(found, record, k, frequency)
-    law = _law_beside(found, record, k, frequency)
+    lines = _lines(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    _refuse_exchanged(found, lines, frequency)
+    law = _law_beside(found, lines, frequency)
     if law is None:  # one frequency cannot part a lag from a corner, which takes of the gain too
         error = math.hypot(found.lag_error, found.lag)
         turned = min(2.0 * math.pi * frequency * abs(found.lag), _MOST_TURNED)
@@ -251,7 +257,7 @@ def _refuse_base(record: RecordView, found: Agreement | None, k: int, frequency:
         )
 
 
-def _refuse_exchanged(found: Agreement, record: RecordView, k: int, frequency: float) -> None:
+def _refuse_exchanged(found: Agreement, lines: Lines | None, frequency: float) -> None:
     """Refuse a record whose displacement is the second derivative of its acceleration.
 
     At the oscillation alone each is the other by a factor. Where the mass moves above it, the
@@ -262,7 +268,6 @@ def _refuse_exchanged(found: Agreement, record: RecordView, k: int, frequency: f
     RecordError
         The two are exchanged.
     """
-    lines = _lines(*_means(record, k), k / record.sample_rate, frequency=frequency)
     if lines is None:
         return
     A, X, w = lines
@@ -291,14 +296,15 @@ def law_in(record: RecordView, *, frequency: float) -> PhaseLaw | None:
         return None
     k = group_size(record.sample_rate, frequency, points=_POINTS)
     found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
-    return None if found is None else _law_beside(found, record, k, frequency)
+    if found is None:
+        return None
+    lines = _lines(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    return _law_beside(found, lines, frequency)
 
 
-def _law_beside(found: Agreement, record: RecordView, k: int, frequency: float) -> PhaseLaw | None:
-    return phase_law(
-        *_means(record, k), k / record.sample_rate, frequency=frequency,
-        lag=found.lag, lag_error=found.lag_error, gain=found.gain,
-    )  # fmt: skip
+def _law_beside(found: Agreement, lines: Lines | None, frequency: float) -> PhaseLaw | None:
+    own = (found.lag, found.lag_error, found.gain)
+    return lines and law_of_lines(*lines, frequency=frequency, own=own)
 
 
 def _means(
@@ -456,7 +462,7 @@ def phase_law(
 
 def _lines(
     acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float
-) -> tuple[ComplexArray, ComplexArray, FloatArray] | None:
+) -> Lines | None:
     """Lines above the oscillation of both channels in many segments, and where they lie, rad/s."""
     n = min(acceleration.size, displacement.size)
     periods = 2.0 * n * step * frequency / (_FEWEST + 1.5)

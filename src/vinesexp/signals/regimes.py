@@ -615,10 +615,10 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
         time, amplitude = _amplitudes(view, float(frequency))
         time = time - _free(view)
     rows: list[dict[str, str | float | None]] = []
-    if not amplitude.size:
+    if not np.isfinite(amplitude).any():
         return rows
     # a release that was not written down has round levels, which others by the same hand share
-    release = abs(record.release or float(f"{amplitude.max():.2g}"))
+    release = abs(record.release or float(f"{np.nanmax(amplitude):.2g}"))
     for share in LEVELS:
         target = share * release
         reached = time_to_level(time, amplitude, target)

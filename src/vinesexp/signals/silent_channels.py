@@ -41,17 +41,16 @@ def _silent(view: RecordView, record: Record, frequency: float) -> Correction | 
     """The channel without an oscillation, smaller than what the other makes of it."""
     if not set(_OF_THE_MASS) <= set(view.roles):
         return None
-    lines = {role: line_of(view, role) for role in _OF_THE_MASS}
-    silent = [role for role, line in lines.items() if line is None]
-    if len(silent) != 1:
+    w = 2.0 * math.pi * frequency
+    moved = {
+        role: _size(view, role, frequency) * w ** -ORDER[view.quantity(role)]
+        for role in _OF_THE_MASS
+    }
+    role, other = sorted(_OF_THE_MASS, key=lambda one: moved[one])
+    if moved[role] > _LEAST * moved[other] or line_of(view, role) is not None:
         return None
-    (role,) = silent
-    other = next(one for one in _OF_THE_MASS if one != role)
-    line = lines[other] or frequency
-    order = ORDER[view.quantity(role)] - ORDER[view.quantity(other)]
-    expected = _size(view, other, line) * (2.0 * math.pi * line) ** order
-    shown = _size(view, role, line)
-    if shown > _LEAST * expected:
+    line = line_of(view, other)
+    if line is None:
         return None
     detail = (
         f"the {role} shows no oscillation, and the {other} one at {line:.4g} Hz: its sensor was "

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.joint.observations import _sensors, _share_of_ball
+from vinesexp.identification.joint.observations import _Decay, _sensors, _share_of_ball
+from vinesexp.identification.joint.over_amplitude import NO_LAW, TERMS
 
 
 @pytest.mark.parametrize(("stated", "share"), [((0.032, 0.04), 0.008), ((), 0.0)])
@@ -59,3 +60,19 @@ def test_a_gain_is_as_unsure_as_ring_downs_and_driven_tests_differ(ring_down, er
     ])  # fmt: skip
     (block,) = b.blocks
     assert block.look(np.zeros(1))[0][0, 0] ** -0.5 == pytest.approx(error, rel=0.01)
+
+
+@pytest.mark.parametrize("load", [0.0, 0.4])
+def test_what_the_mass_carries_in_ring_downs_lowers_their_frequency(load):
+    """A ball of 0.1 kg in its cavity, beside a mass of 5 kg and an added one of `load`."""
+    M, f0, aboard = 5.0, 8.0, 0.1
+    lowered = math.log(f0 * math.sqrt(M / (M + load + aboard)))
+    decay = _Decay("f0", np.array([lowered]), np.eye(1), load, np.array([1e-3]), NO_LAW)
+    true = np.array([math.log(f0), math.log(M), 0.0, aboard, math.log(5e-3), *([0.0] * len(TERMS))])
+    information, gradient, value = decay(true)
+    assert value == pytest.approx(0.0, abs=1e-20)
+    assert np.abs(gradient).max() < 1e-10
+    off = true + 1e-5 * (np.arange(true.size) == 3)
+    slope = math.sqrt(-2.0 * decay(off)[2]) / 1e-5
+    assert information[3, 3] == pytest.approx(slope**2, rel=1e-3)
+    assert slope == pytest.approx(0.5 / (M + load + aboard), rel=1e-3)

@@ -326,6 +326,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                  b.own(f"own {kind}", record, 0.0): 1.0},
                 {"ln_M": 1.0},
                 {"load scale": 1.0},
+                {b.add("aboard", 0.0, 0.0): 1.0},
             ]  # fmt: skip
             if kind == "f0":
                 sums[0]["clock"] = -1.0
@@ -333,9 +334,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                 b.loads[load] = b.add(
                     "load", 0.0, inputs.added_mass.of(load), of=f"{1e3 * load:g} g"
                 )
-                sums.append({b.loads[load]: 1.0, b.add("aboard", 0.0, 0.0): 1.0})
-            else:
-                sums.append({b.add("aboard", 0.0, 0.0): 1.0})
+                sums[-1][b.loads[load]] = 1.0
             sums += [
                 {"ln_zeta": 1.0} if "ln_zeta" in b.priors else {},
                 *({term: 1.0} for term in TERMS.values()),

@@ -672,9 +672,10 @@ def _refuse_other_frequency(view: RecordView, record: Record, held: float) -> No
     """
     if record.test != "periodic" or not record.frequency or "base" not in view.roles:
         return
-    ratio = periods(view, "base") / held
+    shown = periods(view, "base")
+    ratio = shown / held
     near = max(round(ratio), 1)
-    if abs(ratio / near - 1.0) < _SAME_FREQUENCY or not _moves(view, "base"):
+    if abs(ratio / near - 1.0) < _SAME_FREQUENCY or not _swings(view, "base", shown):
         return
     stated = sum(record.frequency) / len(record.frequency)
     raise RecordError(
@@ -684,9 +685,8 @@ def _refuse_other_frequency(view: RecordView, record: Record, held: float) -> No
     )
 
 
-def _moves(view: RecordView, role: str) -> bool:
-    """Whether a channel swings: half of its variance is at its strongest frequency."""
-    count = periods(view, role)
+def _swings(view: RecordView, role: str, count: float) -> bool:
+    """Whether half of the variance of a channel is at so many periods in the record."""
     values = _thinned(view, role, 8192)
     values = values - values.mean()
     line = np.exp(-2j * np.pi * count * np.arange(values.size) / values.size)
