@@ -186,7 +186,8 @@ def test_a_corner_that_one_record_hardly_shows_widens_its_lag() -> None:
 def test_noise_makes_no_corner(z: float, error: float) -> None:
     """Below zero no sensor has one, however wide the error: what is left is a motion across."""
     lead, spread = np.array(expected_lead(z * error, error, frequency=8.0)) / A_HERTZ
-    assert 0.0 <= spread <= 1.05 * max(error, 0.9)
+    # three standard errors above zero, a corner or none: 1.7 % more than either alone
+    assert 0.0 <= spread <= 1.02 * max(error, 0.9)
     assert lead <= max(z * error + 0.1, 0.8)
     if -3.0 < z < -1.0 and error > 0.2:
         assert abs(lead) < 0.4
