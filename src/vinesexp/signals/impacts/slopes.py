@@ -114,14 +114,26 @@ class Coarse:
     """Displacement as block means: `step` s apart, the first centred on `start` s.
 
     `missing` says which of them the sensor did not show; the values there are no measurement.
-    `forced` is what the base beside its main sine forces the mass to, as the same means, m.
+    `forced` is what may move the mass beside its sine.
     """
 
     values: FloatArray
     step: float
     start: float
     missing: BoolArray | None = None
-    forced: FloatArray | None = None
+    forced: tuple[Forced, ...] = ()
+
+
+@dataclass(frozen=True)
+class Forced:
+    """A motion of the mass beside its sine, known but for a factor: block means, m.
+
+    `expected` and `error` are that factor, as far as it is known before the displacement.
+    """
+
+    motion: FloatArray
+    expected: float
+    error: float
 
 
 def coarse_displacement(record: RecordView, frequency: float, *, settings: SlopeSettings) -> Coarse:
@@ -130,21 +142,73 @@ def coarse_displacement(record: RecordView, frequency: float, *, settings: Slope
     means = channel_means(record, "displacement", k)
     missing = missing_means(record, "displacement", k)
     start, step = 0.5 * (k - 1) / record.sample_rate, k / record.sample_rate
-    forced = None
+    forced = list(bent_spring(means, step, frequency=frequency))
     if "base" in record.roles:
         base = channel_means(record, "base", k)
-        forced = forced_motion(base, step, frequency=frequency, quantity=record.quantity("base"))
-    return Coarse(means, step, start, missing if missing.any() else None, forced)
+        quantity = record.quantity("base")
+        motion = forced_motion(base, step, frequency=frequency, quantity=quantity)
+        if motion is not None:
+            forced.append(Forced(motion, 1.0, _CALIBRATED))
+    return Coarse(means, step, start, missing if missing.any() else None, tuple(forced))
+
+
+def bent_spring(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced, ...]:
+    """What a spring that is not straight moves the mass by beside its sine.
+
+    A force k2 x^2 + k3 x^3 moves it by harmonics, which by their phase at the impacts are taken for
+    jumps of velocity, at one wall too large and at the other too small.
+
+    Parameters
+    ----------
+    x : array (n,)
+        Displacement, m.
+    step : float
+        s.
+    frequency : float
+        Of the oscillation, Hz.
+
+    Returns
+    -------
+    tuple of Forced
+        Their factors are the forces of x^2 and x^3 over that of the straight spring, at the largest
+        displacement.
+
+    Examples
+    --------
+    >>> t = np.arange(20000) / 1000.0
+    >>> _, third = bent_spring(8e-3 * np.cos(2 * np.pi * 8.0 * t), 1e-3, frequency=8.0)
+    >>> bool(np.abs(third.motion - 1e-3 / 32 * 8 * np.cos(2 * np.pi * 24.0 * t)).max() < 1e-6)
+    True
+    """
+    x = x - x.mean()
+    largest = float(np.abs(x).max())
+    if not largest:
+        return ()
+    powers = (-largest * (x / largest) ** n for n in (2, 3))
+    # turned round at its end it begins as it ends
+    found = (
+        _answer(np.append(own, own[::-1]), step, frequency=frequency)[: x.size] for own in powers
+    )
+    return tuple(Forced(motion, 0.0, _STRAIGHT) for motion in found)
+
+
+def _answer(force: FloatArray, step: float, *, frequency: float, order: int = 0) -> FloatArray:
+    """Displacement by a force over the spring's stiffness, well above the oscillator's frequency.
+
+    There it is 1/(1 - (f/f0)^2) of it, nearly whatever the damping; slower motion is smooth beside
+    an impact. `order` is the derivative of the force that is given.
+    """
+    f = np.fft.rfftfreq(force.size, step) / frequency
+    above = np.clip((f - _SLOW[0]) / (_SLOW[1] - _SLOW[0]), 0.0, 1.0)
+    f = np.maximum(f, _SLOW[0])
+    answer = above / (1.0 - f**2) / (2j * math.pi * frequency * f) ** order
+    return np.fft.irfft(np.fft.rfft(force) * answer, force.size)
 
 
 def forced_motion(
     base: FloatArray, step: float, *, frequency: float, quantity: str = "displacement"
 ) -> FloatArray | None:
     """What a base forces the mass to beside the sine that shakes it: harmonics, a second mode, m.
-
-    Above the oscillator's own frequency the mass answers a base of frequency f by 1/(1 - (f/f0)^2)
-    of it, whatever the ball does and nearly whatever the damping; slower motion is smooth beside
-    an impact.
 
     Parameters
     ----------
@@ -177,15 +241,12 @@ def forced_motion(
     phase = 2.0 * math.pi * shaken.frequency * t
     sine = np.stack([np.ones_like(t), t, np.cos(phase), np.sin(phase)], axis=1)
     rest = base - sine @ np.linalg.lstsq(sine, base, rcond=None)[0]
-    f = np.fft.rfftfreq(base.size, step) / frequency
-    above = np.clip((f - _SLOW[0]) / (_SLOW[1] - _SLOW[0]), 0.0, 1.0)
-    f = np.maximum(f, _SLOW[0])
-    answer = above / (1.0 - f**2) / (2j * math.pi * frequency * f) ** ORDER[quantity]
-    return np.fft.irfft(np.fft.rfft(rest) * answer, base.size)
+    return _answer(rest, step, frequency=frequency, order=ORDER[quantity])
 
 
 _SLOW = (1.2, 1.5)  # of the oscillation's frequency: below, a motion is smooth beside an impact
-_FORCED, _CALIBRATED = 5.0, 0.05  # standard errors that contradict; of a base beside a displacement
+_FORCED = 5.0  # standard errors that contradict what is expected
+_CALIBRATED, _STRAIGHT = 0.05, 0.03  # of a base beside a displacement; of the spring's force
 
 
 def slope_changes(
@@ -236,7 +297,7 @@ def slope_changes(
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
             windows = _windows(x, times, jumps, centre, group, reach, response, full=share > 0.3)
-            if x.forced is not None:
+            if x.forced:
                 x, forced = _without_forced(x, times, windows, centre[group], reach)
                 windows = _windows(
                     x, times, jumps, centre, group, reach, response, full=share > 0.3
@@ -264,25 +325,30 @@ def slope_changes(
 def _without_forced(
     x: Coarse, times: FloatArray, windows: _Windows, centre: IntArray, reach: int
 ) -> tuple[Coarse, FloatArray]:
-    """The displacement less what the base forces, and that at the impacts (m, m/s).
+    """The displacement less what moves the mass beside its sine, and that at the impacts (m, m/s).
 
-    As much of it as its channel says, within a calibration and what the displacement shows; where
-    that contradicts it (another unit, turned round, no base at all), as the displacement shows.
+    As much of each as is expected, within its error and what the displacement shows; where that
+    contradicts it (a base in another unit, turned round, none at all), as the displacement shows.
     """
-    if x.forced is None:
-        return x, np.zeros((2, times.size))
     rest = _left(windows, windows.samples)
-    shape = _left(windows, x.forced[centre[:, np.newaxis] + np.arange(-reach, reach + 1)])
-    norm = float((shape * shape).sum()) or 1.0
-    gain = float((shape * rest).sum()) / norm
-    error = math.sqrt(float(((rest - gain * shape) ** 2).mean()) / norm)
-    if abs(gain - 1.0) < _FORCED * error:
-        gain = 1.0 + (gain - 1.0) / (1.0 + (error / _CALIBRATED) ** 2)
+    weigh = _less_where_odd(rest)
+    rest = (weigh * rest).ravel()
+    grid = centre[:, np.newaxis] + np.arange(-reach, reach + 1)
+    seen = [(weigh * _left(windows, own.motion[grid])).ravel() for own in x.forced]
+    shapes = np.stack(seen, axis=1)
+    expected, error = np.array([(own.expected, own.error) for own in x.forced]).T
+    normal, noise = shapes.T @ shapes, float(rest.std())
+    normal += 1e-12 * max(float(np.trace(normal)), 1e-300) * np.eye(error.size)
+    shown = np.linalg.solve(normal, shapes.T @ rest)
+    spread = noise * np.sqrt(np.diag(np.linalg.inv(normal)))
+    held = np.where(np.abs(shown - expected) < _FORCED * spread, (noise / error) ** 2, 0.0)
+    gain = np.linalg.solve(normal + np.diag(held), shapes.T @ rest + held * expected)
     from scipy.interpolate import CubicSpline
 
-    motion = CubicSpline(x.start + x.step * np.arange(x.forced.size), gain * x.forced)
-    values = x.values - gain * x.forced
-    return replace(x, values=values, forced=None), np.stack([motion(times), motion(times, 1)])
+    whole = gain @ np.stack([own.motion for own in x.forced])
+    motion = CubicSpline(x.start + x.step * np.arange(whole.size), whole)
+    values = x.values - whole
+    return replace(x, values=values, forced=()), np.stack([motion(times), motion(times, 1)])
 
 
 def _left(windows: _Windows, values: FloatArray) -> FloatArray:
@@ -290,6 +356,17 @@ def _left(windows: _Windows, values: FloatArray) -> FloatArray:
     bent, own = _out(windows.bend, windows.q), _out(values, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
     return np.asarray(own - (bent * own).sum(axis=1, keepdims=True) / norm * bent)
+
+
+def _less_where_odd(rest: FloatArray) -> FloatArray:
+    """Weights of windows, by what is left of them.
+
+    One with something else in it (the mass let go, a jump that no impact made) fits far worse than
+    the others and counts for less by as much.
+    """
+    square = (rest**2).mean(axis=1, keepdims=True)
+    usual = float(np.median(square))
+    return np.asarray(np.sqrt(usual / np.maximum(square, max(usual, 1e-300))))
 
 
 @dataclass(frozen=True)
@@ -344,19 +421,13 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
 def _refined(
     windows: _Windows, response: JumpResponse, step: float, settings: SlopeSettings
 ) -> JumpResponse:
-    """Free frequency and decay as all windows together show them, from a wide first guess.
-
-    A window with something else in it (the mass let go, a jump that no impact made) fits far worse
-    than the others and counts for less by as much.
-    """
+    """Free frequency and decay as all windows together show them, from a wide first guess."""
     bent = _out(windows.bend, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
     samples = _out(windows.samples, windows.q)
     jump = (bent * samples).sum(axis=1, keepdims=True) / norm
     rest = samples - jump * bent
-    square = (rest**2).mean(axis=1, keepdims=True)
-    usual = float(np.median(square))
-    weigh = np.sqrt(usual / np.maximum(square, max(usual, 1e-300)))
+    weigh = _less_where_odd(rest)
     jump, rest = weigh * jump, weigh * rest
     late = np.maximum(windows.s, 0.0)
     w = response.w_free or response.w
