@@ -19,7 +19,7 @@ from vinesexp.settings.stages import (
     parsed,
     written,
 )
-from vinesexp.signals.impacts.detectors import SCORES
+from vinesexp.signals.impacts.detectors import USUAL
 
 ROOT = Path(__file__).resolve().parents[2]
 EVERY = list(every_setting())
@@ -53,7 +53,7 @@ def test_the_page_of_settings_is_the_present_one() -> None:
 
 def test_every_stage_and_detector_has_its_code() -> None:
     assert tuple(field.name for field in fields(Settings)) == STAGES
-    assert {"template", *SCORES} == set(DETECTORS)
+    assert {"template", *USUAL} == set(DETECTORS)
 
 
 @pytest.mark.parametrize(

@@ -37,11 +37,9 @@ _FEWEST = 12  # windows
 _NEAR = (0.8, 1.2)  # of the oscillation: lines of a window
 _LAG_CYCLES = 4  # of a window of the lag; the next begins half of it later
 _FALSE_ALARMS = 1e-6  # of records without a fault in which one is found, were the scatter normal
-_WHOLE = 0.25  # samples by which a number of lost samples may differ from a whole one
+_WHOLE = 0.25  # samples by which a step may be less than one and still be a lost one
 _DRIFTS = 1.0  # samples over the record that a second clock is worth
 _MOST = 8  # faults of one record that are looked for
-_TRIANGLE = 1.0 / 12.0  # of a period: over as much accelerations are averaged to find a place
-_SURE_PLACE = 12.0  # twice as much in chi^2: five standard deviations
 _ALIKE = 0.3  # rad: error of a phase up to which two channels move together
 _SHOWS = (0.5, 12.0)  # of the oscillation: where two recorders are compared
 _EDGE = 1.0  # periods at the ends of a record, over which a filter fades in
@@ -105,43 +103,19 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Lost:
-    """Samples lost by some channels.
+class Cut:
+    """Samples that are lost between two of a record, which is two records in one.
 
     Attributes
     ----------
-    roles : which channels.
-    first, last : samples of the record between which they are missing.
-    count, error : how many, as the phase says.
-    """
-
-    roles: tuple[str, ...]
-    first: int
-    last: int
-    count: float
-    error: float
-
-    @property
-    def whole(self) -> int:
-        """How many, as a number of samples is."""
-        return round(self.count)
-
-    @property
-    def certain(self) -> bool:
-        """Whether the number is one and no other."""
-        near = abs(self.count - self.whole) < max(_WHOLE, 4.0 * self.error)
-        return self.whole >= 1 and near and 4.0 * self.error < 0.5
-
-
-@dataclass(frozen=True)
-class Cut:
-    """Samples that are lost between two of a record, nobody knows how many: two records in one.
-
-    Where only the channels in `late` lost them: about how many, by which what follows is too early.
+    first, last : samples between which they are missing.
+    seen : what shows it, in words.
+    late : channels that alone lost them, and `count`, by how many samples what follows is early.
     """
 
     first: int
     last: int
+    seen: str
     late: tuple[str, ...] = ()
     count: int = 0
 
@@ -179,7 +153,7 @@ class Start:
     late: int
 
 
-Fault = Lost | Cut | LongGaps | OtherClock | Start
+Fault = Cut | LongGaps | OtherClock | Start
 
 
 def law_of(series: Course) -> Law | None:
@@ -426,12 +400,7 @@ def fault_of(
     if start is not None:
         return start
     every = _lost_by_all(view, frequency) if driven and "base" in view.roles else None
-    if every is not None and every.certain:
-        return every
-    one = _between_channels(view, frequency)
-    if isinstance(one, Lost) and not one.certain:
-        return Cut(one.first, one.last, one.roles, one.whole)
-    return one or _jump(view, frequency) or every
+    return every or _between_channels(view, frequency) or _jump(view, frequency)
 
 
 def _long_gaps(view: RecordView, frequency: float) -> LongGaps | None:
@@ -501,7 +470,7 @@ def _velocity(y: FloatArray, step: float, frequency: float, order: int) -> Float
     return np.fft.irfft(np.fft.rfft(tapered) * turn, y.size)[2 * edge : y.size - 2 * edge]
 
 
-def _between_channels(view: RecordView, frequency: float) -> Lost | OtherClock | None:
+def _between_channels(view: RecordView, frequency: float) -> Cut | OtherClock | None:
     """What the lag between acceleration and displacement shows."""
     if not {"acceleration", "displacement"} <= set(view.roles):
         return None
@@ -518,61 +487,35 @@ def _between_channels(view: RecordView, frequency: float) -> Lost | OtherClock |
     if law.steps and abs(law.step) * rate > 1.0 - _WHOLE:
         # A displacement that comes earlier beside the acceleration has lost samples.
         role = "displacement" if law.step < 0.0 else "acceleration"
-        before = float(np.median(series.value[series.time < law.at]))
-        reach = (law.at - _LAG_CYCLES / frequency, law.at + _LAG_CYCLES / frequency)
-        first, last = _where_one(a, x, step, frequency, role, before, abs(law.step), reach)
-        return Lost(
-            (role,), max(free * k + round(first * rate), 1),
-            min(free * k + round(last * rate), view.n - 1),
-            abs(law.step) * rate, law.step_error * rate,
-        )  # fmt: skip
+        seen = f"its lag beside the other channels steps by {1e3 * abs(law.step):.3g} ms"
+        around = _around(view, free * k + law.at * rate, _LAG_CYCLES * rate / frequency)
+        return Cut(*around, seen, (role,), round(abs(law.step) * rate))
     if law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS:
         return OtherClock(_of_its_own(view, frequency, law.slope), law.slope, law.slope_error)
     return None
 
 
-def _where_one(
-    a: FloatArray, x: FloatArray, step: float, frequency: float, role: str, lag: float,
-    lost: float, reach: tuple[float, float],
-) -> tuple[float, float]:  # fmt: skip
-    """Times between which one of acceleration and displacement lost `lost` s.
-
-    The second difference of x over m points is the mean of its second derivative over a triangle,
-    and so is that of the acceleration: the two part where the loss is.
-    """
-    m = max(round(_TRIANGLE / (frequency * step)), 1)
-    triangle = np.bartlett(2 * m + 1)
-    smooth = np.convolve(a, triangle / triangle.sum(), mode="same")
-    bent = np.zeros_like(x)
-    bent[m:-m] = (x[2 * m :] - 2.0 * x[m:-m] + x[: -2 * m]) / (m * step) ** 2
-    t = np.arange(x.size) * step
-    bent = np.interp(t + lag, t, bent)
-    near = (t > reach[0]) & (t < reach[1]) & (t > 2 * m * step) & (t < t[-1] - 2 * m * step - lost)
-    own, other = (bent, smooth) if role == "displacement" else (smooth, bent)
-    gain = float(own @ other) / float(other @ other)
-    early = np.cumsum((own - gain * other)[near] ** 2)
-    late = np.cumsum((own - gain * np.interp(t + lost, t, other))[near][::-1] ** 2)[::-1]
-    at = float(t[near][int(np.argmin(early[:-1] + late[1:]))]) + step
-    return at - m * step, at + m * step
+def _around(view: RecordView, middle: float, reach: float) -> tuple[int, int]:
+    """Samples of a record between which something lies that is seen in windows only."""
+    return max(round(middle - reach), 1), min(round(middle + reach), view.n - 1)
 
 
-def _lost_by_all(view: RecordView, frequency: float) -> Lost | None:
-    """Samples that all channels lost: a step in the phase of the base."""
+def _lost_by_all(view: RecordView, frequency: float) -> Cut | None:
+    """Samples that all channels lost: a step in the phase of the base, of a sample or more."""
     k = group_size(view.sample_rate, frequency, points=_POINTS)
     base = channel_means(view, "base", k)
     found = drive_phase(base, k / view.sample_rate, frequency=frequency)
     law = None if found is None else law_of(found[0])
     if found is None or law is None or not law.steps:
         return None
-    f, rate = found[1] + law.slope / (2.0 * math.pi), view.sample_rate
-    period = rate / f
+    rate = view.sample_rate
+    period = rate / (found[1] + law.slope / (2.0 * math.pi))
     # A whole period more cannot be seen, and samples do not come twice.
     count = (law.step / (2.0 * math.pi) * period) % period
-    error = law.step_error / (2.0 * math.pi) * period
-    if count < 1.0 - _WHOLE or count > period - (1.0 - _WHOLE):
+    if not 1.0 - _WHOLE < count < period - (1.0 - _WHOLE):
         return None
-    first, last = _where(view, f, law.at, found[0].every)
-    return Lost(view.roles, first, last, count, error)
+    seen = f"the phase of the drive steps by {abs(law.step):.3g} rad"
+    return Cut(*_around(view, law.at * rate, 1.5 * found[0].every * rate), seen)
 
 
 def _jump(view: RecordView, frequency: float) -> Cut | None:
@@ -600,7 +543,9 @@ def _jump(view: RecordView, frequency: float) -> Cut | None:
         return None
     sides = slice(place - 2 * period, place), slice(place, place + 2 * period)
     middle = [float(x[own].mean()) for own in sides]
-    return None if abs(middle[1] - middle[0]) > 0.5 * abs(size) else Cut(place, place)
+    if abs(middle[1] - middle[0]) > 0.5 * abs(size):
+        return None
+    return Cut(place, place, "the displacement jumps and continues around the same mean")
 
 
 def _parting(x: FloatArray, m: int) -> FloatArray:
@@ -615,36 +560,6 @@ def _parting(x: FloatArray, m: int) -> FloatArray:
     out = np.zeros(x.size)
     out[m : m + after.size] = after - before
     return out
-
-
-def _where(view: RecordView, f: float, at: float, every: float) -> tuple[int, int]:
-    """Samples between which the step lies, from the samples of the base around it.
-
-    Sines through the cycles before and after it part where the loss is.
-    """
-    rate = view.sample_rate
-    middle, reach, side = round(at * rate), round(1.5 * every * rate), round(6.0 * every * rate)
-    low, high = max(middle - reach - side, 0), min(middle + reach + side, view.n)
-    y = view.read("base", low, high)
-    t = np.arange(y.size) / rate
-    w = 2.0 * math.pi * f
-    columns = np.stack(
-        [np.ones(y.size)] + [g(k * w * t) for k in (1, 2, 3) for g in (np.cos, np.sin)], axis=1
-    )
-    begin, end = max(middle - reach - low, 0), min(middle + reach - low, y.size)
-    good = np.isfinite(y)
-    before, after = good & (np.arange(y.size) < begin), good & (np.arange(y.size) >= end)
-    if min(before.sum(), after.sum()) < 2 * columns.shape[1]:
-        return low + begin, low + end
-    sides, variance = [], 0.0
-    for own in (before, after):
-        solved = np.linalg.lstsq(columns[own], y[own], rcond=None)[0]
-        sides.append(np.where(good, y - columns @ solved, 0.0)[begin:end] ** 2)
-        variance = max(variance, float(((y - columns @ solved)[own] ** 2).mean()))
-    left, right = (np.concatenate([[0.0], np.cumsum(own)]) for own in sides)
-    total = left + (right[-1] - right)
-    near = np.flatnonzero(total - total.min() < 2.0 * _SURE_PLACE * variance)
-    return low + begin + int(near[0]), low + begin + int(near[-1])
 
 
 def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
@@ -675,8 +590,8 @@ def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
 def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
     """Look for lost samples and second clocks in a stored record, and mend what is certain.
 
-    Lost samples become a gap, so that all that follows stands at its own time; a channel of
-    another recorder is brought onto the clock of the others.
+    Where samples are lost the longer part is kept; a channel of another recorder is brought onto
+    the clock of the others.
 
     Parameters
     ----------
@@ -690,7 +605,7 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
     Returns
     -------
     list of Check
-        A warning for each fault; what is not certain is said, and left as it is.
+        A warning for each fault.
     """
     checks: list[Check] = []
     for _ in range(_MOST):
@@ -710,13 +625,11 @@ def _correction(
     if found is None:
         return None
     name = _STARTED if isinstance(found, Start) else "clock"
-    check = Check(record.id, name, "warning", _in_words(found, view, frequency))
-    if isinstance(found, Lost) and not found.certain:
-        return Correction([check])
+    check = Check(record.id, name, "warning", _in_words(found, view))
     return Correction([check], *_mended(view, found))
 
 
-def _in_words(found: Fault, view: RecordView, frequency: float) -> str:
+def _in_words(found: Fault, view: RecordView) -> str:
     if isinstance(found, OtherClock):
         total = found.ratio * view.n / view.sample_rate
         return (
@@ -732,45 +645,22 @@ def _in_words(found: Fault, view: RecordView, frequency: float) -> str:
             f"the longest part between, from {view.moment(found.begin)} to "
             f"{view.moment(found.end - 1)}, is used"
         )
-    if isinstance(found, Cut):
-        at = view.moment(found.first)
-        kept = "after" if found.kept(view.n)[0] else "before"
-        seen = "the displacement jumps there and continues around the same mean"
-        if found.late:
-            seen = "the lag between acceleration and displacement steps there"
-        return (
-            f"samples are lost at {at}: {seen}; the number of lost samples is not "
-            f"certain, so only the longer part, {kept} this time, is used"
-        )
     if isinstance(found, Start):
         return (
             f"the recorders of {' and '.join(found.roles)} and of the acceleration did not start "
             f"together: the motion comes {found.late / view.sample_rate:+.4g} s later in the "
             "first; they are aligned by the motion. Start both with one trigger"
         )
-    where = "all channels" if found.roles == view.roles else found.roles[0]
-    seconds = found.count / view.sample_rate
-    shown = f"the lag between acceleration and displacement steps by {1e3 * seconds:.3g} ms"
-    if found.roles == view.roles:
-        shown = f"the phase of the drive steps by {2.0 * math.pi * frequency * seconds:.3g} rad"
-    said = f"{where}: {shown} at {view.moment(found.first)}"
-    if not found.certain:
-        return (
-            f"{said}, which would be {found.count:.2f} +- {found.error:.2g} lost samples: no whole "
-            "number, so the drive may have changed instead; nothing was corrected, look at the "
-            "recorder"
-        )
-    samples = "sample" if found.whole == 1 else "samples"
+    whose = " and ".join(found.late) or "all channels"
+    kept = "after" if found.kept(view.n)[0] else "before"
     return (
-        f"{said}: {found.whole} {samples} lost ({found.count:.2f} +- {found.error:.1g}); a gap of "
-        "this length is inserted"
+        f"{whose}: samples are lost at {view.moment((found.first + found.last) // 2)}, where "
+        f"{found.seen}; only the longer part, {kept} this time, is used. Look at the recorder"
     )
 
 
 def _mended(view: RecordView, found: Fault) -> tuple[Mapping[str, Iterator[FloatArray]], float]:
     """The channels without the fault, and the time of their first sample."""
-    if isinstance(found, Lost):
-        return {role: _with_gap(view, role, found) for role in view.roles}, view.start
     if isinstance(found, OtherClock):
         return {found.role: _on_clock(view, found)}, view.start
     if isinstance(found, LongGaps):
@@ -787,17 +677,6 @@ def _mended(view: RecordView, found: Fault) -> tuple[Mapping[str, Iterator[Float
              for r in view.roles}  # fmt: skip
     streams = {role: as_read(view, role, begin + ahead[role], end) for role in view.roles}
     return streams, float(view.time(begin, begin + 1)[0])
-
-
-def _with_gap(view: RecordView, role: str, found: Lost) -> Iterator[FloatArray]:
-    """A channel with a gap where it lost samples, or its end left out where another did."""
-    if role not in found.roles:
-        yield from as_read(view, role)
-        return
-    yield from as_read(view, role, 0, found.first)
-    # Where the loss is known to a few samples only, none of these is believed.
-    yield np.full(found.last - found.first + found.whole, np.nan)
-    yield from as_read(view, role, found.last)
 
 
 def _on_clock(view: RecordView, found: OtherClock) -> Iterator[FloatArray]:

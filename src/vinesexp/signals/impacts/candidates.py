@@ -293,10 +293,6 @@ class Stream:
             return np.zeros(end - begin, dtype=bool)
         return self.clipped(begin, end)
 
-    def chunks(self) -> range:
-        """First samples of the pieces that are handled at once."""
-        return range(0, self.n, CHUNK)
-
 
 def stream_of(
     acceleration: FloatArray, sample_rate: float, *, highpass: float | None = None,
