@@ -7,44 +7,51 @@ from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.records.stored.result_columns import TRANSITIONS
 from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.signals.means import cycle_amplitudes
-from vinesexp.signals.regimes import Series, transition_of, transition_row
-from vinesexp.theory.regime_definitions import activation_spells
+from vinesexp.signals.regimes import Series, transition_row
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BARE = TABLE_2.zeta * TABLE_2.w0
 
 
-def released(b):
+def row_of(b):
+    """Of a release of one ball from 20 mm."""
     rig = Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=0.6)])
     motion = simulate(rig, None, Release(0.02, 0.0, [0.02 + 0.999 * b]), duration=12.0)
-    x = motion.at(np.arange(120_000) / 1e4)[0]
-    impacts = motion.impacts
-    spells = activation_spells(impacts["time"], impacts["side"], period=1 / TABLE_2.f0)
-    return *cycle_amplitudes(x, 1e4, TABLE_2.f0), spells
+    x, i = motion.at(np.arange(120_000) / 1e4)[0], motion.impacts
+    decay = cycle_amplitudes(x, 1e4, TABLE_2.f0)
+    return transition_row(
+        "a", Series(1, b, i["time"], i["side"]), decay, start=0.0, period=1 / TABLE_2.f0
+    )
 
 
 @pytest.mark.parametrize("b", [0.027, 0.030, 0.033, 0.042])
 def test_the_ball_is_lost_near_T1(b):
-    time, amplitude, spells = released(b)
-    assert len(spells) >= 1
-    found = transition_of(time, amplitude, lost=spells[0, 1])
-    assert found.rate_before > 1.5 * BARE
-    assert found.rate_after > 0.9 * BARE
-    assert found.rate_before > found.rate_after
-    assert 0.7 < found.amplitude / (0.1572 * b) < 1.3  # T1: A_1(0.6) b
+    row = row_of(b)
+    assert row["decay_rate_1_s"] > 1.5 * BARE
+    assert row["decay_rate_1_s"] > row["decay_rate_after_1_s"] > 0.9 * BARE
+    assert 0.7 < row["transition_m"] / (0.1572 * b) < 1.3  # T1: A_1(0.6) b
+
+
+def hits(begin, end):
+    """Two impacts a cycle from one time to another, of a ball of 33 mm."""
+    time = np.arange(begin, end, 0.5 / TABLE_2.f0)
+    return Series(1, 0.033, time, (-1.0) ** np.arange(time.size))
 
 
 def test_rates_of_a_damper_alone():
     t = np.arange(0.0, 12.0, 1 / TABLE_2.f0)
-    found = transition_of(t, 0.02 * np.exp(-BARE * t), lost=3.0)
-    assert found.rate_before == pytest.approx(BARE)
-    assert found.rate_after == pytest.approx(BARE)
+    decay = t, 0.02 * np.exp(-BARE * t)
+    row = transition_row("a", hits(0.0, 3.0), decay, start=0.0, period=1 / TABLE_2.f0)
+    assert row["decay_rate_1_s"] == pytest.approx(BARE)
+    assert row["decay_rate_after_1_s"] == pytest.approx(BARE)
 
 
-@pytest.mark.parametrize("lost", [0.1, 11.9])
-def test_a_side_without_cycles_gives_nothing(lost):
+def test_after_a_release_that_ends_captured_there_is_no_rate():
     t = np.arange(0.0, 12.0, 1 / TABLE_2.f0)
-    assert transition_of(t, 0.02 * np.exp(-0.05 * t), lost=lost) is None
+    decay = t, 0.02 * np.exp(-0.05 * t)
+    row = transition_row("a", hits(0.0, 11.9), decay, start=0.0, period=1 / TABLE_2.f0)
+    assert row["decay_rate_1_s"] == pytest.approx(0.05)
+    assert row["decay_rate_after_1_s"] is None
 
 
 def test_each_ball_of_a_pair_is_lost_at_its_own_amplitude(tmp_path):

@@ -90,8 +90,10 @@ def settings_of(record: Record, stated: Record | None = None) -> list[tuple[str,
     return found
 
 
-def regime_words(row: Row) -> list[tuple[str, str]]:
+def regime_words(row: Row, transitions: Sequence[Row] = ()) -> list[tuple[str, str]]:
     """A row of regimes.csv as names and values; what is not known is left out.
+
+    `transitions`: rows of transitions.csv.
 
     Examples
     --------
@@ -108,14 +110,29 @@ def regime_words(row: Row) -> list[tuple[str, str]]:
         ("mean amplitude (mm)", mean, size),
         ("largest amplitude (mm)", row.get("amplitude_max_m"), 1e3),
         ("share of cycles captured", row.get("captured"), 1.0),
-        ("captured until (s)", row.get("captured_until_s"), 1.0),
-        ("amplitude at which the ball is lost (mm)", row.get("transition_m"), 1e3),
+        ("the ball is lost at", lost_in_words(transitions), None),
     )
     return [
         (name, str(cell) if factor is None else significant(cell, factor=factor))
         for name, cell, factor in shown
         if cell not in (None, "")
     ]
+
+
+def lost_in_words(rows: Sequence[Row]) -> str:
+    """Amplitude and time at which each ball of a release is lost.
+
+    Examples
+    --------
+    >>> row = {"nes": 1, "transition_m": 0.00414, "captured_until_s": 2.03}
+    >>> lost_in_words([row])
+    '4.14 mm, 2.03 s'
+    """
+    return "; ".join(
+        (f"ball {row['nes']}: " if len(rows) > 1 else "")
+        + f"{1e3 * row['transition_m']:.2f} mm, {row['captured_until_s']:.2f} s"
+        for row in rows
+    )
 
 
 def titled(record: Record, stated: Record | None = None) -> str:

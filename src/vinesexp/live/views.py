@@ -84,7 +84,7 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordShown:
             f"{counted(impacts.n, 'impact')}: measure with a wider range"
         )
     facts = [("length", f"{length:.4g} s at {rate:.6g} Hz"), ("channels", roles)]
-    facts += regime_words(regime)
+    facts += regime_words(regime, rows["transitions"])
     if rows["base"]:
         amplitude, frequency = rows["base"][0]["amplitude_m"], rows["base"][0]["frequency_hz"]
         facts.append(("base", f"{1e3 * amplitude:.4g} mm at {frequency:.6g} Hz"))

@@ -139,13 +139,13 @@ def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
         Texts are finished; ready to be written as JSON.
     """
     paths, stated = ResultPaths(results.folder), results.campaign.record(record.id)
-    checks, replay, cycles, regimes = (
+    checks, replay, cycles, regimes, transitions = (
         results.of_record(name, record.id)
-        for name in ("checks", "replay", "replay_cycles", "regimes")
+        for name in ("checks", "replay", "replay_cycles", "regimes", "transitions")
     )
     return {
         "settings": set_up(record, stated),
-        "regime": regime_words(regimes[0] if regimes else {}),
+        "regime": regime_words(regimes[0] if regimes else {}, transitions),
         "checks": [
             [row["check"], row["outcome"], row["detail"].replace("+-", "±")] for row in checks
         ],

@@ -16,7 +16,7 @@ from vinesexp.figures.numbers import (
     plus_minus_brief,
     significant,
 )
-from vinesexp.figures.record_words import clearance_of
+from vinesexp.figures.record_words import clearance_of, lost_in_words
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.results import CampaignResults
@@ -130,22 +130,6 @@ def bands_in_words(rows: Sequence[Row]) -> str:
         whose = "all balls: " if ball == 0 else f"ball {ball}: " if len(balls) > 1 else ""
         words.append(whose + (", ".join(own) or "inactive"))
     return "; ".join(words)
-
-
-def lost_in_words(rows: Sequence[Row]) -> str:
-    """Amplitude and time at which each ball of a release is lost.
-
-    Examples
-    --------
-    >>> row = {"nes": 1, "transition_m": 0.00414, "captured_until_s": 2.03}
-    >>> lost_in_words([row])
-    '4.14 mm, 2.03 s'
-    """
-    return "; ".join(
-        (f"ball {row['nes']}: " if len(rows) > 1 else "")
-        + f"{1e3 * row['transition_m']:.2f} mm, {row['captured_until_s']:.2f} s"
-        for row in rows
-    )
 
 
 _WORDS = {

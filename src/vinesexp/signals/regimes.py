@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.records.campaign.missing_cells import WITH_BALL
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.refusal import refused_where_it_fails, require_conditioned
@@ -53,7 +53,6 @@ _ALIKE = 0.01
 #: Of two balls with like clearances, one with fewer impacts than this share of the other's
 #: hits together with it: two impacts at one time are found as one.
 _TOGETHER = 0.2
-_FEWEST = 4  # cycles that a decay rate is fitted to
 #: What checks.csv says of a record: check, outcome, detail.
 Said = tuple[str, str, str]
 
@@ -112,53 +111,6 @@ def _as_one(counts: Sequence[int], clearance: Sequence[float]) -> bool:
     )
 
 
-@dataclass(frozen=True)
-class Transition:
-    """Mean decay rates of the amplitude (1/s), and the amplitude (m) where the ball is lost."""
-
-    rate_before: float
-    rate_after: float
-    amplitude: float
-
-
-def transition_of(
-    time: FloatArray, amplitude: FloatArray, *, lost: float, settings: RegimeSettings | None = None
-) -> Transition | None:
-    """Straight lines through the logarithm of the amplitude before and after a time.
-
-    Parameters
-    ----------
-    time, amplitude : arrays (n,)
-        Cycle by cycle, s and m (`means.cycle_amplitudes`).
-    lost : float
-        When the ball is lost, s: end of the first of
-        `theory.regime_definitions.activation_spells`.
-
-    Returns
-    -------
-    Transition or None
-        None with fewer than four cycles above 2 % of the largest amplitude on either side.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 10.0, 0.125)
-    >>> A = np.where(t < 4.0, np.exp(-0.5 * t), np.exp(-2.0 - 0.3 * (t - 4.0)))
-    >>> found = transition_of(t, A, lost=4.0)
-    >>> round(found.rate_before, 3), round(found.rate_after, 3), round(found.amplitude, 3)
-    (0.5, 0.3, 0.135)
-    """
-    settings = RegimeSettings() if settings is None else settings
-    start = int(np.argmax(amplitude)) if amplitude.size else 0
-    t, A = time[start:], amplitude[start:]
-    low = np.flatnonzero(~(settings.transition_floor * A[:1] < A))
-    t, A = (v[: low[0]] if low.size else v for v in (t, A))
-    before = t < lost
-    if min(int(before.sum()), int((~before).sum())) < settings.transition_cycles:
-        return None
-    rates = [-float(np.polyfit(t[part], np.log(A[part]), 1)[0]) for part in (before, ~before)]
-    return Transition(rates[0], rates[1], float(np.exp(np.interp(lost, t, np.log(A)))))
-
-
 def transition_row(
     record: str,
     series: Series,
@@ -166,6 +118,7 @@ def transition_row(
     *,
     start: float,
     period: float,
+    settings: RegimeSettings | None = None,
 ) -> dict[str, str | float | None] | None:
     """When one ball of a release is captured and when it is lost, and the amplitudes there.
 
@@ -181,21 +134,27 @@ def transition_row(
         Cycle by cycle; s on the record's axis, m.
     start, period : float
         First moment of the record, period of the oscillation; s.
+    settings : RegimeSettings, optional
 
     Returns
     -------
     dict or None
-        A row of transitions.csv; None for a ball that was never captured.
+        A row of transitions.csv; None for a ball that was never captured. Decay rates are slopes
+        of straight lines through the logarithm of the amplitude, and None for too few cycles.
     """
+    settings = RegimeSettings() if settings is None else settings
     spells = activation_spells(series.time, series.side, period=period)
     if not len(spells):
         return None
     begin, end = spells[np.argmax(spells[:, 1] - spells[:, 0])]
     time, amplitude = decay
-    captured = (time >= begin) & (time <= end) & (amplitude > 0.0)
-    rate = None
-    if int(captured.sum()) >= _FEWEST:
-        rate = -float(np.polyfit(time[captured], np.log(amplitude[captured]), 1)[0])
+    seen = amplitude > settings.transition_floor * np.max(amplitude, initial=0.0)
+
+    def rate(of: BoolArray) -> float | None:
+        if int(of.sum()) < settings.transition_cycles:
+            return None
+        return -float(np.polyfit(time[of], np.log(amplitude[of]), 1)[0])
+
     return {
         "record": record,
         "nes": series.ball,
@@ -204,7 +163,8 @@ def transition_row(
         "captured_until_s": float(end - start),
         "from_m": float(np.interp(begin, time, amplitude)),
         "transition_m": float(np.interp(end, time, amplitude)),
-        "decay_rate_1_s": rate,
+        "decay_rate_1_s": rate((time >= begin) & (time <= end) & (amplitude > 0.0)),
+        "decay_rate_after_1_s": rate((time > end) & seen),
     }
 
 
@@ -453,10 +413,9 @@ def shown_by_record(
         ``waited_s`` of a start from rest), ``amplitude_max_m``,
         ``length_s``, of a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one
         impact on either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either
-        half), ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one
-        ball ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
-        ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be
-        known: a record that could not show impacts, for its noise or its sampling, has no regime.
+        half), ``spells`` and ``spell_mean_s`` (of such cycles in a row). None or absent where it
+        cannot be known: a record that could not show impacts, for its noise or its sampling, has no
+        regime.
     """
     row = unknown_regime(record)
     with open_record(conditioned) as view:
@@ -503,12 +462,15 @@ def shown_by_record(
     row |= _regimes(record, series, period=period, begin=start + begin, end=start + end)
     if row["regime"] == Regime.NO_IMPACT.value and record.test != "sweep":
         checks.append(_did_not_work(min(record.clearance), float(counted.max())))
-    row |= _spells(record, impacts, period, start, (time, amplitude))
+    row |= _spells(record, impacts, period)
     if base is not None:
         return Shown(row, bands=band_rows(record.id, series, base, decay, settings))
     if record.test != "transient":
         return Shown(row, checks=checks)
-    found = [transition_row(record.id, one, decay, start=start, period=period) for one in series]
+    found = [
+        transition_row(record.id, one, decay, start=start, period=period, settings=settings)
+        for one in series
+    ]
     return Shown(row, transitions=[one for one in found if one is not None], checks=checks)
 
 
@@ -675,30 +637,14 @@ def _swing(swings: list[Swing]) -> dict[str, str | float | None]:
     return {"swing_first": most.first, "swing": most.second}
 
 
-def _spells(
-    record: Record,
-    impacts: Impacts,
-    period: float,
-    view_start: float,
-    decay: tuple[FloatArray, FloatArray],
-) -> Row:
-    """Activation spells of a single ball: number and length; of a release, what its end divides."""
+def _spells(record: Record, impacts: Impacts, period: float) -> Row:
+    """Number and mean length of the activation spells of a single ball."""
     if len(record.clearance) != 1:
         return {}
     spells = activation_spells(impacts.time_s, impacts.side, period=period)
-    row: dict[str, str | float | None] = {"spells": float(len(spells))}
-    if not len(spells):
-        return row
-    row["spell_mean_s"] = float(np.mean(spells[:, 1] - spells[:, 0]))
-    if record.test == "transient":
-        lost = float(spells[0, 1] - view_start)
-        row["captured_until_s"] = lost
-        found = transition_of(*decay, lost=lost, settings=record.settings.regimes)
-        if found is not None:
-            row["decay_rate_captured_1_s"] = found.rate_before
-            row["decay_rate_after_1_s"] = found.rate_after
-            row["transition_m"] = found.amplitude
-    return row
+    lengths = spells[:, 1] - spells[:, 0]
+    mean = {"spell_mean_s": float(lengths.mean())} if lengths.size else {}
+    return {"spells": float(lengths.size), **mean}
 
 
 def smallest_jump(conditioned: RecordView, settings: Settings) -> float:

@@ -130,12 +130,6 @@ RECORD_REGIMES = Table(
             "periods", needed=False),
     _number("spells", "", "number of spells of captured cycles", needed=False),
     _number("spell_mean_s", "s", "mean length of a spell", needed=False),
-    _number("captured_until_s", "s", "end of the first spell of a release", needed=False),
-    _number("decay_rate_captured_1_s", "1/s", "decay rate of a release "
-            "before captured_until_s", needed=False),
-    _number("decay_rate_after_1_s", "1/s", "decay rate of a release "
-            "after captured_until_s", needed=False),
-    _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
     Column("impacts_per_cycle_each", "impacts per cycle of each ball, with ' | ' in between",
            needed=False),
     _number("amplitude_running_max_m", "m", "largest mean of a sweep over 0.1 Hz", needed=False),
@@ -199,6 +193,8 @@ TRANSITIONS = Table(
     _number("from_m", "m", "amplitude at its start", ".6g"),
     _number("transition_m", "m", "amplitude at its end, where the ball is lost (T1)", ".6g"),
     _number("decay_rate_1_s", "1/s", "decay rate of the amplitude in between", ".6g"),
+    _number("decay_rate_after_1_s", "1/s", "decay rate after captured_until_s", ".6g",
+            needed=False),
 ))  # fmt: skip
 
 #: How fast each release fell to each amplitude: one row a record and amplitude.
