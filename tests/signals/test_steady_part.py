@@ -78,9 +78,7 @@ def test_a_start_from_rest_does_not_count(tmp_path: Path) -> None:
         ) as writer:  # fmt: skip
             writer.append({"displacement": long[:25000]})
     record = Record("r", tmp_path / "r.csv", "periodic", (0.034,), base_amplitude=0.25e-3)
-    shown = shown_by_record(
-        record, measured=tmp_path / "r.nc", conditioned=tmp_path / "c.nc", impacts=no_impacts()
-    )
+    shown = shown_by_record(record, conditioned=tmp_path / "c.nc", impacts=no_impacts())
     row = shown.regime
     assert row["amplitude_mean_m"] == pytest.approx(settled, rel=0.005)
     assert abs(row["amplitude_mean_m"] - settled) < 2.5 * row["amplitude_error_m"]

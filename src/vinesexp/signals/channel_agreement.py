@@ -420,46 +420,6 @@ class PhaseLaw:
         )
 
 
-def phase_law(
-    acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float,
-    lag: float, lag_error: float, gain: float = 1.0,
-) -> PhaseLaw | None:  # fmt: skip
-    """Fit lag and corner to the phase between two channels.
-
-    Parameters
-    ----------
-    acceleration, displacement : arrays (n,)
-        On the same time axis, `step` s apart; any units.
-    step : float
-        At most a 25th of the oscillation's period.
-    frequency : float
-        Of the oscillation, Hz.
-    lag, lag_error : float
-        The phase at the oscillation, taken for a lag of the displacement, s.
-    gain : float
-        Acceleration over second derivative of the displacement there.
-
-    Returns
-    -------
-    PhaseLaw or None
-        None where the record is too short, or where the mass moves at its oscillation alone.
-
-    Examples
-    --------
-    >>> t = np.arange(100_000) / 2000.0
-    >>> w, late = 2 * np.pi * 8.0 * np.array([1, 3, 5]), 1e-4
-    >>> a = sum(np.cos(one * t) for one in w)
-    >>> x = sum(-np.cos(one * (t - late)) / one**2 for one in w)
-    >>> noise = np.random.default_rng(0).standard_normal((2, t.size))
-    >>> law = phase_law(a + 1e-3 * noise[0], x + 1e-7 * noise[1], 1 / 2000.0, frequency=8.0,
-    ...                 lag=late, lag_error=1e-6)
-    >>> abs(law.lag - late) < 3e-6, law.has_corner
-    (True, False)
-    """
-    lines = _lines(acceleration, displacement, step, frequency=frequency)
-    return lines and law_of_lines(*lines, frequency=frequency, own=(lag, lag_error, gain))
-
-
 def _lines(
     acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float
 ) -> Lines | None:

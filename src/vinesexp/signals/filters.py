@@ -1,11 +1,9 @@
 """Zero-phase Butterworth filters in bounded memory.
 
-A filter that runs forward and then backward shifts nothing in time: its response is |H|^2, for a
-Butterworth filter 1/(1 + W^2n) with W the frequency in units of the corner (for a band, its
-distance from the middle over the width; frequencies warped as the bilinear transform does). That
-is what is multiplied here, transform by transform of overlapping stretches, each with as much
-on either side as the filter remembers. `scipy.signal.sosfiltfilt` does the same in time and is its
-test; importing `scipy.signal` costs half a second, more than all else in the step of a record.
+A filter that runs forward and then backward shifts nothing in time: its response is |H|^2. That is
+what is multiplied here, transform by transform of overlapping stretches, each with as much on
+either side as the filter remembers. `scipy.signal.sosfiltfilt`, which needs the whole record, does
+the same in time and is its test.
 
 Each channel of a record keeps the band that its oscillation or its impacts fill (`default_bands`);
 the one number that these follow is where the record oscillates (`oscillation_of`).
@@ -18,10 +16,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-from vinesexp.arrays import FloatArray, IntArray, usually_held
+from vinesexp.arrays import ComplexArray, FloatArray, IntArray, usually_held
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import FilterSettings
@@ -253,12 +250,15 @@ class Butterworth:
     order: int = 2
     twice: bool = False
 
-    @property
-    def corners(self) -> tuple[float, float]:
-        """tan(pi f/fs) of both corners, 0 and infinity where open."""
-        low, high = self.low or 0.0, self.high
-        warped = math.inf if high is None else math.tan(math.pi * high / self.sample_rate)
-        return math.tan(math.pi * low / self.sample_rate), warped
+    def zpk(self) -> tuple[ComplexArray, ComplexArray, float]:
+        """Zeros, poles and gain of one direction in the z plane."""
+        from scipy.signal import butter  # half a second to import
+
+        kind, corners = "bandpass", np.array([self.low or 0.0, self.high or 0.0])
+        if not corners.all():
+            kind, corners = "lowpass" if self.high else "highpass", corners.max()
+        z, p, k = butter(self.order, corners, kind, output="zpk", fs=self.sample_rate)
+        return z, p, float(k)
 
     def gain(self, n: int) -> FloatArray:
         """Response of both directions together at the Fourier frequencies of n samples.
@@ -269,35 +269,13 @@ class Butterworth:
         >>> round(float(gain[10]), 3), float(gain[0])  # the corner, and a constant
         (0.5, 0.0)
         """
-        low, high = self.corners
-        t = np.tan(np.pi * np.arange(n // 2 + 1) / n)  # huge at the Nyquist frequency, as it should
-        with np.errstate(divide="ignore", over="ignore"):
-            if high == math.inf:
-                W = low / t
-            elif low == 0.0:
-                W = t / high
-            else:
-                W = (t - low * high / t) / (high - low)
-            gain = 1.0 / (1.0 + W ** (2 * self.order))
+        from scipy.signal import freqz_zpk
+
+        w, answer = freqz_zpk(*self.zpk(), worN=2.0 * np.pi * np.arange(n // 2 + 1) / n)
+        gain = np.abs(answer) ** 2
         if not self.twice:
             return np.asarray(gain)
-        w = 2.0 * np.pi * self.sample_rate * np.arange(1, gain.size) / n
-        return np.append(0.0, -gain[1:] / w**2)
-
-    def poles(self) -> NDArray[np.complex128]:
-        """Poles of one direction in the z plane."""
-        low, high = self.corners
-        k = np.arange(self.order)
-        p = np.exp(0.5j * np.pi * (2 * k + self.order + 1) / self.order)
-        if high == math.inf:
-            s = low / p
-        elif low == 0.0:
-            s = high * p
-        else:
-            half = 0.5 * p * (high - low)
-            root = np.sqrt(half**2 - low * high)
-            s = np.concatenate([half + root, half - root])
-        return np.asarray((1.0 + s) / (1.0 - s))
+        return np.append(0.0, -gain[1:] / (self.sample_rate * w[1:]) ** 2)
 
 
 def butterworth(
@@ -349,7 +327,7 @@ def settling_samples(band: Butterworth, *, remains: float = _SETTLED) -> int:
     >>> settling_samples(butterworth(1e4, low=2.0, high=None)) / 1e4 < 4.0
     True
     """
-    poles = np.abs(band.poles())
+    poles = np.abs(band.zpk()[1])
     slowest = min(float(poles.max()), 1.0 - 1e-12)
     # Both directions meet: n p^n, and an octave of amplitude more for each pair of poles.
     target = math.log(remains) - math.ceil(poles.size / 2) * math.log(2.0) - 2.0

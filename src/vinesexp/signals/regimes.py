@@ -29,13 +29,12 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.refusal import refused_where_it_fails, require_conditioned
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.settings.stages import RegimeSettings, Settings, SlopeSettings
+from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
 from vinesexp.signals.impacts.find import count_impacts
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
-from vinesexp.signals.impacts.slopes import Coarse, coarse_displacement, slope_changes
 from vinesexp.signals.means import cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_part
 from vinesexp.theory.regime_definitions import (
@@ -175,10 +174,6 @@ LEVELS = (0.5, 0.25, 0.15, 0.1)
 RUNNING = 0.1
 Row = Mapping[str, str | float | None]
 _STRETCHES = 40  # of the record, in which the noise is taken
-_ASKED = 600  # times at which the displacement is asked for a change of slope, at most
-_A_PERIOD = 10  # of them in a period, so that some lie at impacts wherever these are
-_COARSEST = 0.04  # periods between samples: fewer show no change of slope
-_LIMIT = 3.0  # standard errors that a change may hide in
 
 # A sweep described over its frequency: bands of permanent, modulated and inactive response.
 #
@@ -391,16 +386,14 @@ class Shown:
     checks: Sequence[Said] = ()
 
 
-def shown_by_record(
-    record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
-) -> Shown:
+def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> Shown:
     """Regime and amplitude of a record; of a sweep its bands, of a release where balls are lost.
 
     Parameters
     ----------
     record : Record
-    measured, conditioned : Path
-        records/<id>.nc and conditioned/<id>.nc.
+    conditioned : Path
+        conditioned/<id>.nc.
     impacts : Impacts
         Of the record.
 
@@ -451,7 +444,7 @@ def shown_by_record(
         row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
     if not record.clearance:
         return Shown(row, checks=checks)
-    if not _seen(record, measured, conditioned, impacts, length / period):
+    if not _seen(record, conditioned, impacts, length / period):
         if not impacts.n and record.test != "sweep":
             checks.append(_NOTHING_SEEN)
         return Shown(row, checks=checks)
@@ -531,20 +524,14 @@ _NOTHING_SEEN: Said = "ball", "warning", (
 )  # fmt: skip
 
 
-def _seen(
-    record: Record, measured: Path, conditioned: Path, impacts: Impacts, cycles: float
-) -> bool:
+def _seen(record: Record, conditioned: Path, impacts: Impacts, cycles: float) -> bool:
     """Whether the record would show impacts if there were any: what is not seen is unknown."""
     if impacts.n > record.settings.regimes.seen_share * cycles:
         return True
-    with open_record(measured) as raw, open_record(conditioned) as view:
-        return could_be_seen(
-            raw,
-            view,
-            clearance=min(record.clearance),
-            frequency=float(view.attributes["oscillation_hz"]),
-            settings=record.settings,
-        )
+    with open_record(conditioned) as view:
+        frequency = float(view.attributes["oscillation_hz"])
+        expected = expected_jump(min(record.clearance), frequency, record.settings)
+        return smallest_jump(view, record.settings) < expected
 
 
 def unknown_regime(record: Record) -> dict[str, str | float | None]:
@@ -672,59 +659,6 @@ def expected_jump(clearance: float, frequency: float, settings: Settings) -> flo
     return settings.regimes.smallest_ball * 4.0 * clearance * frequency
 
 
-def could_be_seen(
-    record: RecordView, conditioned: RecordView, *, clearance: float, frequency: float,
-    settings: Settings,
-) -> bool:  # fmt: skip
-    """Whether the impacts of a small ball would stand out of the record, in either channel.
-
-    Where the acceleration would not show them, the displacement may show that its slope changes
-    nowhere: then no ball hits. Where it shows changes, a ball hits unseen.
-    """
-    expected = expected_jump(clearance, frequency, settings)
-    if smallest_jump(conditioned, settings) < expected:
-        return True
-    if "displacement" not in record.roles:
-        return False
-    x = coarse_displacement(record, frequency, settings=settings.slopes)
-    return largest_slope_change(x, frequency, settings.slopes) < expected
-
-
-def largest_slope_change(x: Coarse, frequency: float, settings: SlopeSettings) -> float:
-    """What the slope of a displacement changes by at most, or could unseen, m/s.
-
-    Infinite where the record is too short or too coarse to say. Asked for at times spread over
-    the record: a ball that hits in every other cycle cannot avoid them all.
-
-    Examples
-    --------
-    >>> t = np.arange(20_000) / 1e3
-    >>> w = 2 * np.pi * 8.0
-    >>> smooth = 5e-3 * np.cos(w * t) + 1e-7 * np.random.default_rng(0).standard_normal(t.size)
-    >>> bent = smooth + sum(
-    ...     s * 0.01 * np.sin(w * np.maximum(t - at, 0)) / w
-    ...     for s, at in zip((-1, 1) * 150, np.arange(0.5, 19.0, 1 / 16)))
-    >>> largest, other = (
-    ...     largest_slope_change(Coarse(v, 1e-3, 0.0), 8.0, SlopeSettings())
-    ...     for v in (smooth, bent))
-    >>> largest < 1e-3 < 5e-3 < other
-    True
-    """
-    length = x.values.size * x.step
-    first, last = x.start + 1.0 / frequency, x.start + length - 1.0 / frequency
-    count = min(_ASKED, int((last - first) * frequency * _A_PERIOD))
-    if count < _A_PERIOD or x.step * frequency > _COARSEST:
-        return math.inf
-    times = np.linspace(first, last, count)
-    changes = slope_changes(x, times, np.zeros(count), frequency=frequency, settings=settings)
-    known = np.isfinite(changes.jump)
-    if not known.any():
-        return math.inf
-    # Of all, those of a tenth: a few may be an outlier of the sensor.
-    shown = float(np.quantile(np.abs(changes.jump[known]), 0.9))
-    return shown + _LIMIT * float(np.median(changes.jump_error[known]))
-
-
 Find = Callable[[], Impacts]
 
 
@@ -769,7 +703,7 @@ def rows_of_record(
     record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
 ) -> dict[str, Any]:
     """What a record shows, by table: a list of rows each."""
-    shown = shown_by_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
+    shown = shown_by_record(record, conditioned=conditioned, impacts=impacts)
     return {
         "regime": [shown.regime],
         "bands": shown.bands,
