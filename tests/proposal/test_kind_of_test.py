@@ -144,15 +144,6 @@ def test_a_gyroscope_is_no_channel(tmp_path, capsys):
     assert "Acceleration z" in channels["acceleration"]
 
 
-def test_names_cut_short_in_one_file_are_one_channel(tmp_path, capsys):
-    t = np.arange(2000) / 100.0
-    for name, label in (("a", "Acceleratio"), ("b", "Acceleration")):
-        table(tmp_path / f"{name}.csv", f"time (s),{label} (g)", t, decay(t, 1.0))
-    channels, rows, _ = proposed(tmp_path)
-    assert '"Acceleratio*"' in channels["acceleration"]
-    assert [row["test"] for row in rows] == ["ringdown", "ringdown"]
-
-
 def test_noise_of_the_base_is_no_sweep(tmp_path, capsys):
     t = np.arange(8000) / 1000.0
     noise = 0.01 * RNG.standard_normal(t.size) + 0.002 * np.sin(2 * np.pi * 50.0 * t)

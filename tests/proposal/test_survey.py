@@ -34,12 +34,6 @@ def test_the_size_of_times_tells_their_unit(start, step, unit, tmp_path):
     assert written(tmp_path / "a.csv", times, X).time_unit == unit
 
 
-def test_smallest_and_largest_values_in_turn_are_no_samples(tmp_path):
-    pairs = X.repeat(2)[:600] + np.tile([-0.05, 0.05], 300)
-    assert "peak detection" in written(tmp_path / "a.csv", T, pairs).remarks[-1]
-    assert not written(tmp_path / "b.csv", T, X).remarks
-
-
 def test_labview_says_that_its_axis_is_one_of_frequencies(tmp_path):
     path = tmp_path / "a.lvm"
     head = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\t\n"

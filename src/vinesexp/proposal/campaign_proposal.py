@@ -110,7 +110,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     files : sequence of FileView
         Those that could be read.
     """
-    files = with_joined_channels(_spelled_alike(files))
+    files = with_joined_channels(files)
     first, *others = _by_instrument(files)
     standard = _setup("", first)
     groups = [first, *(one for one in others if _reads_its_own(standard, one))]
@@ -192,9 +192,9 @@ def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
 def _setup(name: str, group: _Group) -> ProposedSetup:
     files, guesses, channels = group.files, group.guesses, []
     for role in _ROLES:
-        labels = [label for label, guess in guesses.items() if guess.role == role]
-        if labels:
-            channels.append(_channel(labels, guesses[labels[0]], files))
+        label = next((one for one, guess in guesses.items() if guess.role == role), None)
+        if label is not None:
+            channels.append(_channel(label, guesses[label], files))
     chosen = [c for f in files for c in f.columns if c.kind == "time" and c.index == f.time]
     times = sorted({c.name for c in chosen if c.name})
     numbers = {c.index for c in chosen}
@@ -229,9 +229,8 @@ def _own_times(file: FileView, labels: Sequence[str]) -> int | None:
     return max((c.index for c in times if c.index < first), default=None)
 
 
-def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
-    label = min(labels, key=len)  # what the names have in common, where some are cut short
-    columns = [c for f in files for c in f.signals if label_of(c) in labels]
+def _channel(label: str, guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
+    columns = [c for f in files for c in f.signals if label_of(c) == label]
     units = {c.unit for c in columns}
     unit = units.pop() if len(units) == 1 else None
     quantity = _quantity(guess.role, label, unit)
@@ -256,21 +255,6 @@ def _quantity(role: str, label: str, unit: str | None) -> str | None:
     if role == "base" and re.search(r"acc", label, re.I):
         return next(by_unit, "acceleration")
     return next(by_unit, "velocity" if VELOCITY.search(label) else "displacement")
-
-
-def _spelled_alike(files: Sequence[FileView]) -> list[FileView]:
-    """Files whose columns have one name where it differs in case only (CH1, Ch1)."""
-    spelled: dict[str, str] = {}
-    found = []
-    for file in files:
-        names = [column.name for column in file.columns]
-        if len({name.lower() for name in names}) == len(names):
-            columns = (
-                replace(c, name=spelled.setdefault(c.name.lower(), c.name)) for c in file.columns
-            )
-            file = replace(file, columns=tuple(columns))
-        found.append(file)
-    return found
 
 
 def with_joined_channels(files: Sequence[FileView]) -> list[FileView]:

@@ -41,7 +41,6 @@ _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _TICKS = ("s", "ms", "us", "ns")
 _SINCE_1970, _SLOW_LOGGER = (1e9, 4e9), 60.0  # s: the years 2001 to 2096; steps of such times
 _DAYS = (36525.0, 73050.0), (730485.0, 767010.0)  # of 2000 to 2099: Excel's, MATLAB's
-_PAIRED = 0.98  # of the steps, up and down in turn
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
 
@@ -252,29 +251,6 @@ def _odd(
             f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is one "
             "of them"
         )
-    signals = [c for c in columns if c.kind == "signal" and c.rate]
-    pairs = next((c for c in signals if _are_pairs(c.finite)), None)
-    if pairs is not None:
-        yield (
-            f"every second sample of '{pairs.name or f'column {pairs.index}'}' lies above both its "
-            "neighbours: smallest and largest values (peak detection) most likely, not samples; "
-            "record in the instrument's normal mode"
-        )
-
-
-def _are_pairs(values: FloatArray) -> bool:
-    """Whether samples are smallest and largest values in turn.
-
-    Examples
-    --------
-    >>> x = np.sin(0.02 * np.arange(400.0)).repeat(2)
-    >>> _are_pairs(x + np.tile([-0.1, 0.1], 400)), _are_pairs(x)
-    (True, False)
-    """
-    steps = np.diff(values) * np.where(np.arange(max(len(values) - 1, 0)) % 2 == 0, 1.0, -1.0)
-    if len(steps) < 4 * _FEWEST:
-        return False
-    return bool(max((steps > 0.0).mean(), (steps < 0.0).mean()) > _PAIRED)
 
 
 def _over_their_axes(columns: Sequence[ColumnView]) -> list[ColumnView]:
