@@ -29,7 +29,6 @@ PARTS: dict[str, ImpactSettings] = {
     "template not learnt (half a sine of 0.4 ms)": ImpactSettings(learn=False),
     "overlapping contacts not split": ImpactSettings(split=False),
     "faint candidates not looked at": ImpactSettings(faint=1.0),
-    "weak neighbours not left for later": ImpactSettings(weak=0.0),
 }
 #: Settings that choose a detector or a switch are not halved.
 _NUMBERS = ("detector", "learn", "split", "contact", "short_average", "long_average", "ratio")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.settings.stages import ImpactSettings, SlopeSettings
+from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import stream_of
 from vinesexp.signals.impacts.detection import Detection, detect_by_template
-from vinesexp.signals.impacts.slopes import Coarse
+from vinesexp.signals.impacts.slopes import POINTS, Coarse
 from vinesexp.signals.means import block_means, group_size
 
 
@@ -21,5 +21,5 @@ def detect_contacts(
 
 def coarsen(x: FloatArray, rate: float, frequency: float) -> Coarse:
     """Means of the displacement over as many samples as the frequency (Hz) allows."""
-    k = group_size(rate, frequency, points=SlopeSettings().points)
+    k = group_size(rate, frequency, points=POINTS)
     return Coarse(block_means(x, k), k / rate, 0.5 * (k - 1) / rate)

@@ -209,22 +209,6 @@ class ImpactSettings:
         3e-3, "first guesses closer than this are one contact and its ringing",
         measured=_TABLE, low=1e-5, high=1.0, of="time",
     )
-    shortest: float = number(
-        1e-3, "contacts up to this length are searched for with any highpass",
-        measured=_TABLE, low=1e-5, high=0.1, of="time",
-    )
-    longest: float = number(
-        0.2, "longest contact; the highpass removes longer ones",
-        measured=_TABLE, low=0.01, high=0.5, of="periods of the highpass",
-    )
-    strong: float = number(
-        0.3, "contacts above this share of the strongest show how long a contact is",
-        measured=_TABLE, low=0.01, high=1.0, of="strongest contact",
-    )
-    weak: float = number(
-        0.15, "weaker ones beside a strong one may be its undershoot or ringing; decided later",
-        measured=_TABLE, low=0.0, high=1.0, of="strongest neighbour",
-    )
     learn: bool = switch(True, "fit the template to the record's own impacts", measured=_ABLATION)
     learn_from: int = number(
         80, "impacts that the template is learnt from; its error is below the noise of one",
@@ -233,14 +217,6 @@ class ImpactSettings:
     learn_above: float = number(
         7.0, "height of an impact to learn from", measured=_TABLE, low=3.0, high=1000.0,
         of="standard deviations",
-    )
-    ringing: float = number(
-        8e-3, "ringing of the sensor is searched for this long after an impact",
-        measured="docs/benchmarks/impacts.md, by sensor", low=0.0, high=1.0, of="time",
-    )
-    template_error: float = number(
-        3.0, "a remainder is a new contact only above this many spreads of the template",
-        measured=_TABLE, low=0.0, high=100.0, of="spreads",
     )
     split: bool = switch(
         True, "look for a second contact in the remainder of overlapping ones", measured=_ABLATION
@@ -292,55 +268,6 @@ class SlopeSettings:
     use: bool = switch(
         True, "use the slope changes of the displacement for the jumps", measured=_ABLATION
     )
-    window: float = number(
-        0.35, "window on either side of an impact; a longer one would hold the next impacts",
-        measured=_FIND, low=0.05, high=2.0, of="periods",
-    )
-    points: int = number(
-        200, "the displacement is averaged to this many values per period; nothing is lost",
-        measured=_FIND, low=20, high=10000, of="means a period",
-    )
-    damping: float = number(
-        0.01, "first guess of the damping ratio of the oscillator", measured=_FIND,
-        low=0.0, high=1.0, of="critical damping",
-    )
-    damping_error: float = number(
-        0.01, "standard error of that guess", measured=_FIND, low=1e-6, high=1.0,
-        of="critical damping",
-    )
-    detuning_error: float = number(
-        0.02, "how far the drive may be from the oscillator's own frequency",
-        measured=_FIND, low=1e-6, high=0.5, of="oscillator's frequency",
-    )
-
-
-@dataclass(frozen=True)
-class AttributionSettings:
-    """Which of several balls hit."""
-
-    histories: int = number(
-        48, "histories followed in the search", measured=_FIND, low=1, high=10000,
-        of="histories",
-    )
-    settled_after: int = number(
-        6, "impacts after which a label is final", measured=_FIND, low=1, high=1000, of="impacts",
-    )
-    unseen: float = number(
-        0.02, "share of impacts before which the ball had an impact that was not seen",
-        measured=_FIND, low=1e-6, high=0.5, of="impacts",
-    )
-    place_error: float = number(
-        2e-4, "error of the oscillator's displacement at an impact, with drift and lag",
-        measured=_FIND, low=1e-7, high=0.1, of="displacement",
-    )
-    speed_error: float = number(
-        2e-3, "smallest error of a ball's speed between impacts", measured=_FIND,
-        low=1e-7, high=1.0, of="velocity",
-    )
-    flights: int = number(
-        8, "certain flights of a ball from which its r is estimated", measured=_FIND, low=3,
-        high=10000, of="flights",
-    )
 
 
 @dataclass(frozen=True)
@@ -355,15 +282,6 @@ class RegimeSettings:
         12, "first cycles of a release, which give its first regime",
         measured="docs/signals.md", low=2, high=10000, of="cycles",
     )
-    transition_cycles: int = number(
-        4, "fewest cycles on either side of the loss of the ball for the two decay rates",
-        measured="tests/signals/test_transition.py", low=2, high=1000, of="cycles",
-    )
-    transition_floor: float = number(
-        0.02, "smaller amplitudes are noise, and are left out of the decay rates",
-        measured="tests/signals/test_transition.py", low=0.0, high=0.9, of="largest amplitude",
-    )
-
     unowned_share: float = number(
         0.05, "balls are judged separately up to this share of impacts without a known ball",
         measured="docs/signals.md", low=0.0, high=1.0, of="impacts",
@@ -397,7 +315,6 @@ class Settings:
     impacts: ImpactSettings = field(default_factory=ImpactSettings)
     drop: DropSettings = field(default_factory=DropSettings)
     slopes: SlopeSettings = field(default_factory=SlopeSettings)
-    attribution: AttributionSettings = field(default_factory=AttributionSettings)
     regimes: RegimeSettings = field(default_factory=RegimeSettings)
 
     def __repr__(self) -> str:

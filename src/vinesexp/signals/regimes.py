@@ -52,6 +52,7 @@ _ALIKE = 0.01
 #: Of two balls with like clearances, one with fewer impacts than this share of the other's
 #: hits together with it: two impacts at one time are found as one.
 _TOGETHER = 0.2
+_FEWEST, _FLOOR = 4, 0.02  # cycles that a decay rate is of; largest amplitude, below which is noise
 #: What checks.csv says of a record: check, outcome, detail.
 Said = tuple[str, str, str]
 
@@ -117,7 +118,6 @@ def transition_row(
     *,
     start: float,
     period: float,
-    settings: RegimeSettings | None = None,
 ) -> dict[str, str | float | None] | None:
     """When one ball of a release is captured and when it is lost, and the amplitudes there.
 
@@ -133,7 +133,6 @@ def transition_row(
         Cycle by cycle; s on the record's axis, m.
     start, period : float
         First moment of the record, period of the oscillation; s.
-    settings : RegimeSettings, optional
 
     Returns
     -------
@@ -141,16 +140,15 @@ def transition_row(
         A row of transitions.csv; None for a ball that was never captured. Decay rates are slopes
         of straight lines through the logarithm of the amplitude, and None for too few cycles.
     """
-    settings = RegimeSettings() if settings is None else settings
     spells = activation_spells(series.time, series.side, period=period)
     if not len(spells):
         return None
     begin, end = spells[np.argmax(spells[:, 1] - spells[:, 0])]
     time, amplitude = decay
-    seen = amplitude > settings.transition_floor * np.max(amplitude, initial=0.0)
+    seen = amplitude > _FLOOR * np.max(amplitude, initial=0.0)
 
     def rate(of: BoolArray) -> float | None:
-        if int(of.sum()) < settings.transition_cycles:
+        if int(of.sum()) < _FEWEST:
             return None
         return -float(np.polyfit(time[of], np.log(amplitude[of]), 1)[0])
 
@@ -460,10 +458,7 @@ def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> S
         return Shown(row, bands=band_rows(record.id, series, base, decay, settings))
     if record.test != "transient":
         return Shown(row, checks=checks)
-    found = [
-        transition_row(record.id, one, decay, start=start, period=period, settings=settings)
-        for one in series
-    ]
+    found = [transition_row(record.id, one, decay, start=start, period=period) for one in series]
     return Shown(row, transitions=[one for one in found if one is not None], checks=checks)
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from vinesexp.settings.stages import AttributionSettings
 from vinesexp.signals.impacts.find import _advanced, _Beam, _Rig
 
 
@@ -24,6 +23,6 @@ def test_the_ball_leaves_with_the_relative_velocity_that_restitution_leaves():
         labels=np.zeros((1, 1), dtype=np.int64),
     )
     rig = _Rig(np.array([b]), np.array([r]), np.array([0.01]), 0.02, 0.1, alike=False)
-    found = _advanced(beam, rig, 0, t, 0.002, v, jump, side, AttributionSettings())
+    found = _advanced(beam, rig, 0, t, 0.002, v, jump, side)
     assert found.velocity[0, 0] == pytest.approx(v + jump + r * (v - before))
     assert found.place[0, 0] == pytest.approx(wall)

@@ -28,6 +28,8 @@ _CENTRAL = 0.318639
 #: Noise is taken from every so many-th sample: enough for 3 per cent.
 _THIN = 4
 _LARGEST = 1e30  # of an inverse noise, in seven digits
+#: Contacts that are looked for: up to so many s, and up to so many periods of the highpass.
+_SHORTEST, _LONGEST = 1e-3, 0.2
 
 
 @dataclass(frozen=True)
@@ -52,20 +54,15 @@ class Spikes:
     noise: FloatArray
 
 
-def boxcars(
-    sample_rate: float, highpass: float | None = None, *, shortest: float = 1e-3,
-    longest: float = 0.2,
-) -> list[int]:  # fmt: skip
+def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
     """Lengths of the boxcars at a sample rate, after a highpass (Hz).
-
-    Up to `longest` periods of the highpass, and to `shortest` s whatever the highpass.
 
     Examples
     --------
     >>> boxcars(1e4), boxcars(1e3), boxcars(1e3, highpass=10.0)
     ([1, 2, 4, 8], [1], [1, 2, 4, 8, 16])
     """
-    seconds = max(shortest, longest / highpass) if highpass else shortest
+    seconds = max(_SHORTEST, _LONGEST / highpass) if highpass else _SHORTEST
     longest = max(1, int(seconds * sample_rate))
     return [1 << k for k in range(longest.bit_length()) if 1 << k <= longest]
 
@@ -115,7 +112,7 @@ def louder(noise: FloatArray) -> FloatArray:
 
 def find_spikes(
     a: FloatArray, sample_rate: float, *, threshold: float = 6.0, noise_floor: float = 0.0,
-    highpass: float | None = None, shortest: float = 1e-3, longest: float = 0.2,
+    highpass: float | None = None,
 ) -> Spikes:  # fmt: skip
     """Local peaks of a highpassed acceleration above `threshold` times the local noise.
 
@@ -133,8 +130,6 @@ def find_spikes(
         The noise of a sample is at least this: what the converter resolves.
     highpass : float, optional
         Corner of the filter before, Hz.
-    shortest, longest : float
-        Contacts up to `longest` periods of the highpass, at least `shortest` s, are looked for.
 
     Examples
     --------
@@ -146,7 +141,7 @@ def find_spikes(
     """
     # Candidates need no more than seven digits, and half the memory is moved in half the time.
     coarse = a.astype(np.float32)
-    widths = boxcars(sample_rate, highpass, shortest=shortest, longest=longest)
+    widths = boxcars(sample_rate, highpass)
     floors = noise_floor * np.sqrt(widths)
     margin = widths[-1]
     stretches = [

@@ -32,6 +32,9 @@ from vinesexp.signals.impacts.template_learning import (
     strongest_neighbour,
 )
 
+_STRONG = 0.3  # of the strongest contact: from there on they show how long a contact is
+_WEAK = 0.15  # of the strongest neighbour
+_RINGING = 8e-3  # s after an impact in which the sensor may ring
 _FINEST = 8  # samples of a contact that are worth keeping: more are averaged
 _HALF_HEIGHT = 1.33  # length of a half sine over its length at half height
 _FEW_SAMPLES = 3.0  # of a contact: between them its shape can be bent, and its time with it
@@ -109,15 +112,15 @@ def detect_by_template(
     # What is faint may be an impact between two samples: the template will show, if one is learnt.
     if not (spikes.strength > settings.threshold).any():
         return no_detection(1.0 / stream.sample_rate, noise)
-    width = _typical(spikes, reach=settings.apart * stream.sample_rate, strong=settings.strong)
+    width = _typical(spikes, reach=settings.apart * stream.sample_rate)
     guesses = _first_guesses(spikes, reach=max(settings.apart * stream.sample_rate, 2.0 * width))
     duration = _HALF_HEIGHT * width
     k = max(1, int(duration / _HALF_HEIGHT / _FINEST))
     grouped = Grouped(stream, k)
-    span = window(stream.sample_rate / k, stream.highpass, duration / k, ringing=settings.ringing)
+    span = window(stream.sample_rate / k, stream.highpass, duration / k, ringing=_RINGING)
     # What is weak beside a strong neighbour may be its undershoot or ringing: left for later.
     neighbour = strongest_neighbour(guesses, reach=(span[1] - span[0]) * k)
-    guesses = guesses.keep(guesses.strength >= settings.weak * neighbour)
+    guesses = guesses.keep(guesses.strength >= _WEAK * neighbour)
     shape = Shape(duration=max(1.0, duration / k))
     template = _learnt(grouped, guesses, spikes, span, shape, settings)
     parts = [
@@ -147,7 +150,7 @@ def _all_spikes(stream: Stream, settings: ImpactSettings) -> Spikes:
         found = find_spikes(
             stream.samples(begin, min(stream.n, begin + CHUNK)), stream.sample_rate,
             threshold=settings.faint * settings.threshold, noise_floor=stream.noise_floor,
-            highpass=stream.highpass, shortest=settings.shortest, longest=settings.longest,
+            highpass=stream.highpass,
         )  # fmt: skip
         parts.append(Spikes(found.index + begin, found.strength, found.width, found.noise))
     return Spikes(
@@ -155,11 +158,11 @@ def _all_spikes(stream: Stream, settings: ImpactSettings) -> Spikes:
     )
 
 
-def _typical(spikes: Spikes, *, reach: float, strong: float) -> float:
+def _typical(spikes: Spikes, *, reach: float) -> float:
     """Boxcar that shows most of the strong contacts best, whatever lies beside their tops."""
     reach = max(reach, 2.0 * spikes.width[np.argmax(spikes.strength)])
     tops = np.searchsorted(spikes.index, strongest(spikes.index, spikes.strength, reach=reach))
-    clear = tops[spikes.strength[tops] >= strong * spikes.strength.max()]
+    clear = tops[spikes.strength[tops] >= _STRONG * spikes.strength.max()]
     return float(np.median(spikes.width[clear]))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.settings.stages import AttributionSettings, ChannelSettings, Settings, SlopeSettings
+from vinesexp.settings.stages import ChannelSettings, Settings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import range_in, read_unstuck, resolution_of
 from vinesexp.signals.free_from import FREE_FROM
@@ -55,6 +55,11 @@ _HEARD = ("acceleration", "sound", "displacement", "base")
 #: Spread of r and relative spread of mu that are allowed in each pass.
 _PASSES = ((0.15, 0.5), (0.04, 0.15), (0.012, 0.05), (0.003, 0.02))
 _FIRST_R = (0.45, 0.65, 0.85)
+_HISTORIES, _SETTLED = 48, 6  # that are followed; impacts after which a label is final
+_UNSEEN = 0.02  # of the impacts: the ball had one before that was not seen
+_PLACE_ERROR = 2e-4  # m: of the displacement at an impact, with drift and lag
+_SPEED_ERROR = 2e-3  # m/s: the least of a ball between impacts
+_FLIGHTS = 8  # certain ones of a ball from which its r is estimated
 
 
 @dataclass(frozen=True)
@@ -86,7 +91,7 @@ class _Beam:
 
 def attribute(
     impacts: Impacts, *, clearance: Sequence[float], nes_mass: Sequence[float] = (),
-    frequency: float | None = None, settings: AttributionSettings | None = None,
+    frequency: float | None = None,
 ) -> Impacts:  # fmt: skip
     """Fill `nes` and `nes_confidence` of an impact table.
 
@@ -114,7 +119,7 @@ def attribute(
     if frequency and known.size >= 2:
         nes[known], confidence[known] = _labelled(
             impacts, known, np.array(clearance), _relative_masses(nes_mass, len(clearance)),
-            frequency, settings or AttributionSettings(),
+            frequency,
         )  # fmt: skip
     return replace(impacts, nes=nes, nes_confidence=confidence)
 
@@ -130,7 +135,6 @@ def _labelled(
     b: FloatArray,
     mass: FloatArray,
     frequency: float,
-    settings: AttributionSettings,
 ) -> tuple[IntArray, FloatArray]:
     """Labels (from 1) and their probabilities, r and mu learnt in passes."""
     jump = np.abs(impacts.velocity_jump_m_s[known])
@@ -138,21 +142,19 @@ def _labelled(
     mu = float(np.median(jump)) / (5.0 * float(b.mean()) * frequency) * mass
     alike = bool(np.ptp(b) < 1e-9 and np.ptp(mass) < 1e-9)
     starts = [_Rig(b, np.full(b.size, r), mu, *_PASSES[0], alike=alike) for r in _FIRST_R]
-    found = [_search(impacts, known, rig, settings) for rig in starts]
+    found = [_search(impacts, known, rig) for rig in starts]
     best = max(range(len(found)), key=lambda i: found[i][2])
     rig, (labels, confidence, weight) = starts[best], found[best]
     for spreads in _PASSES[1:]:
-        closer = _learnt(impacts, known, labels, confidence, rig, spreads, settings)
-        again = _search(impacts, known, closer, settings)
+        closer = _learnt(impacts, known, labels, confidence, rig, spreads)
+        again = _search(impacts, known, closer)
         if again[2] < weight:  # real balls need not be as regular as that
             break
         rig, (labels, confidence, weight) = closer, again
     return labels + 1, confidence
 
 
-def _search(
-    impacts: Impacts, known: IntArray, rig: _Rig, settings: AttributionSettings
-) -> tuple[IntArray, FloatArray, float]:
+def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, FloatArray, float]:
     """Best history: label of each impact (from 0), its probability, and the log weight."""
     t, x = impacts.time_s[known], impacts.x_m[known]
     v, jump = impacts.v_before_m_s[known], impacts.velocity_jump_m_s[known]
@@ -162,12 +164,11 @@ def _search(
     nothing = np.zeros((1, balls))
     beam = _Beam(nothing, nothing, nothing, lost, np.zeros(1), np.zeros((1, n), dtype=np.int64))
     confidence = np.zeros(n)
-    lag = settings.settled_after
     for j in range(n):
-        beam = _advanced(beam, rig, j, t[j], x[j], v[j], jump[j], side[j], settings)
-        if j >= lag:
-            _settle(beam, j - lag, confidence)
-    for j in range(max(0, n - lag), n):
+        beam = _advanced(beam, rig, j, t[j], x[j], v[j], jump[j], side[j])
+        if j >= _SETTLED:
+            _settle(beam, j - _SETTLED, confidence)
+    for j in range(max(0, n - _SETTLED), n):
         _settle(beam, j, confidence)
     best = int(np.argmax(beam.weight))
     return beam.labels[best].copy(), confidence, float(beam.weight[best])
@@ -182,19 +183,17 @@ def _settle(beam: _Beam, j: int, confidence: FloatArray) -> None:
 
 def _advanced(
     beam: _Beam, rig: _Rig, j: int, t: float, x: float, v: float, jump: float, side: float,
-    settings: AttributionSettings,
 ) -> _Beam:  # fmt: skip
     """Every history continued by every ball, the most likely kept."""
-    unseen = settings.unseen
     wall = x - side * rig.b  # where each ball would be
     flown = t - beam.time
     expected = beam.place + beam.velocity * flown
     lost = ~np.isfinite(beam.spread)
-    place_error = np.hypot(settings.place_error, np.where(lost, 0.0, beam.spread) * flown)
+    place_error = np.hypot(_PLACE_ERROR, np.where(lost, 0.0, beam.spread) * flown)
     off = (expected - wall) / place_error
     uniform = 1.0 / (2.0 * rig.b)
     normal = np.exp(-0.5 * np.minimum(off**2, 1e3)) / (place_error * math.sqrt(2.0 * math.pi))
-    fits = np.where(lost, uniform, (1.0 - unseen) * normal + unseen * uniform)
+    fits = np.where(lost, uniform, (1.0 - _UNSEEN) * normal + _UNSEEN * uniform)
 
     inlier = ~lost & (np.abs(off) < 4.0)
     before = np.where(inlier, (wall - beam.place) / np.maximum(flown, 1e-9), 0.0)
@@ -210,18 +209,16 @@ def _advanced(
     # A ball that should have left its cavity by now hit something unseen: it is lost.
     outside = np.abs(x - expected) - rig.b > 4.0 * place_error
     gone = outside & ~lost
-    score = score + np.log(unseen) * (gone.sum(axis=1, keepdims=True) - gone)
+    score = score + np.log(_UNSEEN) * (gone.sum(axis=1, keepdims=True) - gone)
     total = beam.weight[:, np.newaxis] + score
     if rig.alike:  # with all lost, numbers may be given anew: one history is enough
         total[lost.all(axis=1), 1:] = -np.inf
-    order = np.argsort(-total, axis=None, kind="stable")[: settings.histories]
+    order = np.argsort(-total, axis=None, kind="stable")[:_HISTORIES]
     parent, ball = np.unravel_index(order, total.shape)
 
     after = v + jump + rig.r[ball] * rho[parent, ball]
     from_jump = rig.mu_spread * np.where(inlier[parent, ball], 0.0, rig.r[ball])
-    new_spread = (
-        np.abs(rho[parent, ball]) * np.hypot(rig.r_spread, from_jump) + settings.speed_error
-    )
+    new_spread = np.abs(rho[parent, ball]) * np.hypot(rig.r_spread, from_jump) + _SPEED_ERROR
     rows = np.arange(order.size)
     new = _Beam(
         beam.time[parent].copy(), beam.place[parent].copy(), beam.velocity[parent].copy(),
@@ -249,7 +246,7 @@ def _without_twins(beam: _Beam) -> _Beam:
 
 def _learnt(
     impacts: Impacts, known: IntArray, labels: IntArray, confidence: FloatArray, rig: _Rig,
-    spreads: tuple[float, float], settings: AttributionSettings,
+    spreads: tuple[float, float],
 ) -> _Rig:  # fmt: skip
     """r and mu of each ball from flights between impacts that are certain."""
     r, mu = rig.r.copy(), rig.mu.copy()
@@ -263,7 +260,7 @@ def _learnt(
         u = np.diff(y) / np.diff(t)
         crosses = (side[1:] != side[:-1]) & sure[1:] & sure[:-1]
         inner = np.flatnonzero(crosses[1:] & crosses[:-1]) + 1
-        if inner.size < settings.flights:
+        if inner.size < _FLIGHTS:
             continue
         v, jump = impacts.v_before_m_s[own][inner], impacts.velocity_jump_m_s[own][inner]
         rho = v - u[inner - 1]
@@ -339,14 +336,11 @@ def find_impacts(
             record, conditioned, motion, clearance, test, settings, said
         )
     elif settings.slopes.use and motion:
-        found, slopes = _where_it_bends(record, motion, clearance, settings.slopes, said)
+        found, slopes = _where_it_bends(record, motion, clearance, said)
     else:
         return no_impacts()
     impacts = _table(found, slopes, sign=sign, start=record.start)
-    return attribute(
-        impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,
-        settings=settings.attribution,
-    )  # fmt: skip
+    return attribute(impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion)
 
 
 #: Slopes of the displacement at impacts, fitted anew when some of them are left out.
@@ -365,18 +359,18 @@ def _by_pulses(
     if "displacement" not in record.roles:
         if not may_be_integrated(record, test, clearance):
             return found, None, 1.0
-        integral = partial(slopes_of_integral, record, frequency=motion, settings=settings.slopes)
+        integral = partial(slopes_of_integral, record, frequency=motion)
         found, slopes, _ = _of_the_ball(found, integral, clearance)
         return found, slopes, 1.0
-    x = coarse_displacement(record, motion, settings=settings.slopes)
+    x = coarse_displacement(record, motion)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
     knocked = np.zeros(found.time.size, dtype=bool)
     if len(clearance) == 1:
-        knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag, settings=settings.slopes)
+        knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)
     others, found = found.time[knocked], found.keep(~knocked)
     if len(clearance) == 1:
         found = joined(found, x, frequency=motion, clearance=clearance[0])
-    fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion, settings=settings.slopes)
+    fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion)
     found, slopes, more = _of_the_ball(found, fit, clearance, sign=sign)
     others = np.sort(np.append(others, more))
     # the release of a mass that was held is a spike as well
@@ -388,15 +382,12 @@ def _by_pulses(
     if slopes is not None and _unresolved(found.jump, slopes):
         if said is not None:
             said.append(("aliased", "warning", _UNRESOLVED))
-        found, slopes = _by_displacement(
-            found, slopes, x, frequency=motion, lag=lag, settings=settings.slopes
-        )
+        found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     return found, slopes, sign
 
 
 def _slopes(
-    found: Detection, *, x: Coarse, sign: float, lag: float, frequency: float,
-    settings: SlopeSettings,
+    found: Detection, *, x: Coarse, sign: float, lag: float, frequency: float
 ) -> SlopeChanges:  # fmt: skip
     """What the displacement shows at the impacts that the pulses show."""
     jumps, parts = found.jump / sign, np.isnan(found.jump)
@@ -404,7 +395,6 @@ def _slopes(
     for _ in range(3 if parts.any() else 1):  # of those that only the displacement shows
         slopes = slope_changes(
             x, found.time + lag, np.nan_to_num(jumps), frequency=frequency, jump_errors=errors,
-            settings=settings,
         )  # fmt: skip
         jumps = np.where(parts, slopes.jump, jumps)
     return slopes
@@ -429,21 +419,19 @@ def _of_the_ball(
 
 
 def _where_it_bends(
-    record: RecordView, frequency: float, clearance: Sequence[float], settings: SlopeSettings,
+    record: RecordView, frequency: float, clearance: Sequence[float],
     said: list[tuple[str, str, str]] | None,
 ) -> tuple[Detection, SlopeChanges]:  # fmt: skip
     """Impacts by the displacement alone: bends that are surely there, once all are fitted."""
-    x = coarse_displacement(record, frequency, settings=settings)
+    x = coarse_displacement(record, frequency)
     steps = resolution_of(record.read("displacement", 0, _LOOK))
     samples = round(x.step * record.sample_rate)
     found = detect_bends(x, frequency=frequency, resolution=steps / math.sqrt(samples))
     fastest = 2.0 * math.pi * frequency * float(np.ptp(x.values))
     jumps = found.jump
     while found.time.size:
-        slopes = slope_changes(x, found.time, jumps, frequency=frequency, settings=settings)
-        found, slopes = _by_displacement(
-            found, slopes, x, frequency=frequency, lag=0.0, settings=settings
-        )
+        slopes = slope_changes(x, found.time, jumps, frequency=frequency)
+        found, slopes = _by_displacement(found, slopes, x, frequency=frequency, lag=0.0)
         size = np.abs(slopes.jump)
         sure: BoolArray = (size > _SURE_BEND * slopes.jump_error) & (size < fastest)
         kept: BoolArray | None = sure
@@ -596,7 +584,6 @@ def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
 
 def _by_displacement(
     found: Detection, slopes: SlopeChanges, x: Coarse, *, frequency: float, lag: float,
-    settings: SlopeSettings,
 ) -> tuple[Detection, SlopeChanges]:  # fmt: skip
     """Times and jumps as the displacement shows them, of impacts that the pulses only announce."""
     unknown = np.full(found.time.size, np.nan)
@@ -606,9 +593,7 @@ def _by_displacement(
         room = 0.25 * np.diff(time, prepend=-np.inf, append=np.inf)
         shift = np.clip(np.where(shown, slopes.shift, 0.0), -room[:-1], room[1:])
         time, error = time + shift, np.where(shown, slopes.shift_error, error)
-        slopes = slope_changes(
-            x, time + lag, np.nan_to_num(slopes.jump), frequency=frequency, settings=settings
-        )
+        slopes = slope_changes(x, time + lag, np.nan_to_num(slopes.jump), frequency=frequency)
     found = replace(found, time=time, time_error=error, jump=unknown, jump_error=unknown)
     return found, slopes
 

@@ -23,7 +23,6 @@ import numpy as np
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import RecordView
-from vinesexp.settings.stages import SlopeSettings
 from vinesexp.signals.base_motion import ORDER
 from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines
 from vinesexp.signals.impacts.detection import Detection
@@ -63,7 +62,7 @@ def may_be_integrated(record: RecordView, test: str, clearance: Sequence[float])
 
 
 def slopes_of_integral(
-    record: RecordView, found: Detection, *, frequency: float, settings: SlopeSettings
+    record: RecordView, found: Detection, *, frequency: float
 ) -> SlopeChanges | None:
     """Place and velocity at each impact; None where the acceleration cannot show them.
 
@@ -75,7 +74,7 @@ def slopes_of_integral(
         )
     except AnalysisError:
         return None
-    slopes = _slopes(motion, found.time, found.jump, settings)
+    slopes = _slopes(motion, found.time, found.jump)
     if not abs(_ratio(slopes.jump, found.jump) - 1.0) < _CONTRADICT:
         return None
     unknown = np.full(found.time.size, np.nan)
@@ -109,14 +108,12 @@ def motion_at_impacts(
     return integrated_motion(record, times, jumps, frequency=frequency)
 
 
-def _slopes(
-    motion: IntegratedMotion, times: FloatArray, jumps: FloatArray, settings: SlopeSettings
-) -> SlopeChanges:
+def _slopes(motion: IntegratedMotion, times: FloatArray, jumps: FloatArray) -> SlopeChanges:
     """Place and velocity with the jumps as the pulses show them."""
     coarse = Coarse(motion.x, motion.step, motion.start)
     return slope_changes(
         coarse, times, jumps, frequency=motion.frequency,
-        jump_errors=np.full(times.size, _EXACT), settings=settings,
+        jump_errors=np.full(times.size, _EXACT),
     )  # fmt: skip
 
 
@@ -159,7 +156,7 @@ def integrated_impacts(record: RecordView, impacts: Impacts, *, frequency: float
     """
     times, jumps = impacts.time_s - record.start, impacts.jump_acceleration_m_s
     motion = motion_at_impacts(record, times, jumps, impacts.clipped, frequency=frequency)
-    ratio = _ratio(_slopes(motion, times, jumps, SlopeSettings()).jump, jumps)
+    ratio = _ratio(_slopes(motion, times, jumps).jump, jumps)
     if not abs(ratio - 1.0) < _CONTRADICT:
         raise AnalysisError(
             f"the pulses of the impacts have {1.0 / ratio:.3g} times the area that the motion "

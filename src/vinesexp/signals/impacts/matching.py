@@ -33,6 +33,7 @@ _QUIET = 0.1  # of the noise: a smaller change of what is given back changes not
 _TOGETHER = 16  # contacts of a chain that are moved at once
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 _RINGS = 0.5  # of its peak: ringing that overlaps the next contact
+_SPREADS = 3.0  # of the template, above which a remainder is a new contact
 _NARROW = 8  # samples: so many sums are quicker than a running one
 
 
@@ -503,7 +504,7 @@ def left_over(
     candidates = np.flatnonzero(size > limit)
     if not candidates.size:
         return candidates, candidates
-    allowed = model_errors(state) * (settings.template_error * np.sqrt(box.width))
+    allowed = model_errors(state) * (_SPREADS * np.sqrt(box.width))
     candidates = candidates[size[candidates] > limit[candidates] + allowed[candidates]]
     candidates = strongest(candidates, size[candidates], reach=3 * state.template.width + 2)
     if not state.place.size or not candidates.size:

@@ -21,11 +21,16 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.records.stored.store import RecordView
-from vinesexp.settings.stages import SlopeSettings
 from vinesexp.signals.base_motion import ORDER, base_motion
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.means import channel_means, group_size, missing_means
 
+#: Means a period of the displacement: with more of them nothing is gained.
+POINTS = 200
+_WINDOW = 0.35  # periods on either side of an impact; a longer one would hold the next impacts
+#: First guess of the oscillator's damping ratio, its standard error, and by how much of its own
+#: frequency the drive may be off.
+_DAMPING, _DAMPING_ERROR, _DETUNING_ERROR = 0.01, 0.01, 0.02
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
 _LEAST = 6  # points to either side
 _AREA = 0.15  # share by which the area of a pulse may be off
@@ -136,9 +141,9 @@ class Forced:
     error: float
 
 
-def coarse_displacement(record: RecordView, frequency: float, *, settings: SlopeSettings) -> Coarse:
+def coarse_displacement(record: RecordView, frequency: float) -> Coarse:
     """The displacement of a record as block means, read by blocks."""
-    k = group_size(record.sample_rate, frequency, points=settings.points)
+    k = group_size(record.sample_rate, frequency, points=POINTS)
     means = channel_means(record, "displacement", k)
     missing = missing_means(record, "displacement", k)
     start, step = 0.5 * (k - 1) / record.sample_rate, k / record.sample_rate
@@ -251,7 +256,7 @@ _CALIBRATED, _STRAIGHT = 0.05, 0.03  # of a base beside a displacement; of the s
 
 def slope_changes(
     x: Coarse, times: FloatArray, jumps: FloatArray, *, frequency: float,
-    jump_errors: FloatArray | None = None, settings: SlopeSettings | None = None,
+    jump_errors: FloatArray | None = None,
 ) -> SlopeChanges:  # fmt: skip
     """Jumps, places and velocities at impacts.
 
@@ -278,11 +283,10 @@ def slope_changes(
     >>> abs(float(found.jump[0]) - 0.02) < 1e-5
     True
     """
-    settings = SlopeSettings() if settings is None else settings
     k = times.size
     response = JumpResponse(2.0 * math.pi * frequency)
     out = SlopeChanges(*(np.full(k, np.nan) for _ in range(8)))
-    half = max(_LEAST, round(settings.window / (frequency * x.step)))
+    half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
     forced = np.zeros((2, k))
@@ -310,7 +314,7 @@ def slope_changes(
                 # The longest windows there are show how the oscillator answers; twice converges.
                 for _ in range(2):
                     shown = windows.of(whole) if whole.size >= _LEAST else windows
-                    response = _refined(shown, response, x.step, settings)
+                    response = _refined(shown, response)
                     windows = _windows(
                         x, times, jumps, centre, group, reach, response, full=share > 0.3
                     )
@@ -418,9 +422,7 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
     return np.asarray(values - (values @ q) @ q.T)
 
 
-def _refined(
-    windows: _Windows, response: JumpResponse, step: float, settings: SlopeSettings
-) -> JumpResponse:
+def _refined(windows: _Windows, response: JumpResponse) -> JumpResponse:
     """Free frequency and decay as all windows together show them, from a wide first guess."""
     bent = _out(windows.bend, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
@@ -444,10 +446,8 @@ def _refined(
     basis, share_of = np.stack(columns, axis=1), np.array(shares)
     freedom = rest.shape[1] - windows.q.shape[1] - 1
     noise = float((rest**2).sum()) / (rest.shape[0] * freedom)
-    guess = np.array([settings.damping * response.w - response.rate, response.w - w])
-    weight = np.diag(
-        noise / (np.array([settings.damping_error, settings.detuning_error]) * response.w) ** 2
-    )
+    guess = np.array([_DAMPING * response.w - response.rate, response.w - w])
+    weight = np.diag(noise / (np.array([_DAMPING_ERROR, _DETUNING_ERROR]) * response.w) ** 2)
     normal = basis.T @ basis + weight
     change = np.linalg.solve(normal, basis.T @ rest.ravel() + weight @ guess)
     covariance = noise * np.linalg.inv(normal)
@@ -645,7 +645,6 @@ def joined(found: Detection, x: Coarse, *, frequency: float, clearance: float) -
 
 def unmoved(
     found: Detection, x: Coarse, *, frequency: float, sign: float, lag: float,
-    settings: SlopeSettings,
 ) -> BoolArray:  # fmt: skip
     """Which spikes do not move the mass: the displacement would show a jump such as they ask for.
 
@@ -673,7 +672,7 @@ def unmoved(
     knocked = np.zeros(size.size, dtype=bool)
     for _ in range(3):  # without those that seem to be knocks the others are seen better
         own = np.where(knocked, 0.0, net)
-        seen = slope_changes(x, at + lag, own, frequency=frequency, settings=settings)
+        seen = slope_changes(x, at + lag, own, frequency=frequency)
         still = (seen.jump / seen.jump_error) ** 2
         asked = ((np.abs(seen.jump) - size) / np.hypot(seen.jump_error, _AREA * size)) ** 2
         again: BoolArray = (still < _STILL) & (asked - still > _SURE)
