@@ -7,14 +7,14 @@ channel on the base, where there is one, is what predictions use.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.result_columns import BASE
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.means import channel_means, group_size
 
@@ -31,7 +31,7 @@ _MOVES = 5.0  # amplitude over the noise of a window below which the base is at 
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """How the base of one record moved.
+    """How the base of one record moved; in the order of the columns of base.csv.
 
     Attributes
     ----------
@@ -82,46 +82,77 @@ def base_motion(
     >>> round(1e3 * found.amplitude, 4), round(found.frequency, 4), found.dip < 1e-3
     (0.25, 7.87, True)
     """
-    f = frequency
-    for _ in range(_SETTLED):
-        size = max(round(_CYCLES / (f * step)), 8)
-        count = x.size // size
-        if count < _FEWEST:
-            return None
-        windows = x[: count * size].reshape(count, size)
-        found, errors, noise = sines_of_windows(windows, step, f)
-        # Each window's phase is counted from its own start: turned back to the record's start.
-        turned = found[:, 0] * np.exp(-2j * np.pi * f * size * step * np.arange(count))
-        phase = np.unwrap(np.angle(turned))
-        slope, slope_error = _line(phase)
-        moved = slope / (2.0 * np.pi * size * step)
-        f += moved
-        if abs(moved) < 1e-9 * f:
-            break
-    level = np.abs(found[:, 0])
-    mean = float(level.mean())
-    if not mean > _MOVES * noise[0]:  # a dead channel has no noise either
+    found = sine_windows(x, step, frequency=frequency, cycles=_CYCLES, fewest=_FEWEST)
+    if found is None:
         return None
-    order = ORDER[quantity]
+    level = np.abs(found.first)
+    mean, count = float(level.mean()), level.size
+    if not mean > _MOVES * found.noise:  # a dead channel has no noise either
+        return None
+    order, f = ORDER[quantity], found.frequency
     scale = (2.0 * np.pi * f) ** -order
-    shares = [float(abs(h)) / k**order / mean for k, h in zip(_HARMONICS, errors, strict=True)]
-    wander = math.sqrt(max(float(level.var(ddof=1)) - noise[0] ** 2, 0.0)) / mean
-    median = float(np.median(level))
+    shares = [float(abs(h)) / k**order / mean for k, h in zip(_HARMONICS, found.means, strict=True)]
+    wander = math.sqrt(max(float(level.var(ddof=1)) - found.noise**2, 0.0)) / mean
     return BaseMotion(
         frequency=f,
-        frequency_error=slope_error / (2.0 * np.pi * size * step),
+        frequency_error=found.frequency_error,
         amplitude=scale * mean,
         amplitude_error=scale * float(level.std(ddof=1)) / math.sqrt(count),
         harmonic_2=shares[1],
         harmonic_3=shares[2],
         wander=wander,
-        dip=max(1.0 - float(level.min()) / median, 0.0),
+        dip=max(1.0 - float(level.min() / np.median(level)), 0.0),
     )
+
+
+@dataclass(frozen=True)
+class SineWindows:
+    """A sine with two harmonics in windows that follow one another, `every` s.
+
+    Attributes
+    ----------
+    frequency, frequency_error : Hz.
+    first : complex amplitude of the fundamental in each window, and `phase`, rad, counted from a
+        sine of the frequency along the record.
+    means, noise : of each harmonic over the windows; of a single window's fundamental.
+    """
+
+    frequency: float
+    frequency_error: float
+    every: float
+    first: ComplexArray
+    phase: FloatArray
+    means: ComplexArray
+    noise: float
+
+
+def sine_windows(
+    x: FloatArray, step: float, *, frequency: float, cycles: int, fewest: int
+) -> SineWindows | None:
+    """Fit windows of so many cycles, and refine the frequency; None for too few of them."""
+    f = frequency
+    for _ in range(_SETTLED):
+        size = max(round(cycles / (f * step)), 8)
+        count = x.size // size
+        if count < fewest:
+            return None
+        windows = x[: count * size].reshape(count, size)
+        found, means, noise = sines_of_windows(windows, step, f)
+        # Each window's phase is counted from its own start: turned back to the record's start.
+        turned = found[:, 0] * np.exp(-2j * np.pi * f * size * step * np.arange(count))
+        phase = np.unwrap(np.angle(turned))
+        slope, slope_error = _line(phase)
+        turns = 2.0 * np.pi * size * step
+        f += slope / turns
+        if abs(slope / turns) < 1e-9 * f:
+            break
+    error = slope_error / turns
+    return SineWindows(f, error, size * step, found[:, 0], phase, means, float(noise[0]))
 
 
 def sines_of_windows(
     windows: FloatArray, step: float, f: float
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], FloatArray]:
+) -> tuple[ComplexArray, ComplexArray, FloatArray]:
     """Complex amplitudes of each window, their means in phase with the first, and their noise."""
     size = windows.shape[1]
     t = np.arange(size) * step
@@ -172,19 +203,7 @@ def base_rows(
         found = base_of(view, frequency=float(frequency))
     if found is None:
         return []
-    return [
-        {
-            "record": record.id,
-            "frequency_hz": found.frequency,
-            "frequency_error_hz": found.frequency_error,
-            "amplitude_m": found.amplitude,
-            "amplitude_error_m": found.amplitude_error,
-            "harmonic_2": found.harmonic_2,
-            "harmonic_3": found.harmonic_3,
-            "wander": found.wander,
-            "dip": found.dip,
-        }
-    ]
+    return [{"record": record.id, **dict(zip(BASE.names[1:], astuple(found), strict=True))}]
 
 
 def base_of(view: RecordView, *, frequency: float) -> BaseMotion | None:

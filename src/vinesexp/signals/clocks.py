@@ -23,7 +23,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RECORDERS, RecordView
-from vinesexp.signals.base_motion import sines_of_windows
+from vinesexp.signals.base_motion import sine_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.corrections import Correction, as_read, correct, with_indices
 from vinesexp.signals.free_from import free_sample
@@ -295,24 +295,11 @@ def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Course
     -------
     Course (rad) and float (Hz), or None for a record under 12 cycles, or a channel at rest.
     """
-    f = frequency
-    for _ in range(4):
-        size = max(round(1.0 / (f * step)), 12)
-        count = x.size // size
-        if count < _FEWEST:
-            return None
-        found, _, noise = sines_of_windows(x[: count * size].reshape(count, size), step, f)
-        z = found[:, 0]
-        if not float(np.median(np.abs(z))) > 5.0 * float(noise[0]):
-            return None
-        begins = size * step * np.arange(count)
-        phase = np.unwrap(np.angle(z * np.exp(-2j * np.pi * f * begins)))
-        moved = float(np.median(np.diff(phase))) / (2.0 * math.pi * size * step)
-        f += moved
-        if abs(moved) < 1e-9 * f:
-            break
-    every = size * step
-    return Course(np.asarray(begins + 0.5 * every, dtype=np.float64), phase, every), f
+    found = sine_windows(x, step, frequency=frequency, cycles=1, fewest=_FEWEST)
+    if found is None or not float(np.median(np.abs(found.first))) > 5.0 * found.noise:
+        return None
+    middle = found.every * (np.arange(found.phase.size) + 0.5)
+    return Course(np.asarray(middle), found.phase, found.every), found.frequency
 
 
 def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float) -> Course | None:
