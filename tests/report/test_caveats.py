@@ -9,18 +9,11 @@ from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import (
     CAUSES,
     PeriodicVerdict,
-    branch_note,
     headline,
     left_early,
     likely_causes,
 )
 from vinesexp.units import Quantity
-
-LEVEL = PeriodicLevel(
-    0.25e-3,
-    LevelBase(Quantity(0.25e-3), None),
-    tuple(Tested(1e-3 * b, 1.0, "two symmetric", f"b{b}") for b in (30, 33, 34)),
-)
 
 
 def replayed(**starts: str) -> list[dict[str, str]]:
@@ -28,26 +21,6 @@ def replayed(**starts: str) -> list[dict[str, str]]:
         {"record": record, "quantity": "regime", "replayed": regimes}
         for record, regimes in starts.items()
     ]
-
-
-def test_all_starts_on_one_branch_need_no_word():
-    rows = replayed(b30="two symmetric", b33="two symmetric", b34="strongly modulated")
-    assert branch_note(LEVEL, rows) == ""
-    assert branch_note(LEVEL, []) == ""
-
-
-@pytest.mark.parametrize(
-    ("at_30", "says"),
-    [
-        ("two symmetric", "per cycle up to 30 mm; at 33 mm some starts lead to another motion"),
-        ("two asymmetric; no impact", "per cycle at no clearance tried; at 30 mm some"),
-    ],
-)
-def test_a_start_that_leads_elsewhere_is_named(at_30, says):
-    mixed = "two symmetric; strongly modulated"
-    note = branch_note(LEVEL, replayed(b30=at_30, b33=mixed, b34="two symmetric"))
-    assert note.startswith("replays from every start keep two impacts per cycle ")
-    assert says in note
 
 
 def check(name: str, outcome: str = "warning") -> dict[str, str]:

@@ -181,32 +181,6 @@ def _replayed(level: PeriodicLevel, replay: Sequence[Row]) -> Iterator[tuple[Tes
             yield test, regimes_of(starts[test.record])
 
 
-def branch_note(level: PeriodicLevel, replay: Sequence[Row]) -> str:
-    """Up to where replays from rest keep the orbit whose end b_c is; empty where all starts do.
-
-    Parameters
-    ----------
-    level : PeriodicLevel
-    replay : sequence of mappings
-        Rows of replay.csv.
-    """
-    kept: list[float] = []
-    lost: list[float] = []
-    for test, shown in _replayed(level, replay):
-        if shown <= set(PERMANENT):
-            kept.append(test.clearance)
-        elif shown & set(PERMANENT):
-            lost.append(test.clearance)
-    if not lost:
-        return ""
-    below = [b for b in kept if b < min(lost)]
-    reach = f"up to {1e3 * max(below):g} mm" if below else "at no clearance tried"
-    return (
-        f"replays from every start keep two impacts per cycle {reach}; at {1e3 * min(lost):g} mm "
-        "some starts lead to another motion"
-    )
-
-
 @dataclass(frozen=True)
 class PeriodicVerdict:
     """What periodic tests at one base amplitude say.
@@ -219,7 +193,6 @@ class PeriodicVerdict:
     sentence : how b_c and the measurement agree.
     agrees : the same as a truth value; None where one of them is missing or only a bound.
     exact_lowest : predicted clearance of lowest amplitude, mm; None where unknown.
-    branch : which starts lead to another motion than the one whose end b_c is.
     """
 
     level: str
@@ -228,7 +201,6 @@ class PeriodicVerdict:
     sentence: str = ""
     agrees: bool | None = None
     exact_lowest: float | None = None
-    branch: str = ""
 
 
 def periodic_verdicts(results: CampaignResults) -> list[PeriodicVerdict]:
@@ -241,9 +213,8 @@ def periodic_verdicts(results: CampaignResults) -> list[PeriodicVerdict]:
         sentence, agrees = agreement(lowest, end)
         if agrees is False and (why := left_early(level, end, replay)):
             sentence, agrees = f"{sentence}; {why}", None
-        branch = branch_note(level, replay)
         least = None if least is None else 1e3 * least
-        verdicts.append(PeriodicVerdict(level.name, lowest, end, sentence, agrees, least, branch))
+        verdicts.append(PeriodicVerdict(level.name, lowest, end, sentence, agrees, least))
     return verdicts
 
 

@@ -15,7 +15,7 @@ the displacement by as much. A knock rings in the accelerometer and leaves the d
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,7 +31,7 @@ _WINDOW = 0.35  # periods on either side of an impact; a longer one would hold t
 #: First guess of the oscillator's damping ratio, its standard error, and by how much of its own
 #: frequency the drive may be off.
 _DAMPING, _DAMPING_ERROR, _DETUNING_ERROR = 0.01, 0.01, 0.02
-_SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
+_SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record and beside gaps
 _LEAST = 6  # points to either side
 _AREA = 0.15  # share by which the area of a pulse may be off
 _STILL, _SURE = 9.0, 25.0  # chi^2 of no jump; difference in chi^2: five standard deviations
@@ -290,14 +290,17 @@ def slope_changes(
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
     forced = np.zeros((2, k))
+    missing = np.zeros(x.values.size) if x.missing is None else x.missing
+    gaps = np.append(0.0, np.cumsum(missing))  # means with one before each
     for share in _SHORTER:
         reach = round(half * share)
         if reach < _LEAST:
             break
         fits = open_ & (centre >= reach) & (centre + reach < x.values.size)
         fits &= _number_within(times, reach * x.step) <= _MOST
+        low, high = (np.clip(centre + end, 0, x.values.size) for end in (-reach, reach + 1))
+        fits &= gaps[high] == gaps[low]
         chosen = np.flatnonzero(fits)
-        grid = np.arange(-reach, reach + 1)
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
             windows = _windows(x, times, jumps, centre, group, reach, response, full=share > 0.3)
@@ -306,22 +309,14 @@ def slope_changes(
                 windows = _windows(
                     x, times, jumps, centre, group, reach, response, full=share > 0.3
                 )
-            lost = np.zeros((group.size, grid.size), dtype=bool)
-            if x.missing is not None:
-                lost = x.missing[centre[group, np.newaxis] + grid]
-            whole = np.flatnonzero(~lost.any(axis=1))
             if response.w_free is None:
                 # The longest windows there are show how the oscillator answers; twice converges.
                 for _ in range(2):
-                    shown = windows.of(whole) if whole.size >= _LEAST else windows
-                    response = _refined(shown, response)
+                    response = _refined(windows, response)
                     windows = _windows(
                         x, times, jumps, centre, group, reach, response, full=share > 0.3
                     )
-            noise = _solve(windows, jumps[group], jump_errors, group, x.step, out)
-            for row in np.flatnonzero(lost.any(axis=1)):
-                _solve_around_gap(windows, int(row), ~lost[row], jumps, jump_errors,
-                                  int(group[row]), noise, x.step, out)  # fmt: skip
+            _solve(windows, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
     return replace(out, x=out.x + forced[0], v_before=out.v_before + forced[1])
 
@@ -388,11 +383,6 @@ class _Windows:
     response: JumpResponse
     full: bool
 
-    def of(self, rows: IntArray) -> _Windows:
-        """Some of them."""
-        each = ("samples", "s", "offset", "bend", "place", "velocity")
-        return replace(self, **{name: getattr(self, name)[rows] for name in each})
-
 
 def _windows(
     x: Coarse, times: FloatArray, jumps: FloatArray, centre: IntArray, group: IntArray,
@@ -457,18 +447,17 @@ def _refined(windows: _Windows, response: JumpResponse) -> JumpResponse:
 
 def _solve(
     windows: _Windows, jumps: FloatArray, jump_errors: FloatArray | None, group: IntArray,
-    step: float, out: SlopeChanges, noise: float | None = None,
-) -> float:  # fmt: skip
-    """Fill in `out` for a group; the noise of a mean, m, by these windows where none is given."""
+    step: float, out: SlopeChanges,
+) -> None:  # fmt: skip
+    """Fill in `out` for a group."""
     q, upper, bend = windows.q, windows.upper, windows.bend
     bent = _out(bend, q)
     norm = (bent * bent).sum(axis=1)
     jump = (bent * windows.samples).sum(axis=1) / norm
     rest = _out(windows.samples - jump[:, np.newaxis] * bend, q)
     # The noise is the same in all windows; one of them knows it to 1/sqrt(2 n) only.
-    if noise is None:
-        square = float(np.median((rest**2).sum(axis=1)))
-        noise = math.sqrt(square / (bend.shape[1] - q.shape[1] - 1))
+    square = float(np.median((rest**2).sum(axis=1)))
+    noise = math.sqrt(square / (bend.shape[1] - q.shape[1] - 1))
     error = noise / np.sqrt(norm)
     # An error that all jumps share does not average out: each is given its part of it.
     shared = windows.response.common * np.abs(jump) * math.sqrt(jump.size)
@@ -496,29 +485,6 @@ def _solve(
         value[group] = (functional * amplitude).sum(axis=1) + others
         leak = (functional * (bend @ q)).sum(axis=1) * best_error
         deviation[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
-    return noise
-
-
-def _solve_around_gap(
-    windows: _Windows, row: int, known: BoolArray, jumps: FloatArray,
-    jump_errors: FloatArray | None, impact: int, noise: float, step: float, out: SlopeChanges,
-) -> None:  # fmt: skip
-    """One impact whose window has a gap, by what was measured alone.
-
-    NaN where too little is left on either side of the impact.
-    """
-    one = windows.of(np.array([row]))
-    smooth_part, s = (windows.q @ windows.upper)[known], one.s[0, known]
-    columns = np.column_stack([smooth_part, one.bend[0, known]])
-    few = min((s < 0.0).sum(), (s > 0.0).sum()) < columns.shape[1]
-    if few or np.linalg.matrix_rank(columns) < columns.shape[1]:
-        for field in fields(out):
-            getattr(out, field.name)[impact] = np.nan
-        return
-    seen = {name: getattr(one, name)[:, known] for name in ("samples", "s", "bend")}
-    q, upper = np.linalg.qr(smooth_part)
-    own = np.array([impact])
-    _solve(replace(one, **seen, q=q, upper=upper), jumps[own], jump_errors, own, step, out, noise)
 
 
 def weighted(

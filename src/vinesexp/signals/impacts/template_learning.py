@@ -190,8 +190,7 @@ def learnt_alone(
         stack, lags, np.zeros(len(stack)), stack[:, -span[0]],
         np.array([noise for _, noise in chosen]), np.array([piece.good for piece, _ in chosen]),
     )  # fmt: skip
-    template, _ = learn_template(windows, start, highpass=highpass, dt=grouped.dt)
-    return template
+    return learn_template(windows, start, highpass=highpass, dt=grouped.dt)
 
 
 def _alone(
@@ -252,7 +251,7 @@ def learnt_among_neighbours(
         windows = _less_neighbours(piece, rest, found, template, noise, settings)
         if windows is None:
             break
-        template, _ = learn_template(
+        template = learn_template(
             windows, template.shape, highpass=grouped.stream.highpass, dt=grouped.dt
         )
     return best
@@ -312,14 +311,8 @@ def _less_neighbours(
 
 def learn_template(
     windows: Windows, start: Shape, *, highpass: float | None, dt: float
-) -> tuple[Template, Windows]:
-    """Fit the shape to the windows: a half sine, then free form, then ringing, by evidence.
-
-    Returns
-    -------
-    Template, Windows
-        The template with its error, and the windows with refined times.
-    """
+) -> Template:
+    """Fit the shape to the windows: a half sine, then free form, then ringing, by evidence."""
     span = (int(windows.lags[0]), int(windows.lags[-1]))
 
     def table(shape: Shape) -> Template:
@@ -346,7 +339,7 @@ def learn_template(
     _, shape, fitted = best
     whole = (span[0], max(span[1], _ring_down_length(shape)))
     template = template_of(shape, whole, highpass=highpass, dt=dt, learnt_from=fitted.height.size)
-    return replace(template, model_error=_model_error(fitted, template)), fitted
+    return replace(template, model_error=_model_error(fitted, template))
 
 
 def _without_outliers(windows: Windows, fit: Fit, table: Callable[[Shape], Template]) -> Windows:
