@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vinesexp import Oscillator
+from vinesexp.design.advice import advise
 from vinesexp.design.best_clearance import (
     Contest,
     Criterion,
@@ -19,6 +20,7 @@ from vinesexp.design.best_clearance import (
     percentile,
 )
 from vinesexp.design.ensemble import B_B, V_PHASE, Responses, Runs
+from vinesexp.design.headline import nothing_helps
 from vinesexp.design.task import Task, evenly_spread, more_wall_starts, random_starts
 
 ROBUST = Criterion(mean_of, percentile, cautious)
@@ -204,3 +206,15 @@ def test_a_start_is_the_same_at_every_clearance_and_run_once(
     assert (one.largest == other.largest).all()
     assert (one.largest == one.largest[0]).all(), "the same phase under every condition"
     assert np.unique(one.largest[0]).size == 8
+
+
+def test_where_any_ball_amplifies_the_search_goes_on_to_where_it_rests() -> None:
+    """This ball tunes the rig to its base: 6 to 18 times the bare amplitude, up to b = 7 mm."""
+    o = Oscillator(M=1.0, c1=2.0 * 1.374e-4, k1=1.0)
+    f = 0.9555 / (2.0 * np.pi)
+    task = Task(o, (0.0781,), (0.9144,), levels=(1e-4, 1e-4), frequencies=(f, f), tolerance=0.01)
+    advice = advise(task, budget=0.5)
+    assert advice.hopeless
+    assert advice.robust.random_p90 < 1.5 * advice.bare
+    assert advice.least_mean.rest_mean < 1.5 * advice.bare
+    assert "the best one raises the bare amplitude" in nothing_helps(advice)[0]

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import betainc
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.design.ensemble import Responses, Runs, responses, together, watched
+from vinesexp.design.ensemble import B_B, Responses, Runs, responses, together, watched
 from vinesexp.design.task import Task, more_wall_starts, random_starts
 
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
@@ -30,6 +30,10 @@ COARSE = 37
 #: Its ends: shares of the least, and multiples of the largest, of b_c and bare amplitude. Below,
 #: the ball rattles many times a cycle and acts as a dead mass; above, it is seldom struck.
 BOTTOM, TOP = 0.12, 4.0
+#: Where all that is found is above the bare amplitude by more than MEETS, wider cavities have to be
+#: better: so many more clearances at once, and so many at most. AWAY: how many times as far the
+#: walls are moved where no ball is to meet them.
+MEETS, FURTHER, FARTHEST, AWAY = 0.05, 4, 24, 100.0
 #: Clearances in a closer look, and how many minima are looked at in each round.
 CLOSER, MINIMA = 7, (2, 1)
 #: Candidates of each criterion in a contest.
@@ -420,6 +424,23 @@ def curve_of(starts: SameStarts, criterion: Criterion, n: int) -> Curve:
     return Curve(np.array(b), value, dear)
 
 
+def far_enough(grid: FloatArray, starts: SameStarts, n: int) -> FloatArray:
+    """The grid, continued as long as no ball at all would be better than the best of it.
+
+    No amplitude known beforehand bounds the motion: a ball that tunes the oscillator to the base
+    may raise it to many times the bare one, and no clearance lets it rest before it is as wide.
+    """
+    runs = starts.draw(float(grid[-1]), range(n))
+    runs.balls[..., B_B] *= AWAY
+    bare, ratio = float(responses(runs).mean.mean()), float(grid[1] / grid[0])
+    for _ in range(0, FARTHEST, FURTHER):
+        starts.ask(grid.tolist(), n)
+        if min(starts.of(b, n).mean.mean() for b in grid.tolist()) <= (1.0 + MEETS) * bare:
+            break
+        grid = np.append(grid, grid[-1] * ratio ** np.arange(1.0, FURTHER + 1.0))
+    return grid
+
+
 def scanned(
     grid: FloatArray, starts: SameStarts, criteria: Sequence[Criterion],
     *, ends: tuple[int, int], most: float,
@@ -429,7 +450,8 @@ def scanned(
     The least number of starts everywhere says what a run takes, and so how many more there are.
     """
     known = [float(b) for b in grid]
-    first = starts.ask(known, ends[0]) / ends[0]
+    starts.ask(known, ends[0])
+    first = sum(starts.work(b) for b in known)
     looks = 1.0 + CLOSER * sum(MINIMA) * len(criteria) / grid.size
     n = affordable(most, first * looks, ends)
     starts.ask(known, n)
@@ -492,7 +514,7 @@ def search(
     ----------
     task : Task
     ends : (float, float)
-        Clearances between which to look, m (`scan_ends`).
+        Clearances between which to look, m (`scan_ends`), and beyond (`far_enough`).
     marks : iterable of float
         Clearances that theory suggests (m): looked at in the scan.
     seed : int
@@ -500,8 +522,6 @@ def search(
     budget : float
         Work that the answer may take, s.
     """
-    grid = np.geomspace(*ends, COARSE)
-    grid = np.unique(np.concatenate([grid, [m for m in marks if ends[0] < m < ends[1]]]))
     conditions = len(task.grid())
 
     def from_rest(shift: float, *, watch: bool) -> SameStarts:
@@ -516,14 +536,15 @@ def search(
 
         return SameStarts(draw, 1, watch)
 
+    rest, random = from_rest(0.0, watch=False), anywhere(seed, watch=False)
+    grid = far_enough(np.geomspace(*ends, COARSE), rest, SCAN_REST[0])
+    grid = far_enough(grid, random, SCAN_RANDOM[0])
+    grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
     mean, largest = Criterion(mean_of, task.average), Criterion(largest_of, task.worst)
-    curves, rest_scan = scanned(
-        grid, from_rest(0.0, watch=False), [mean, largest], ends=SCAN_REST, most=SCANS * budget
-    )
+    curves, rest_scan = scanned(grid, rest, [mean, largest], ends=SCAN_REST, most=SCANS * budget)
     [curve], random_scan = scanned(
-        grid, anywhere(seed, watch=False), [Criterion(mean_of, cautious)],
-        ends=SCAN_RANDOM, most=SCANS * budget,
-    )  # fmt: skip
+        grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=SCANS * budget
+    )
     rest, random = from_rest(0.25, watch=True), anywhere(seed + 1, watch=True)
     finalists = [one.lowest() for one in curves]
     won: list[Race] = []

@@ -186,11 +186,11 @@ def _each(task: Task, b: float) -> str:
 def nothing_helps(advice: Advice) -> list[str]:
     """That no clearance takes a twentieth off the bare amplitude."""
     grid, best = advice.found.grid, advice.robust
-    taken = max(advice.gain, 0.0)
+    does = "reduces" if advice.gain >= 0.0 else "raises"
     return [
         f"No clearance helps: from {clearance(float(grid[0]))} to {clearance(float(grid[-1]))} mm "
-        f"the best one reduces the bare amplitude of {brief(best.random_bare)} mm by "
-        f"{percent(taken)}.",
+        f"the best one {does} the bare amplitude of {brief(best.random_bare)} mm by "
+        f"{percent(abs(advice.gain))}.",
         f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
