@@ -53,7 +53,7 @@ PER_IMPACT = 0.3e-6
 #: and an impact of several balls; the same by power series (friction, a damping law). By these a
 #: search shares out its time; counted, not measured, so that an answer is the same anywhere.
 WORK_RUN, WORK_LANES, WORK_BALLS, WORK_SERIES = (
-    5e-6, (6.5e-8, 1e-7, 3.5e-7), (2e-7, 6e-7, 6e-7), (1e-5, 4e-6, 4e-6),
+    5e-6, (3.3e-8, 5e-8, 1.8e-7), (2e-7, 6e-7, 6e-7), (1e-5, 4e-6, 4e-6),
 )  # fmt: skip
 #: Bytes of a run in memory, with what is found of it.
 RUN_SIZE = 600.0
