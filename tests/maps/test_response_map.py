@@ -22,6 +22,7 @@ from vinesexp.maps.response_map import (
     read_map,
     write_map,
 )
+from vinesexp.solver.lanes import amplitudes_of
 
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6, "frequency": 7.862}
 
@@ -49,6 +50,23 @@ def test_a_cell_is_the_mean_over_its_starts():
     assert found["largest_amplitude"][0, 0] == pytest.approx(np.max(amplitudes), rel=2e-2)
     assert found["impacts_per_cycle"][0, 0] == pytest.approx(np.mean(hits), rel=1e-2)
     assert found["captured_share"][0, 0] in (0.0, 1 / 3, 2 / 3, 1.0)
+
+
+def test_of_a_chatter_the_count_alone_depends_on_where_it_is_cut():
+    """Twice a cycle the ball bounces to rest; each bounce is r times as long as the one before."""
+    one = grid(x_values=(5e-4,), y_values=(0.25e-3,), starts=1, kind="wall")
+    [run], found = one.runs(0), fill(one)
+    settle, end = duration_of(run.rig, 7.862)
+    counted = []
+    for cut in (1e-6, 1e-8, 1e-10):
+        motion = simulate(run.rig, run.base, run.release, end, remainder=cut)
+        mean, largest, hits, _ = amplitudes_of(motion, settle)
+        assert mean == pytest.approx(found["mean_amplitude"][0, 0], rel=1e-8)
+        assert largest == pytest.approx(found["largest_amplitude"][0, 0], rel=1e-8)
+        counted.append(hits / (7.862 * (end - settle)))
+    assert found["impacts_per_cycle"][0, 0] == pytest.approx(counted[1], rel=1e-3)
+    longer = 2.0 * np.log(100.0) / np.log(1.0 / 0.6)
+    assert np.diff(counted) == pytest.approx(longer, abs=2.0)
 
 
 def test_values_do_not_depend_on_threads_nor_on_where_it_was_stopped(tmp_path: Path):
