@@ -42,7 +42,7 @@ WIDTHS = (1.0, 1.0, 0.3, 0.3)
 #: Amplitudes around those of the tests at which the optimum may work.
 _AROUND = (0.8, 1.25)
 _LEAST = 0.02  # of f0 and zeta: a step of the fit may ask for less than none
-_SWEPT = 0.3  # of the shift of a sweep, whose resonance has all amplitudes up to its own
+_SWEPT = 0.25  # of its amplitude: a resonance has all up to it, and leans over with them
 _IMAGINARY = 1e-30  # step of a derivative without cancellation
 _STRONG = 0.03  # of zeta: beyond, a warning
 _SIGNIFICANT = 4.0  # standard errors that f0 has to change by ...
@@ -102,8 +102,10 @@ class Law:
         """f0 or zeta of one record at A0, where `data` does not say it better."""
         if not e.amplitude or not self.free or e.method not in BEST:
             return e
-        shift = float(self.log(e.parameter.removesuffix("_added"), e.amplitude))
-        unsure = _SWEPT * shift if e.method == "sweep" else 0.0
+        name = e.parameter.removesuffix("_added")
+        shift = float(self.log(name, e.amplitude))
+        swept = float(self.log(name, _SWEPT * e.amplitude))
+        unsure = shift - swept if e.method == "sweep" else 0.0
         error = math.hypot(e.std_error, unsure * e.value)
         share = math.exp(-shift)
         return replace(e, value=share * e.value, std_error=share * error, amplitude=self.amplitude)
