@@ -155,7 +155,7 @@ def page(rows: Rows) -> str:
         "all lengths; every start has its own clearance within 1 %, as a drilled cavity). Regret:",
         "a criterion at the recommended clearance over the least of a dense search, minus one. The",
         f"dense search knows nothing of the answer: {DENSE} clearances over more than the span",
-        f"that an answer looks at, {SCAN[0]} phases and {SCAN[1]} random starts each; by each",
+        f"that an answer begins with, {SCAN[0]} phases and {SCAN[1]} random starts each; by each",
         f"criterion alone closer looks at the {MINIMA} lowest minima, and {NEAREST} clearances",
         f"within {100 * NEAR:g} % of the lowest with {BESIDE[0]} phases or {BESIDE[1]} starts.",
         f"The {LOWEST} lowest of these, and then the least beside those recommended, are judged by",
