@@ -67,9 +67,7 @@ def found_in(channels: dict[str, np.ndarray], folder: Path, *, frequency: float 
     with RecordWriter(folder / "r.nc", sample_rate=RATE, quantities=kinds) as writer:
         writer.append(channels)
     condition(folder / "r.nc", folder / "c.nc", f0_hint=frequency)
-    return impacts_of_record(
-        folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(0.03,), frequency=frequency
-    )
+    return impacts_of_record(folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(0.03,))
 
 
 def assert_whole(found: Impacts, time: np.ndarray, *, within: float = 5e-6) -> None:

@@ -19,7 +19,7 @@ _SETTINGS = (
 )
 
 
-def short(name: str, most: int = _MOST) -> str:
+def short(name: str) -> str:
     """A name of at most so many letters: of a longer one the beginning and the end.
 
     Examples
@@ -27,10 +27,10 @@ def short(name: str, most: int = _MOST) -> str:
     >>> short("periodic_025_b34"), short("2026-06-12_shaker_second_mounting_b33_G0.25mm")
     ('periodic_025_b34', '2026-06-1…unting_b33_G0.25mm')
     """
-    if len(name) <= most:
+    if len(name) <= _MOST:
         return name
-    head = most // 3
-    return f"{name[:head]}…{name[head + 1 - most :]}"
+    head = _MOST // 3
+    return f"{name[:head]}…{name[head + 1 - _MOST :]}"
 
 
 def clearance_of(record: Record, stated: Record | None = None) -> str:

@@ -43,7 +43,6 @@ _MOST = 0.2  # stretches of words for each row: more are rows with text in them
 _LISTED = 1 << 20  # lines of words: likewise
 _WORDS = frozenset('ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz#*%"[')
 _CHUNK = 1 << 22
-_LONGEST = 1 << 20  # characters of one line; more is no row of numbers
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # the mark that such a file begins with
 
 

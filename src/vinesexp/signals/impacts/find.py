@@ -275,8 +275,7 @@ def _learnt(
 def impacts_of_record(
     record_nc: Path, conditioned_nc: Path, out_csv: Path, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (), test: str = "periodic",
-    frequency: float | None = None, settings: Settings | None = None,
-    said: list[tuple[str, str, str]] | None = None,
+    settings: Settings | None = None, said: list[tuple[str, str, str]] | None = None,
 ) -> Impacts:  # fmt: skip
     """Find the impacts of one record and write them.
 
@@ -293,8 +292,6 @@ def impacts_of_record(
         kg, where known: helps to distinguish two balls.
     test : str
         A drop test has impacts without an oscillation.
-    frequency : float, optional
-        Of the oscillation, Hz; by default what the record was conditioned with.
     settings : Settings, optional
     said : list, optional
         Gets what checks.csv says of what was left out: check, outcome, detail.
@@ -313,7 +310,7 @@ def impacts_of_record(
         ):
             impacts = find_impacts(
                 record, conditioned, clearance=clearance, nes_mass=nes_mass,
-                frequency=frequency, test=test, settings=settings, said=said,
+                test=test, settings=settings, said=said,
             )  # fmt: skip
     write_impacts(out_csv, impacts)
     return impacts
@@ -322,13 +319,12 @@ def impacts_of_record(
 def find_impacts(
     record: RecordView, conditioned: RecordView, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (),
-    frequency: float | None = None, test: str = "periodic", settings: Settings | None = None,
+    test: str = "periodic", settings: Settings | None = None,
     said: list[tuple[str, str, str]] | None = None,
 ) -> Impacts:  # fmt: skip
     """Impacts of an open record; see `impacts_of_record`."""
     settings = Settings() if settings is None else settings
-    if frequency is None:
-        frequency = conditioned.attributes.get("oscillation_hz")
+    frequency = conditioned.attributes.get("oscillation_hz")
     motion = float(frequency) if frequency else None
     sign = 1.0
     if "acceleration" in record.roles:
@@ -448,7 +444,7 @@ def _where_it_bends(
             return found, slopes
         else:
             found, jumps = found.keep(kept), slopes.jump[kept]
-    return found, SlopeChanges(*[np.empty(0)] * 8)
+    return found, SlopeChanges(*[np.empty(0)] * 7)
 
 
 _NO_FLIGHTS = (
@@ -610,7 +606,7 @@ def _jumps(found: Detection, slopes: SlopeChanges, sign: float) -> tuple[FloatAr
 def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
-    slopes = slopes or SlopeChanges(*[unknown] * 8)
+    slopes = slopes or SlopeChanges(*[unknown] * 7)
     jump, error = _jumps(found, slopes, sign)
     return Impacts(
         time_s=start + found.time,

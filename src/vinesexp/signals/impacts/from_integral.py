@@ -50,7 +50,6 @@ _NEAREST = 0.25  # of the oscillation: a corner above is too near
 _UNSURE = 0.02  # rad at the oscillation: a phase that is known less well is not known
 _DRIFT = 0.1  # of the motion, between 0.3 and 0.6 of its frequency
 _DRIFT_BAND = (0.3, 0.6)
-_MISSING = 1e-3  # share of samples
 
 
 def may_be_integrated(record: RecordView, test: str, clearance: Sequence[float]) -> bool:

@@ -45,7 +45,7 @@ class Contacts:
     ----------
     place, place_error : arrays (k,)
         Time in samples from the start of the array, and its standard error.
-    height, height_error : arrays (k,)
+    height : array (k,)
         Of the template, m/s^2.
     strength : array (k,)
         Height over its standard error, the template error of stronger neighbours included.
@@ -63,7 +63,6 @@ class Contacts:
     place: FloatArray
     place_error: FloatArray
     height: FloatArray
-    height_error: FloatArray
     strength: FloatArray
     area: FloatArray
     area_error: FloatArray
@@ -171,7 +170,7 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     if not state.place.size:
         none = np.empty(0)
         flags = none.astype(bool)
-        return Contacts(none, none, none, none, none, none, none, none, flags, flags)
+        return Contacts(none, none, none, none, none, none, none, flags, flags)
     noise, template = state.noise_at(), state.template
     _, value, slope, vv, vs, ss = normal_equations(state, seen)
     determinant = np.maximum(vv * ss - vs * vs, 1e-300)
@@ -210,7 +209,7 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     # what a shape leaves moves the contact as noise of this size would
     place_error = place_error * np.maximum(left / noise, 1.0)
     return Contacts(
-        state.place, place_error, state.height, height_error, strength, area, area_error, peak,
+        state.place, place_error, state.height, strength, area, area_error, peak,
         crowded, state.sure,
     )  # fmt: skip
 

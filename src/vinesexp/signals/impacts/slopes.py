@@ -96,7 +96,7 @@ class SlopeChanges:
     ----------
     jump, jump_error : arrays (k,)
         From the displacement alone, m/s.
-    x, x_error, v_before, v_error : arrays (k,)
+    x, v_before, v_error : arrays (k,)
         m, m/s; with the weighted mean of both jumps where `slope_changes` was given errors,
         else with the one above. The velocity
         after is v_before plus that jump.
@@ -107,7 +107,6 @@ class SlopeChanges:
     jump: FloatArray
     jump_error: FloatArray
     x: FloatArray
-    x_error: FloatArray
     v_before: FloatArray
     v_error: FloatArray
     shift: FloatArray
@@ -285,7 +284,7 @@ def slope_changes(
     """
     k = times.size
     response = JumpResponse(2.0 * math.pi * frequency)
-    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(8)))
+    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(7)))
     half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
@@ -477,14 +476,14 @@ def _solve(
     blurred = np.ones(q.shape[1])  # block means shrink an oscillation a little
     blurred[2:] = np.sinc(0.5 * w * step / np.pi)
     offset, full = windows.offset, windows.full
-    for rows, others, value, deviation in (
-        (smooth(offset, w, full=full), windows.place, out.x, out.x_error),
-        (smooth_slope(offset, w, full=full), windows.velocity, out.v_before, out.v_error),
+    for rows, others, value in (
+        (smooth(offset, w, full=full), windows.place, out.x),
+        (smooth_slope(offset, w, full=full), windows.velocity, out.v_before),
     ):
         functional = np.linalg.solve(upper.T, (rows / blurred).T).T
         value[group] = (functional * amplitude).sum(axis=1) + others
-        leak = (functional * (bend @ q)).sum(axis=1) * best_error
-        deviation[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
+    leak = (functional * (bend @ q)).sum(axis=1) * best_error
+    out.v_error[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
 
 
 def weighted(
