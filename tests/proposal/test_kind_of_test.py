@@ -381,13 +381,3 @@ def test_runs_side_by_side_have_the_rates_of_their_own_times(tmp_path):
     (tmp_path / "b.csv").write_text("\n".join(rows))
     _, _, text = proposed(tmp_path)
     assert "time: {column: 2, unit: s}" in text
-
-
-def test_times_that_run_backwards_are_said_to(tmp_path):
-    rows = [f"{1000 - 4 * k},{np.cos(k / 3):.5f}" for k in range(400)]  # Owon
-    (tmp_path / "a.csv").write_text("Time(ms),CH1(mV)\n" + "\n".join(rows))
-    view = view_file(tmp_path / "a.csv")
-    assert (view.time, view.rate) == (None, None)
-    *_, why = describe_test(view, guess_roles([view]))
-    assert "runs backwards, from 1000 to -596" in why
-    assert "sample_rate: 250 Hz" in why
