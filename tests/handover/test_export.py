@@ -11,12 +11,15 @@ import pytest
 import scipy.io
 
 from vinesexp.cli import main
+from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Channel
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.result_columns import IDENTIFIED, IMPACTS, RECORD_REGIMES
 from vinesexp.records.stored.store import RecordWriter, write_refused
 from vinesexp.records.stored.tables import write_rows
 
+TWIN = Path(__file__).parents[2] / "data/twin"
+ADA = "https://orcid.org/0000-0002-1825-0097"
 RATE, N = 1000.0, 70_000
 X = 1e-3 * np.sin(np.arange(N) / 7.0)
 A = 40.0 * np.cos(np.arange(N) / 7.0)
@@ -81,7 +84,7 @@ def test_a_damaged_record_takes_no_file_of_another_along(results, tmp_path):
 
 def test_matlab_gets_channels_units_and_impacts(results, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["export", str(results), str(out), "--format", "mat", "--title", "Spring"]) == 0
+    assert main(["export", str(results), str(out), "--format", "mat"]) == 0
     assert "lost: left out: raw/lost.csv: is empty" in capsys.readouterr().out
     found = scipy.io.loadmat(out / "b34.mat", squeeze_me=True, struct_as_record=False)
     np.testing.assert_allclose(found["displacement"], X, rtol=1e-6, atol=1e-10)
@@ -131,24 +134,40 @@ def test_the_metadata_names_every_file_its_digest_and_its_source(results, tmp_pa
         assert f'"{name}"' in references
 
 
-def test_author_licence_and_title_are_those_that_were_asked_for(results, tmp_path):
-    out, ada = tmp_path / "out", "https://orcid.org/0000-0002-1825-0097"
-    words = ["--title", "Spring", "--author", f"Ada Example ({ada})", "--author", "Bo Example"]
-    assert main(["export", str(results), str(out), *words, "--license", "CC-BY-4.0"]) == 0
+def described(tmp_path: Path, results: Path, license: str) -> None:
+    """A campaign, with authors and a licence, that results are of."""
+    folder = tmp_path / "campaign"
+    shutil.copytree(TWIN, folder, ignore=shutil.ignore_patterns("truth", "raw"))
+    people = f"author: Ada Example ({ADA}); Bo Example\nlicense: {license}\n"
+    text = (folder / "campaign.yaml").read_text(encoding="utf-8")
+    kept = [line for line in text.splitlines() if not line.startswith(("author:", "license:"))]
+    (folder / "campaign.yaml").write_text("\n".join([*kept, people]), encoding="utf-8")
+    (results / ".campaign").write_text(f"{folder}\n")
+
+
+def test_author_licence_and_title_are_those_of_the_campaign(results, tmp_path):
+    out = tmp_path / "out"
+    described(tmp_path, results, "CC-BY-4.0")
+    assert main(["export", str(results), str(out)]) == 0
     crate = json.loads((out / "ro-crate-metadata.json").read_text(encoding="utf-8"))
     things = {thing["@id"]: thing for thing in crate["@graph"]}
     whole = things["./"]
-    assert whole["name"] == "Spring"
+    assert whole["name"] == load_campaign(TWIN).title
     assert whole["license"] == {"@id": "https://spdx.org/licenses/CC-BY-4.0"}
     assert things[whole["license"]["@id"]]["name"] == "CC-BY-4.0"
     assert [things[one["@id"]]["name"] for one in whole["author"]] == ["Ada Example", "Bo Example"]
-    assert whole["author"][0] == {"@id": ada}
+    assert whole["author"][0] == {"@id": ADA}
+
+
+def test_a_licence_that_is_none_is_refused(results, tmp_path, capsys):
+    described(tmp_path, results, "mine alone")
+    assert main(["export", str(results), str(tmp_path / "out")]) == 1
+    assert "expected an SPDX identifier" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--license", "mine alone"], "expected an SPDX identifier"),
         (["--record", "b33"], "did you mean 'b34'"),
         ([], "holds files already"),
     ],

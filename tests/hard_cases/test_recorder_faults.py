@@ -137,7 +137,7 @@ def test_of_a_record_with_long_gaps_the_longest_part_is_used(tmp_path, roles):
             given[role][begin:end] = np.nan
     said, found = mended(tmp_path, given)
     assert len(said) == 1
-    assert "3 times: only the longest part between, from 3.4 s to 7.3998 s" in said[0]
+    assert "3 times; only the longest part, from 3.4 s to 7.3998 s" in said[0]
     for role, x in found.items():
         np.testing.assert_allclose(x, channels()[role][17_000:37_000], rtol=1e-6, atol=1e-9)
 

@@ -36,20 +36,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--format", choices=sorted(WRITERS), default="csv", help="format of the records (csv)"
     )
     width = "write the figures instead of the records, MM wide, such as a journal's 90 or 190"
-    author = "author of the data, with an ORCID in brackets (that of campaign.yaml), repeatable"
     add_options(parser, ("--record ID", "only this record (may be repeated)"), action="append")
     add_options(parser, ("--conditioned", "write the bandpassed channels"))
     add_options(parser, ("--figures MM", width), type=float, action="append")
-    add_options(parser, ("--title TITLE", "title in the metadata (that of the campaign)"))
-    add_options(parser, ("--author NAME", author), action="append")
-    license = "licence of the data, such as CC-BY-4.0 (that of campaign.yaml)"
-    add_options(parser, ("--license SPDX", license))
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the files; records that could not be used are left out, and named."""
     open_results(args.results)  # says in one line what is missing
-    names, said = _asked(args.results, args.record), _said(args)
+    names, said = _asked(args.results, args.record), _said(args.results)
     if args.out.exists() and any(args.out.iterdir()):
         raise VinesexpError("holds files already; name an empty or a new folder", file=args.out)
     campaign = _campaign(args) if args.figures else None
@@ -62,20 +57,20 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _said(args: argparse.Namespace) -> dict[str, Any]:
-    """Title, authors and licence: as asked for, else as campaign.yaml has them."""
-    title, people = args.results.resolve().name, dict[str, str]()
+def _said(results: Path) -> dict[str, Any]:
+    """Title, authors and licence, as campaign.yaml has them."""
+    title, people = results.resolve().name, dict[str, str]()
     with suppress(VinesexpError):  # results that were moved away from their campaign
-        campaign = load_campaign(campaign_of(args.results))
+        campaign = load_campaign(campaign_of(results))
         title, people = campaign.title, dict(campaign.people)
-    license = args.license or people.get("license", "")
+    license = people.get("license", "")
     if not re.fullmatch(r"[A-Za-z0-9.+-]*", license):
         raise VinesexpError(
             f"license: found '{license}', expected an SPDX identifier such as CC-BY-4.0 or CC0-1.0"
         )
-    authors = args.author or people.get("author", "").split(";")
+    authors = people.get("author", "").split(";")
     return {
-        "title": args.title or title,
+        "title": title,
         "authors": [name.strip() for name in authors if name.strip()],
         "license": license,
     }

@@ -103,37 +103,21 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Cut:
-    """Samples that are lost between two of a record, which is two records in one.
+class Part:
+    """Samples `begin` to `end`, the longest part of a record that is whole.
 
     Attributes
     ----------
-    first, last : samples between which they are missing.
-    seen : what shows it, in words.
-    late : channels that alone lost them, and `count`, by how many samples what follows is early.
+    begin, end : the part.
+    seen : what shows that the rest is not to be used, in words.
+    late : the channel that alone lost samples before it ('' where none), by `count` samples.
     """
 
-    first: int
-    last: int
-    seen: str
-    late: tuple[str, ...] = ()
-    count: int = 0
-
-    def kept(self, n: int) -> tuple[int, int]:
-        """First sample of the longer part, and the one after its last."""
-        return (self.last, n) if n - self.last > self.first else (0, self.first)
-
-
-@dataclass(frozen=True)
-class LongGaps:
-    """Gaps across which the motion is not known, whatever their times say.
-
-    The longest stretch between them is that from `begin` to `end`.
-    """
-
-    count: int
     begin: int
     end: int
+    seen: str
+    late: str = ""
+    count: int = 0
 
 
 @dataclass(frozen=True)
@@ -153,7 +137,7 @@ class Start:
     late: int
 
 
-Fault = Cut | LongGaps | OtherClock | Start
+Fault = Part | OtherClock | Start
 
 
 def law_of(series: Course) -> Law | None:
@@ -390,8 +374,8 @@ def fault_of(
     return every or _between_channels(view, frequency) or _jump(view, frequency)
 
 
-def _long_gaps(view: RecordView, frequency: float) -> LongGaps | None:
-    """Stretches in which some channel shows nothing, that are too long to be filled."""
+def _long_gaps(view: RecordView, frequency: float) -> Part | None:
+    """The longest part without a gap of some channel that is too long to be filled."""
     lost = np.concatenate([
         np.any([~np.isfinite(x) for x in blocks], axis=0)
         for blocks in zip(*(as_read(view, role) for role in view.roles), strict=True)
@@ -400,7 +384,9 @@ def _long_gaps(view: RecordView, frequency: float) -> LongGaps | None:
     gaps = [gap for gap in runs_of(lost) if gap[1] - gap[0] > limit]
     ends, begins = [*(gap[0] for gap in gaps), view.n], [0, *(gap[1] for gap in gaps)]
     longest = max(zip(begins, ends, strict=True), key=lambda part: part[1] - part[0])
-    return LongGaps(len(gaps), *longest) if gaps else None
+    times = "once" if len(gaps) == 1 else f"{len(gaps)} times"
+    seen = f"a channel shows nothing for longer than half a period of the motion, {times}"
+    return Part(*longest, seen) if gaps else None
 
 
 def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
@@ -457,7 +443,7 @@ def _velocity(y: FloatArray, step: float, frequency: float, order: int) -> Float
     return np.fft.irfft(np.fft.rfft(tapered) * turn, y.size)[2 * edge : y.size - 2 * edge]
 
 
-def _between_channels(view: RecordView, frequency: float) -> Cut | OtherClock | None:
+def _between_channels(view: RecordView, frequency: float) -> Part | OtherClock | None:
     """What the lag between acceleration and displacement shows."""
     if not {"acceleration", "displacement"} <= set(view.roles):
         return None
@@ -475,19 +461,25 @@ def _between_channels(view: RecordView, frequency: float) -> Cut | OtherClock | 
         # A displacement that comes earlier beside the acceleration has lost samples.
         role = "displacement" if law.step < 0.0 else "acceleration"
         seen = f"its lag beside the other channels steps by {1e3 * abs(law.step):.3g} ms"
-        around = _around(view, free * k + law.at * rate, _LAG_CYCLES * rate / frequency)
-        return Cut(*around, seen, (role,), round(abs(law.step) * rate))
+        at, reach = free * k + law.at * rate, _LAG_CYCLES * rate / frequency
+        return _lost_at(view, at, reach, seen, role, round(abs(law.step) * rate))
     if law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS:
         return OtherClock(_of_its_own(view, frequency, law.slope), law.slope, law.slope_error)
     return None
 
 
-def _around(view: RecordView, middle: float, reach: float) -> tuple[int, int]:
-    """Samples of a record between which something lies that is seen in windows only."""
-    return max(round(middle - reach), 1), min(round(middle + reach), view.n - 1)
+def _lost_at(
+    view: RecordView, at: float, reach: float, seen: str, role: str = "", count: int = 0
+) -> Part:
+    """The longer part of a record of which samples are lost within `reach` of one."""
+    first, last = max(round(at - reach), 1), min(round(at + reach), view.n - 1)
+    seen = f"{role or 'all channels'}: samples are lost at {view.moment(round(at))}, where {seen}"
+    if view.n - last > first:
+        return Part(last, view.n, seen, role, count)
+    return Part(0, first, seen)
 
 
-def _lost_by_all(view: RecordView, frequency: float) -> Cut | None:
+def _lost_by_all(view: RecordView, frequency: float) -> Part | None:
     """Samples that all channels lost: a step in the phase of the base, of a sample or more."""
     k = group_size(view.sample_rate, frequency, points=_POINTS)
     base = channel_means(view, "base", k)
@@ -502,10 +494,10 @@ def _lost_by_all(view: RecordView, frequency: float) -> Cut | None:
     if not 1.0 - _WHOLE < count < period - (1.0 - _WHOLE):
         return None
     seen = f"the phase of the drive steps by {abs(law.step):.3g} rad"
-    return Cut(*_around(view, law.at * rate, 1.5 * found[0].every * rate), seen)
+    return _lost_at(view, law.at * rate, 1.5 * found[0].every * rate, seen)
 
 
-def _jump(view: RecordView, frequency: float) -> Cut | None:
+def _jump(view: RecordView, frequency: float) -> Part | None:
     """Where a displacement jumps and goes on about the same middle: nothing that moves does.
 
     The parabolas through a few samples before and after each sample part there by several times
@@ -532,7 +524,8 @@ def _jump(view: RecordView, frequency: float) -> Cut | None:
     middle = [float(x[own].mean()) for own in sides]
     if abs(middle[1] - middle[0]) > 0.5 * abs(size):
         return None
-    return Cut(place, place, "the displacement jumps and continues around the same mean")
+    seen = "the displacement jumps and continues around the same mean"
+    return _lost_at(view, place, 0.0, seen)
 
 
 def _parting(x: FloatArray, m: int) -> FloatArray:
@@ -625,24 +618,15 @@ def _in_words(found: Fault, view: RecordView) -> str:
             f"acceleration and displacement drifts by {1e3 * total:.3g} ms over the record; it is "
             "resampled to their clock"
         )
-    if isinstance(found, LongGaps):
-        times = "once" if found.count == 1 else f"{found.count} times"
-        return (
-            f"a channel shows nothing for longer than half a period of the motion, {times}: only "
-            f"the longest part between, from {view.moment(found.begin)} to "
-            f"{view.moment(found.end - 1)}, is used"
-        )
     if isinstance(found, Start):
         return (
             f"the recorders of {' and '.join(found.roles)} and of the acceleration did not start "
             f"together: the motion comes {found.late / view.sample_rate:+.4g} s later in the "
             "first; they are aligned by the motion. Start both with one trigger"
         )
-    whose = " and ".join(found.late) or "all channels"
-    kept = "after" if found.kept(view.n)[0] else "before"
     return (
-        f"{whose}: samples are lost at {view.moment((found.first + found.last) // 2)}, where "
-        f"{found.seen}; only the longer part, {kept} this time, is used. Look at the recorder"
+        f"{found.seen}; only the longest part, from {view.moment(found.begin)} to "
+        f"{view.moment(found.end - 1)}, is used. Look at the recorder"
     )
 
 
@@ -650,18 +634,14 @@ def _mended(view: RecordView, found: Fault) -> tuple[Mapping[str, Iterator[Float
     """The channels without the fault, and the time of their first sample."""
     if isinstance(found, OtherClock):
         return {found.role: _on_clock(view, found)}, view.start
-    if isinstance(found, LongGaps):
-        streams = {role: as_read(view, role, found.begin, found.end) for role in view.roles}
-        return streams, float(view.time(found.begin, found.begin + 1)[0])
     if isinstance(found, Start):
         first, n = max(-found.late, 0), view.n - abs(found.late)
         begins = {role: first + found.late * (role in found.roles) for role in view.roles}
         streams = {role: as_read(view, role, i, i + n) for role, i in begins.items()}
         return streams, float(view.time(first, first + 1)[0])
-    begin, end = found.kept(view.n)
+    begin, end = found.begin, found.end
     # Of the part after it the channels stand beside one another again, to a sample or two.
-    ahead = {r: found.count if begin and found.late and r not in found.late else 0
-             for r in view.roles}  # fmt: skip
+    ahead = {r: found.count if r != found.late else 0 for r in view.roles}
     streams = {role: as_read(view, role, begin + ahead[role], end) for role in view.roles}
     return streams, float(view.time(begin, begin + 1)[0])
 
