@@ -54,8 +54,7 @@ class ProposedChannel:
 class ProposedRecord:
     """One row of records.csv; `open` names the cells that nobody but a person knows.
 
-    `readings` are the cells that its file's name says, `shown` what else its note ends with;
-    `setup` names its set of channels.
+    `readings` are the cells that its file's name says; `setup` names its set of channels.
     """
 
     record: str
@@ -65,13 +64,12 @@ class ProposedRecord:
     open: list[str] = field(default_factory=list)
     why: str = ""
     readings: list[Reading] = field(default_factory=list)
-    shown: str = ""
     setup: str = ""
 
     def row(self) -> dict[str, str]:
         """As it is written; a test that nothing shows is one of its kinds, and left out."""
         asked = f"{FILL_IN}, if it applies: {' '.join(self.open)}" if self.open else ""
-        note = "; ".join(filter(None, [self.why, *map(str, self.readings), asked, self.shown]))
+        note = "; ".join(filter(None, [self.why, *map(str, self.readings), asked]))
         row = {"record": self.record, "file": self.file, "test": self.test, "note": note}
         row |= self.cells | ({"setup": self.setup} if self.setup else {})
         if self.test == OPEN:
