@@ -2,7 +2,7 @@
 
 import pytest
 
-from vinesexp.proposal.file_names import read_name, runs_are_numbered
+from vinesexp.proposal.file_names import read_name
 
 PERIODIC = {
     "37p1mm": {"clearance_mm": "37.1"},
@@ -97,12 +97,3 @@ def test_a_release_is_told_from_a_clearance_by_the_record():
 def test_a_reading_holds_the_part_of_the_name():
     (one,) = read_name("steady_G=0,25mm_x", "periodic")
     assert one.said == "G=0,25mm"
-
-
-def test_34_3_is_the_third_run_only_where_the_names_count():
-    assert runs_are_numbered(["34-1", "34-2", "34-3", "36-1"])
-    assert not runs_are_numbered(["34-3"])
-    assert not runs_are_numbered(["34-3", "34-5", "36-1"])
-    (one,) = read_name("34-3", "periodic", numbered=True)
-    assert (one.column, one.cell, one.said) == ("clearance_mm", "34", "34-3")
-    assert read_name("2025-03-12", "periodic", numbered=True) == []

@@ -238,13 +238,6 @@ def test_a_pulse_without_times_is_no_force(tmp_path):
     assert "force" not in {guess.role for guess in guess_roles([view_file(path)]).values()}
 
 
-def test_a_unit_of_time_for_all_columns_is_that_of_the_times(tmp_path):
-    x = np.exp(-0.1 * T) * np.cos(2 * np.pi * 0.9 * T)
-    view, roles = looked_at(tmp_path / "a.csv", "t (s),laser (s),accelerometer (s)", T, x, -32 * x)
-    assert roles == {"laser": "displacement", "accelerometer": "acceleration"}
-    assert any("the header gives all columns the unit s" in remark for remark in view.remarks)
-
-
 @pytest.mark.parametrize(("rate", "test"), [(0.03, "ringdown"), (0.0, OPEN), (0.006, OPEN)])
 def test_a_decay_that_falls_by_a_quarter_is_one_and_a_motion_that_lasts_is_none(
     rate, test, tmp_path

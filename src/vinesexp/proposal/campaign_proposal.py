@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from vinesexp.proposal.file_names import Reading, read_name, runs_are_numbered
+from vinesexp.proposal.file_names import Reading, read_name
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of
 from vinesexp.proposal.survey import FileView, is_other_time
@@ -115,7 +115,6 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     setups = [_setup(f"instrument {k + 1}" if k else "", group) for k, group in enumerate(groups)]
     _inherit(setups)
     used: set[str] = set()
-    numbered = runs_are_numbered([_named(file) for file in files])
     own = {
         id(file): (setup.name, group.guesses, shown)
         for setup, group in zip(setups, groups, strict=True)
@@ -124,7 +123,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     records = []
     for file in files:
         name, guesses, shown = own.get(id(file), ("", first.guesses, None))
-        record = propose_record(folder, file, guesses, used, described=shown, numbered=numbered)
+        record = propose_record(folder, file, guesses, used, described=shown)
         record.setup = name
         records.append(record)
     return Proposal(setups, records)
@@ -321,7 +320,6 @@ def propose_record(
     used: set[str],
     *,
     described: tuple[str, dict[str, str], str] | None = None,
-    numbered: bool = False,
 ) -> ProposedRecord:
     """The row of one file, from its name and its signals.
 
@@ -336,8 +334,6 @@ def propose_record(
         Names of records that are taken, in lower case; the new one is added.
     described : tuple, optional
         What `describe_test` says of the file, where it is known.
-    numbered : bool
-        ``34-3`` is the third run at 34 mm (`runs_are_numbered`).
     """
     named = _named(file)
     shown = _CHANNEL_NUMBER.sub("", named) if file.more_paths else named
@@ -350,7 +346,7 @@ def propose_record(
     release = float(cells["release_mm"]) if "release_mm" in cells else None
     if test == "ringdown" and _names_clearance(named, release):
         test, why = "transient", "it decays, and its name states a clearance"
-    readings = read_name(named, test, release=release, numbered=numbered)
+    readings = read_name(named, test, release=release)
     cells |= {one.column: one.cell for one in readings}
     wanted = {
         "periodic": ["clearance_mm", "base_amplitude_mm"],

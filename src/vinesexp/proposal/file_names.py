@@ -8,7 +8,7 @@ fits two columns, two that fit one, a range, a peak-to-peak or total length, ``2
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 _LENGTHS = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "μm": 1e-3, "cm": 10.0, "m": 1e3}  # in mm
@@ -40,7 +40,6 @@ _COLUMNS = {
 _MANY_TIMES = 5.0  # a clearance is larger than the base amplitude by more
 _LONE = {"clearance_mm": (5.0, 1e3), "base_amplitude_mm": (0.0, 2.0)}  # mm, without a word
 _NEAR = 0.15  # share by which a release in a name may differ from the one in the record
-_RUN = re.compile(r"(?<![\d.,-])(\d{1,3})-(\d{1,2})(?![\d.,-])")
 
 _NUMBER = r"(?<![\d.])(?<!\d,)\d+(?:[.,p]\d+)?"  # 24p5 and 24,5 are 24.5
 #: A unit ends the word, or the word of the next number follows at once, as in 34mmG0.25mm.
@@ -97,9 +96,7 @@ class _Said:
     text: str
 
 
-def read_name(
-    name: str, test: str, *, release: float | None = None, numbered: bool = False
-) -> list[Reading]:
+def read_name(name: str, test: str, *, release: float | None = None) -> list[Reading]:
     """What a file's name says of its record, column by column.
 
     Parameters
@@ -110,8 +107,6 @@ def read_name(
         Only columns of such a test are read.
     release : float, optional
         How far the record begins from rest, mm: tells a release from a clearance.
-    numbered : bool
-        ``34-3`` is the third run at 34 mm (`runs_are_numbered`).
 
     Examples
     --------
@@ -139,9 +134,6 @@ def read_name(
     masses = [one for one in lone if one.unit in _MASSES]
     if "added_mass_g" in open_ones and len(masses) == 1:
         found["added_mass_g"] = masses
-    run = _RUN.search(name)
-    if run and numbered and "clearance_mm" in open_ones and not lengths:
-        found["clearance_mm"] = [_Said("", "", (float(run[1]),), run[0])]
     readings = [_reading(column, own) for column, own in found.items() if column not in clash]
     return [one for one in readings if one is not None]
 
@@ -199,24 +191,6 @@ def _reading(column: str, own: list[_Said]) -> Reading | None:
         ";".join(cells[: None if column == "clearance_mm" else 1]),
         " ".join(one.text.strip() for one in own),
     )
-
-
-def runs_are_numbered(names: Iterable[str]) -> bool:
-    """Whether ``34-3`` counts runs in these names: every such clearance has a first run.
-
-    Where it does not, 34-3 may as well be 34.3 mm, and nobody can tell.
-
-    Examples
-    --------
-    >>> runs_are_numbered(["34-1", "34-2", "36-1"]), runs_are_numbered(["34-0", "34-5"])
-    (True, False)
-    """
-    runs: dict[str, set[int]] = {}
-    for name in names:
-        for clearance, run in _RUN.findall(name):
-            runs.setdefault(clearance, set()).add(int(run))
-    several = any(len(found) > 1 for found in runs.values())
-    return several and all(1 in found for found in runs.values())
 
 
 def _by_size(

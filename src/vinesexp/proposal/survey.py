@@ -172,11 +172,6 @@ def view_file(path: Path) -> FileView:
     time, rate, remarks = (None, None, []) if response else _time_and_rate(source, read)
     columns = _kinds(source, read, time, rate, frequencies=0 if response else None)
     stated_unit = None if time is None else source.columns[time].unit
-    if _one_unit(source) and len(read) > 2:
-        unit = source.columns[0].unit
-        remarks.append(
-            f"the header gives all columns the unit {unit}; it is used for the times only"
-        )
     if time is None and (anew := next((c for c in columns if _is_called_and_anew(c)), None)):
         row = int(np.argmin(np.diff(anew.finite))) + 1
         remarks.append(
@@ -216,16 +211,9 @@ def _kinds(
                 own = rate = _rate_of(values, _unit_of_times(column.unit, values))
         if kind == "signal" and len(values) < _FEWEST and not 1 < most / len(values) <= _FEWEST:
             kind = "list"
-        unit = None if kind != "time" and len(read) > 2 and _one_unit(source) else column.unit
         if kind != "empty":
-            columns.append(ColumnView(index, column.name, unit, kind, values, own))
+            columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
     return _over_their_axes(columns)
-
-
-def _one_unit(source: Source) -> bool:
-    """Whether a header gives all columns one unit of time: that of the times alone, then."""
-    units = {column.unit for column in source.columns}
-    return len(units) == 1 and units <= set(UNITS["time"])
 
 
 def _odd(
