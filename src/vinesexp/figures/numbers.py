@@ -146,8 +146,8 @@ def outwards(low: float | None, high: float | None) -> tuple[str, str]:
     return cut(low, -1), cut(high, 1)
 
 
-def significant(value: float | str | None, *, factor: float = 1.0) -> str:
-    """A number of a table times `factor`, to three digits; a dash where there is none.
+def significant(value: float | str | None, *, factor: float = 1.0, digits: int = 3) -> str:
+    """A number of a table times `factor`, to some digits; a dash where there is none.
 
     Examples
     --------
@@ -156,7 +156,7 @@ def significant(value: float | str | None, *, factor: float = 1.0) -> str:
     """
     if value is None or isinstance(value, str):
         return "–"
-    return f"{factor * value:.3g}" if math.isfinite(value) else "–"
+    return f"{factor * value:.{digits}g}" if math.isfinite(value) else "–"
 
 
 def with_interval(value: float, low: float, high: float) -> str:
