@@ -252,6 +252,17 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     return replace(c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma)
 
 
+def one_by_one(c: Collisions, p: FloatArray) -> Collisions:
+    """Each collision for itself, with the errors that all show near `p`; outliers count less."""
+    rest = np.where(c.known, c.rest(p[:, np.newaxis].astype(np.complex128)).real, np.nan)
+    scale = np.array([1.4826 * _median(np.abs(own[np.isfinite(own)])) for own in rest]) + _TINY
+    off = rest / scale[:, np.newaxis]
+    sigma = scale[:, np.newaxis] * np.sqrt((_FREEDOM + off**2) / (_FREEDOM + 1.0))
+    each = np.eye(rest.shape[1])
+    sigma = np.where(c.known, sigma, np.inf)
+    return replace(c, scatter=scale, means=(each, each, each), sigma=sigma)
+
+
 def _scatter(rest: FloatArray, groups: IntArray) -> float:
     """Standard deviation of single collisions about those alike, by differences of two in turn.
 

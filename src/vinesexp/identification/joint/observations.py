@@ -18,6 +18,7 @@ from vinesexp.identification.joint.collisions import (
     LOCALS,
     Collisions,
     bounced,
+    one_by_one,
     with_errors,
 )
 from vinesexp.identification.joint.over_amplitude import (
@@ -579,12 +580,19 @@ def _misfit(collisions: Collisions, sums: Sequence[Sum], priors: Mapping[str, Pr
 def with_own_errors(collisions: Collisions, start: FloatArray, *, time_error: float) -> Collisions:
     """Collisions with the errors that they show at their own r, momentum and effects.
 
-    At another r the bounces of a modulated motion, whose speeds differ, would scatter by that.
+    At another r the bounces of a modulated motion, whose speeds differ, would scatter by that; and
+    where a ball rolls, those that are not alike would stand out, and the rest fit something else.
     """
     start = start.copy()
     start[LOCALS.index("r")] = bounced(collisions, start)
-    near = with_errors(collisions, start, time_error=time_error)
+    at = start
+    for _ in range(_ROUGHLY):
+        at = _alone(one_by_one(collisions, at), start).at
+    near = with_errors(collisions, at, time_error=time_error)
     return with_errors(near, _alone(near, start).at, time_error=time_error)
+
+
+_ROUGHLY = 4  # fits to single collisions, whose outliers count less from one to the next
 
 
 def _alone(collisions: Collisions, start: FloatArray) -> Quadratic:
