@@ -39,6 +39,7 @@ COMMANDS = {
     ),
     "simulate": "simulate the records of a scene",
     "impacts": "find impacts in instrument files",
+    "completion": "print the completion of commands and options for bash, zsh or fish",
 }
 
 

@@ -32,6 +32,9 @@ def times(kind, rate, n, random):
         return (k - 0.15 * (k % 4)) / rate
     if kind == "a tenth of the frames dropped":
         return k[random.uniform(size=n) > 0.1] / rate
+    if kind == "rows twice":
+        t = (k + 0.1 * random.uniform(-1.0, 1.0, n)) / rate
+        return np.repeat(t, 1 + (random.uniform(size=n) < 0.05))
     return (k + 2.0 * np.sin(6.0 * np.pi * k / n)) / rate  # a clock that drifts to and fro
 
 
@@ -58,7 +61,7 @@ def fitted_by_itself(t, x):
 
 KINDS = (
     "jitter", "jitter of a fifth", "frames of different lengths", "a phone that catches up",
-    "bursts of four", "a tenth of the frames dropped", "drift",
+    "bursts of four", "a tenth of the frames dropped", "rows twice", "drift",
 )  # fmt: skip
 
 

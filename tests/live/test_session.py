@@ -62,7 +62,7 @@ def test_a_day_of_files_as_they_come(bench, session, texts, tmp_path):
     os.utime(raw / "ring_1.csv", (0, 0))
     session.settle()
     (raw / "s_b30.csv.part").rename(raw / "s_b30.csv")
-    # Without a name that says it, its clearance stays open until a person writes it.
+    # Without a name that says it, its clearance is in its flights.
     (raw / "unnamed.csv").write_text(texts["unnamed.csv"])
     # One twice, one cut within a line, one of something else.
     shutil.copy(raw / "ring_1.csv", raw / "copy of ring_1.csv")
@@ -70,9 +70,6 @@ def test_a_day_of_files_as_they_come(bench, session, texts, tmp_path):
     (raw / "no_record.csv").write_text("name,phone\nAda,1\n")
     session.settle()
     before = contents(bench)
-    assert "clearance_mm" in rows(bench)["unnamed"]["note"]
-    session.correct("unnamed", {"clearance_mm": "36"}, {"clearance_mm": ""})
-    session.settle()
     table = rows(bench)
     assert set(table) == {"s_b32", "ring_2_400g", "ring_1", "s_b30", "unnamed", "cut_b32"}
     assert {id: row["test"] for id, row in table.items() if id != "cut_b32"} == {
@@ -81,6 +78,8 @@ def test_a_day_of_files_as_they_come(bench, session, texts, tmp_path):
     }  # fmt: skip
     assert table["ring_2_400g"]["added_mass_g"] == "400"
     assert table["s_b30"]["base_amplitude_mm"] == table["unnamed"]["base_amplitude_mm"] == "0.25"
+    assert float(table["unnamed"]["clearance_mm"]) == pytest.approx(36.0, abs=0.1)
+    assert "from its flights" in table["unnamed"]["note"]
     assert "has the same content as ring_1.csv" in session.status.remarks["raw/copy of ring_1.csv"]
     assert "raw/no_record.csv" in session.status.remarks
     assert all(seen.state == "done" for seen in session.seen.values())

@@ -144,6 +144,15 @@ def test_a_gyroscope_is_no_channel(tmp_path, capsys):
     assert "Acceleration z" in channels["acceleration"]
 
 
+def test_names_cut_short_in_one_file_are_one_channel(tmp_path, capsys):
+    t = np.arange(2000) / 100.0
+    for name, label in (("a", "Acceleratio"), ("b", "Acceleration")):
+        table(tmp_path / f"{name}.csv", f"time (s),{label} (g)", t, decay(t, 1.0))
+    channels, rows, _ = proposed(tmp_path)
+    assert '"Acceleratio*"' in channels["acceleration"]
+    assert [row["test"] for row in rows] == ["ringdown", "ringdown"]
+
+
 def test_noise_of_the_base_is_no_sweep(tmp_path, capsys):
     t = np.arange(8000) / 1000.0
     noise = 0.01 * RNG.standard_normal(t.size) + 0.002 * np.sin(2 * np.pi * 50.0 * t)
@@ -381,3 +390,13 @@ def test_runs_side_by_side_have_the_rates_of_their_own_times(tmp_path):
     (tmp_path / "b.csv").write_text("\n".join(rows))
     _, _, text = proposed(tmp_path)
     assert "time: {column: 2, unit: s}" in text
+
+
+def test_times_that_run_backwards_are_said_to(tmp_path):
+    rows = [f"{1000 - 4 * k},{np.cos(k / 3):.5f}" for k in range(400)]  # Owon
+    (tmp_path / "a.csv").write_text("Time(ms),CH1(mV)\n" + "\n".join(rows))
+    view = view_file(tmp_path / "a.csv")
+    assert (view.time, view.rate) == (None, None)
+    *_, why = describe_test(view, guess_roles([view]))
+    assert "runs backwards, from 1000 to -596" in why
+    assert "sample_rate: 250 Hz" in why

@@ -138,6 +138,21 @@ def test_a_list_of_values_and_words_within_words_say_no_role(tmp_path):
     assert view_file(tmp_path / "c.csv").problems == ("columns whose first cell is a word: 'mode'",)
 
 
+def test_names_that_differ_in_case_are_one_channel(tmp_path):
+    x = np.exp(-0.02 * T) * np.cos(6.0 * T)
+    for name, names in (("a", "t,Laser,ACC"), ("b", "t,laser,Acc")):
+        looked_at(tmp_path / f"{name}.csv", names, T, x, -36.0 * x)
+    assert main(["init", str(tmp_path)]) == 0
+    text = (tmp_path / "campaign.yaml").read_text()
+    assert 'displacement: {column: "Laser",' in text
+    assert 'acceleration: {column: "ACC",' in text
+    assert "optional" not in text
+    channels = {"displacement": Channel("displacement", "Laser", "displacement", 1.0)}
+    time = TimeColumn("T", "s", 1.0)
+    *_, values = read_channels(tmp_path / "b.csv", channels, time=time)
+    np.testing.assert_allclose(values["displacement"], x, atol=1e-6)
+
+
 def test_the_coordinates_of_a_tracked_point_are_one_sensor(tmp_path):
     angle = 0.5 * np.exp(-0.01 * T) * np.cos(2 * np.pi * 0.9 * T)
     x, y = 320.0 + 100.0 * np.sin(angle), 400.0 - 100.0 * np.cos(angle)

@@ -28,9 +28,16 @@ def test_times_that_stand_still_tell_no_rate(tmp_path):
     assert "does not advance" in view.remarks[0]
 
 
-def test_the_size_of_dates_tells_that_they_are_days(tmp_path):
-    times = [repr(45000.0 + 1e-8 * k) for k in range(600)]
-    assert written(tmp_path / "a.csv", times, X).time_unit == "day"
+@pytest.mark.parametrize(("start", "step", "unit"), [(1.7e12, 3e5, "ms"), (45000.0, 1e-8, "day")])
+def test_the_size_of_times_tells_their_unit(start, step, unit, tmp_path):
+    times = [repr(start + step * k) for k in range(600)]
+    assert written(tmp_path / "a.csv", times, X).time_unit == unit
+
+
+def test_smallest_and_largest_values_in_turn_are_no_samples(tmp_path):
+    pairs = X.repeat(2)[:600] + np.tile([-0.05, 0.05], 300)
+    assert "peak detection" in written(tmp_path / "a.csv", T, pairs).remarks[-1]
+    assert not written(tmp_path / "b.csv", T, X).remarks
 
 
 def test_labview_says_that_its_axis_is_one_of_frequencies(tmp_path):

@@ -21,6 +21,7 @@ MOST_BYTES = 300_000
 def test_a_full_campaign_gets_every_figure(full):
     assert [entry.name for entry in full.drawn] == [
         "clearance_periodic",
+        "clearance_optimum",
         "clearance_release_20mm",
         "regimes_periodic",
         "manifold",

@@ -1,4 +1,4 @@
-"""Amplitude over clearance of periodic tests, and time over clearance of releases."""
+"""Amplitude over clearance of periodic tests, time over clearance of releases, and the optima."""
 
 from __future__ import annotations
 
@@ -58,6 +58,11 @@ class DrawnLevel:
     curve: Curve
     lowest: Row
     end: Row
+
+    @property
+    def G(self) -> float:
+        """Base amplitude, mm."""
+        return 1e3 * self.level.nominal
 
 
 def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
@@ -164,6 +169,64 @@ def _key(figure: Figure, axis: Axes, valleys: Sequence[DrawnLevel]) -> None:
     key(figure, axis, entries, columns=3)
 
 
+def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
+    """How far each measured clearance is from the exact b_c, over base amplitude.
+
+    Parameters
+    ----------
+    valleys : sequence of DrawnLevel
+        With an exact b_c each.
+    """
+    figure, (axis,) = new_figure(height=3.2)
+    beyond = 0.25 * (valleys[-1].G - valleys[0].G or 1.0)
+    width = 0.02 * max(valley.G for valley in valleys)
+    for valley in valleys:
+        row = valley.lowest
+        span, exact = [valley.G - width, valley.G + width], row["exact_mm"]
+        _, low, high = _interval(row, "predicted", "exact_mm") or (1.0, 1.0, 1.0)
+        low, high = (100.0 * (end / exact - 1.0) for end in (low, high))
+        axis.fill_between(span, low, high, color=COLOURS["exact"], alpha=0.3, linewidth=0)
+        if row["published_mm"] is not None:
+            away = 100.0 * (row["published_mm"] / exact - 1.0)
+            axis.plot(span, [away, away], "--", color=COLOURS["published"])
+        _deviation(axis, valley, exact, 0.08 * beyond)
+    axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
+    entries = [
+        ("-", "exact", "exact $b_c$, 95 % interval shaded"),
+        ("--", "published", "published $b_c$"),
+        ("s", "strongly modulated", "end of two impacts per cycle"),
+        ("o", "measured", "lowest amplitude"),
+    ]
+    key(figure, axis, entries)
+    axis.set_xlabel("base amplitude G (mm)")
+    axis.set_ylabel("clearance from the exact $b_c$ (%)")
+    axis.set_xlim(valleys[0].G - beyond, valleys[-1].G + beyond)
+    axis.margins(y=0.15)
+    return figure
+
+
+def _deviation(axis: Axes, valley: DrawnLevel, exact: float, beside: float) -> None:
+    """Both measured clearances of one base amplitude, with their brackets."""
+    for row, marker, colour, place, side in (
+        (valley.lowest, "o", "measured", 1.0, "left"),
+        (valley.end, "s", "strongly modulated", -1.0, "right"),
+    ):
+        kind = _interval(row, "measured")
+        if kind is None or math.isinf(kind[2] - kind[1]):
+            continue  # a bound is no point
+        value, low, high = (100.0 * (b / exact - 1.0) for b in kind)
+        at = (valley.G + place * beside, value)  # else one bracket would cover the other
+        axis.errorbar(
+            *(*at, [[value - low], [high - value]]),
+            fmt=marker,
+            color=COLOURS[colour],
+            capsize=3,
+            markersize=4.5,
+        )
+        words = f"{kind[0]:.1f} mm"
+        label(axis, words, at, colour, (9.0 * place, 0), ha=side)
+
+
 def time_over_clearance(
     levels: Sequence[tuple[ReleaseLevel, Curve, Interval | None]],
     *, title: str, published: float | None, exact: float | None,
@@ -252,6 +315,18 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         figure,
         Drawn("clearance_periodic", "clearance", "Amplitude of the mass over clearance", text),
     )
+    predicted = [valley for valley in valleys if valley.lowest.get("exact_mm") is not None]
+    if len(predicted) > 1:
+        title = (
+            "How far the measured clearances are from the exact b_c, over base amplitude; bars "
+            "reach to the clearances tried on either side"
+        )
+        text = (
+            "b_c predicts the end of two impacts per "
+            "cycle; the lowest amplitude lies a little below it."
+        )
+        drawn = Drawn("clearance_optimum", "clearance", title, text)
+        yield optimum_over_level(predicted), drawn
 
 
 def _valley(level: PeriodicLevel, results: CampaignResults) -> DrawnLevel:

@@ -34,14 +34,23 @@ from vinesexp.live.views import (
     look_at_campaign,
     look_at_record,
 )
+from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.proposal.campaign_proposal import SKIPPED, ProposedRecord
-from vinesexp.proposal.row_at_the_bench import row_of_file
+from vinesexp.proposal.row_at_the_bench import (
+    UNKNOWN_R,
+    clearance_cell,
+    clearance_of_flights,
+    row_of_file,
+)
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, read_campaign
 from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of_record
 from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
 from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text
 from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
+from vinesexp.results import Results
+from vinesexp.units import COVERAGE_95, Quantity, with_error
 from vinesexp.whole_files import digest_of_file, write_whole
 
 #: Cells that the page may change; what a record is called and where its file is stays.
@@ -441,7 +450,43 @@ class Session:
             raise CampaignError(
                 f"holds {len(view.parts)} records; give each its row by hand", file=path
             )
-        return row_of_file(campaign, view, [one for one in campaign.records if one is not besides])
+        row = row_of_file(campaign, view, [one for one in campaign.records if one is not besides])
+        if "clearance_mm" in row.open and row.test in ("periodic", "transient"):
+            self._fill_clearance(campaign, row)
+        return row
+
+    def _fill_clearance(self, campaign: Campaign, row: ProposedRecord) -> None:
+        """The clearance that the flights show, where they do."""
+        f = row.cells.get("frequency_hz")
+        record = Record(
+            row.record,
+            self.folder / row.file,
+            row.test,
+            frequency=(float(f),) * 2 if f else None,
+            settings=campaign.settings,
+            setup=row.setup,
+        )
+        ingest_record(campaign, record, paths=self.paths)
+        condition_record(campaign, record, paths=self.paths)
+        with open_record(self.paths.conditioned(record.id)) as view:
+            frequency = view.attributes.get("oscillation_hz")
+            if view.refused is not None or not frequency:
+                return
+        # Any clearance does: the impacts are found again with the one in the row.
+        impacts, _ = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=self.paths)
+        b = clearance_of_flights(impacts, r=self._restitution(), frequency=float(frequency))
+        if b is not None:
+            row.open.remove("clearance_mm")
+            row.cells["clearance_mm"] = clearance_cell(b, campaign.records)
+            shown = with_error(1e3 * b.value, 1e3 * COVERAGE_95 * b.std_error)
+            row.shown = f"clearance {shown} mm from its flights"
+
+    def _restitution(self) -> Quantity:
+        known = Results(self.results).values if self.paths.identified.is_file() else {}
+        if "r" not in known:
+            return UNKNOWN_R
+        error = known["r"]["std_error"]
+        return Quantity(known["r"]["value"], 0.01 if error is None else error)
 
     # -- records --------------------------------------------------------------------------------
 

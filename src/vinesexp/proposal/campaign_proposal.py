@@ -54,7 +54,8 @@ class ProposedChannel:
 class ProposedRecord:
     """One row of records.csv; `open` names the cells that nobody but a person knows.
 
-    `readings` are the cells that its file's name says; `setup` names its set of channels.
+    `readings` are the cells that its file's name says, `shown` what else its note ends with;
+    `setup` names its set of channels.
     """
 
     record: str
@@ -64,12 +65,13 @@ class ProposedRecord:
     open: list[str] = field(default_factory=list)
     why: str = ""
     readings: list[Reading] = field(default_factory=list)
+    shown: str = ""
     setup: str = ""
 
     def row(self) -> dict[str, str]:
         """As it is written; a test that nothing shows is one of its kinds, and left out."""
         asked = f"{FILL_IN}, if it applies: {' '.join(self.open)}" if self.open else ""
-        note = "; ".join(filter(None, [self.why, *map(str, self.readings), asked]))
+        note = "; ".join(filter(None, [self.why, *map(str, self.readings), asked, self.shown]))
         row = {"record": self.record, "file": self.file, "test": self.test, "note": note}
         row |= self.cells | ({"setup": self.setup} if self.setup else {})
         if self.test == OPEN:
@@ -108,7 +110,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     files : sequence of FileView
         Those that could be read.
     """
-    files = with_joined_channels(files)
+    files = with_joined_channels(_spelled_alike(files))
     first, *others = _by_instrument(files)
     standard = _setup("", first)
     groups = [first, *(one for one in others if _reads_its_own(standard, one))]
@@ -189,9 +191,9 @@ def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
 def _setup(name: str, group: _Group) -> ProposedSetup:
     files, guesses, channels = group.files, group.guesses, []
     for role in _ROLES:
-        label = next((one for one, guess in guesses.items() if guess.role == role), None)
-        if label is not None:
-            channels.append(_channel(label, guesses[label], files))
+        labels = [label for label, guess in guesses.items() if guess.role == role]
+        if labels:
+            channels.append(_channel(labels, guesses[labels[0]], files))
     chosen = [c for f in files for c in f.columns if c.kind == "time" and c.index == f.time]
     times = sorted({c.name for c in chosen if c.name})
     numbers = {c.index for c in chosen}
@@ -226,8 +228,9 @@ def _own_times(file: FileView, labels: Sequence[str]) -> int | None:
     return max((c.index for c in times if c.index < first), default=None)
 
 
-def _channel(label: str, guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
-    columns = [c for f in files for c in f.signals if label_of(c) == label]
+def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
+    label = min(labels, key=len)  # what the names have in common, where some are cut short
+    columns = [c for f in files for c in f.signals if label_of(c) in labels]
     units = {c.unit for c in columns}
     unit = units.pop() if len(units) == 1 else None
     quantity = _quantity(guess.role, label, unit)
@@ -252,6 +255,21 @@ def _quantity(role: str, label: str, unit: str | None) -> str | None:
     if role == "base" and re.search(r"acc", label, re.I):
         return next(by_unit, "acceleration")
     return next(by_unit, "velocity" if VELOCITY.search(label) else "displacement")
+
+
+def _spelled_alike(files: Sequence[FileView]) -> list[FileView]:
+    """Files whose columns have one name where it differs in case only (CH1, Ch1)."""
+    spelled: dict[str, str] = {}
+    found = []
+    for file in files:
+        names = [column.name for column in file.columns]
+        if len({name.lower() for name in names}) == len(names):
+            columns = (
+                replace(c, name=spelled.setdefault(c.name.lower(), c.name)) for c in file.columns
+            )
+            file = replace(file, columns=tuple(columns))
+        found.append(file)
+    return found
 
 
 def with_joined_channels(files: Sequence[FileView]) -> list[FileView]:

@@ -45,6 +45,7 @@ _TURNING = re.compile(r"gyro|rotat|angular vel", re.I)
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
 #: Sensors of a phone after which a file is called whose columns are x, y and z.
 _SENSOR = re.compile(r"accelero|acceleration|gyro", re.I)
+_CUT_SHORT = 6  # letters at least of a name that some program cut short
 _MOSTLY = 0.9  # of the steps of times with a mistake among them
 _KEEPS = 0.35  # variation of an amplitude that is kept: a decay to a quarter varies by more
 _SKEWED = 1.0  # skewness; of a steady motion or noise about a level 0
@@ -161,7 +162,8 @@ def _settled(found: Sequence[Indication], places: Places) -> dict[str, Guess]:
     holders: dict[str, str] = {}
     for label, role in ranked:
         holder = holders.setdefault(role, label)
-        if label not in guesses and (holder == label or role == "force"):
+        again = role == "force" or _same(holder, label, places)
+        if label not in guesses and (holder == label or again):
             own = [one for one in found if (one.label, one.role) == (label, role)]
             words = "; ".join(dict.fromkeys(one.why for one in own if one.weight > 0.0))
             rivals = max(one.rivals for one in own)
@@ -406,6 +408,15 @@ def _called(name: str, at: Sequence[tuple[FileView, ColumnView]]) -> str:
     first = next(iter(sensors), None)
     bare = name.lower() in ("x", "y", "z") and first is not None and all(sensors)
     return f"{first[0]} {name}" if bare and first is not None else name
+
+
+def _same(label: str, other: str, places: Places) -> bool:
+    """Whether two names are those of one channel: cut short in one file, and never in one file."""
+    short, long = sorted((label, other), key=len)
+    if len(short) < _CUT_SHORT or not long.startswith(short):
+        return False
+    files = [{file.path for file, _ in places[one]} for one in (label, other)]
+    return not files[0] & files[1]
 
 
 def label_of(column: ColumnView) -> str:

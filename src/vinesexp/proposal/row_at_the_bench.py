@@ -1,7 +1,7 @@
 """The row of a file that has just been measured, in a campaign whose channels are described.
 
 Kind of test, frequency, base amplitude and release come from the channels; the clearance from the
-file's name. What neither tells stays open.
+file's name, else from the flights between its impacts. What neither tells stays open.
 """
 
 from __future__ import annotations
@@ -10,15 +10,81 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+from scipy.optimize import least_squares
+
 from vinesexp.errors import CampaignError
+from vinesexp.identification.flights import flights_of
 from vinesexp.proposal.campaign_proposal import ProposedRecord, propose_record
 from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Channel, Record
 from vinesexp.records.instrument.samples import fitting
+from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.units import Quantity
+
+#: What is assumed of r where no record has shown it.
+UNKNOWN_R = Quantity(0.6, 0.15)
+#: Fewer impacts with flights are too few.
+_FEWEST = 12
+#: A clearance with a larger relative standard error is asked for instead.
+_SURE = 0.01
+_OUTLYING = 4.0  # robust standard deviations
+
+
+def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> Quantity | None:
+    """Clearance of the one ball of a record with its standard error, m; None where it stays open.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        Found with any clearance of one ball: it does not enter them.
+    r : Quantity
+        Restitution, as far as it is known (`UNKNOWN_R`).
+    frequency : float
+        Of the oscillation, Hz.
+    """
+    at_0, at_1 = (flights_of(impacts, nes=1, b=b, period=1.0 / frequency) for b in (0.0, 1.0))
+    if at_0.index.size < _FEWEST:
+        return None
+    v_before, v_after = at_0.v_before, at_0.v_after
+    a_before, c_before = at_0.u_before, at_1.u_before - at_0.u_before
+    a_after, c_after = at_0.u_after, at_1.u_after - at_0.u_after
+
+    def misfit(b: float, restitution: float) -> np.ndarray:
+        found = (v_after - a_after - c_after * b) + restitution * (
+            v_before - a_before - c_before * b
+        )
+        return np.asarray(found)
+
+    known, slope = misfit(0.0, r.value), misfit(0.0, r.value) - misfit(1.0, r.value)
+    answer = np.array([float(np.median(known / slope)), r.value])
+    for _ in range(6):
+        rest = misfit(*answer)
+        scatter = 1.4826 * float(np.median(np.abs(rest - np.median(rest)))) + 1e-6
+        keep = np.abs(rest) < _OUTLYING * scatter
+        if keep.sum() < _FEWEST:
+            return None
+
+        def residuals(p: np.ndarray, keep: np.ndarray = keep, by: float = scatter) -> np.ndarray:
+            prior = (p[1] - r.value) / max(r.std_error, 1e-4)
+            return np.append(misfit(*p)[keep] / by, prior)
+
+        solved = least_squares(residuals, answer, x_scale=[0.01, 0.1])
+        before, answer = answer, solved.x
+        if np.allclose(answer, before, rtol=1e-6):
+            break
+    b = float(answer[0])
+    covariance = np.linalg.pinv(solved.jac.T @ solved.jac)
+    # Flights are shared by neighbouring impacts: half as many are independent.
+    error = math.sqrt(2.0 * float(covariance[0, 0]))
+    if not (0.0 < b < 1.0 and 0.0 < answer[1] < 1.0) or error > _SURE * b:
+        return None
+    return Quantity(b, error)
+
 
 #: Shares by which a measured value may miss one of the table and still be that one.
-_SAME_LEVEL, _SAME_FREQUENCY = 0.03, 1e-3
+_SAME_LEVEL, _SAME_FREQUENCY, _SAME_CLEARANCE = 0.03, 1e-3, 0.003
 
 
 def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -> ProposedRecord:
@@ -99,3 +165,10 @@ def _snapped(value: float, known: Iterable[float], share: float, digits: int) ->
     if near is not None and abs(value - near) <= share * near:
         return f"{near:.10g}"
     return f"{value:.{digits}g}"
+
+
+def clearance_cell(found: Quantity, records: Iterable[Record]) -> str:
+    """A clearance as it is written, mm: one of the table where it repeats it."""
+    known = [b for record in records for b in record.clearance]
+    share = max(_SAME_CLEARANCE, 2.0 * found.std_error / found.value)
+    return _snapped(1e3 * found.value, [1e3 * b for b in known], min(share, 0.01), 4)

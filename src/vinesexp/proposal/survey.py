@@ -39,7 +39,9 @@ _AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises a
 _MOST_DECIBELS = 400.0
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _TICKS = ("s", "ms", "us", "ns")
+_SINCE_1970, _SLOW_LOGGER = (1e9, 4e9), 60.0  # s: the years 2001 to 2096; steps of such times
 _DAYS = (36525.0, 73050.0), (730485.0, 767010.0)  # of 2000 to 2099: Excel's, MATLAB's
+_PAIRED = 0.98  # of the steps, up and down in turn
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
 
@@ -238,6 +240,29 @@ def _odd(
             f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is one "
             "of them"
         )
+    signals = [c for c in columns if c.kind == "signal" and c.rate]
+    pairs = next((c for c in signals if _are_pairs(c.finite)), None)
+    if pairs is not None:
+        yield (
+            f"every second sample of '{pairs.name or f'column {pairs.index}'}' lies above both its "
+            "neighbours: smallest and largest values (peak detection) most likely, not samples; "
+            "record in the instrument's normal mode"
+        )
+
+
+def _are_pairs(values: FloatArray) -> bool:
+    """Whether samples are smallest and largest values in turn.
+
+    Examples
+    --------
+    >>> x = np.sin(0.02 * np.arange(400.0)).repeat(2)
+    >>> _are_pairs(x + np.tile([-0.1, 0.1], 400)), _are_pairs(x)
+    (True, False)
+    """
+    steps = np.diff(values) * np.where(np.arange(max(len(values) - 1, 0)) % 2 == 0, 1.0, -1.0)
+    if len(steps) < 4 * _FEWEST:
+        return False
+    return bool(max((steps > 0.0).mean(), (steps < 0.0).mean()) > _PAIRED)
 
 
 def _over_their_axes(columns: Sequence[ColumnView]) -> list[ColumnView]:
@@ -338,7 +363,8 @@ def _is_of_times(column: Column, source: Source, time: int | None, values: Float
 def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     """The unit of a column of times: whole numbers that would be seconds are finer ticks.
 
-    Which ones, by the slowest rate that a vibration needs; dates as days are told by their size.
+    Ticks since 1970 and dates as days are told by their size, others by the slowest rate that a
+    vibration needs.
 
     Examples
     --------
@@ -346,6 +372,8 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     ('ms', 's')
     >>> _unit_of_times(None, 1663562598302710300 + 1e7 * np.arange(50.0))
     'ns'
+    >>> _unit_of_times(None, 1.7e12 + 3e5 * np.arange(50.0))  # every five minutes
+    'ms'
     >>> _unit_of_times(None, 45000.0 + np.arange(50.0) / 8.64e7)  # dates of Excel, 1 kHz
     'day'
     """
@@ -353,6 +381,8 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
         return str(stated)
     finite = times[np.isfinite(times)]
     step = float(finite[-1] - finite[0]) / max(len(finite) - 1, 1)
+    if ticks := _ticks_since_1970(finite):
+        return ticks
     days = any(first < finite[0] < last for first, last in _DAYS)
     if days and step * UNITS["time"]["day"] < 1.0 / SLOWEST:
         return "day"
@@ -360,6 +390,20 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
         return "s"
     units = (unit for unit in _TICKS if step * UNITS["time"][unit] < 1.0 / SLOWEST)
     return next(units, "ns")
+
+
+def _ticks_since_1970(times: FloatArray) -> str | None:
+    """The unit of times of a computer's clock; None of other numbers."""
+    steps = np.diff(times)
+    step = float(steps.mean()) if steps.size else 0.0
+    for unit in _TICKS:
+        size = UNITS["time"][unit]
+        # A slower logger than that keeps whole minutes; the clock of a computer does not.
+        slow = step * size % _SLOW_LOGGER == 0.0 and bool((steps == step).all())
+        fits = _SINCE_1970[0] < times[0] * size < _SINCE_1970[1]
+        if fits and (step * size < _SLOW_LOGGER or slow):
+            return unit
+    return None
 
 
 def _rate_of(times: FloatArray, unit: str) -> float:
@@ -492,16 +536,25 @@ def _time_and_rate(
     source: Source, read: dict[int, FloatArray]
 ) -> tuple[int | None, float | None, list[str]]:
     """The column of times, the rate, and what is odd: as the format says, else a ramp called so."""
+    backwards = []
     for j in _perhaps_times(source, read):
         if is_called_frequency(source.columns[j].name, source.columns[j].unit):
             continue
         finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
         steps = np.diff(finite)
         named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
+        named = bool(named) or (len(steps) > 0 and _ticks_since_1970(finite) is not None)
         if source.columns[j].unit and not named:
             continue  # a quantity of its own: a speed, a length
         back = np.flatnonzero(steps < 0.0)
         slips = named and len(back) * _FEWEST < len(steps) and -steps.min() < 3.0 * steps.mean()
+        if named and len(back) == len(steps) > _FEWEST:
+            mean = _rate_of(finite, _unit_of_times(source.columns[j].unit, -finite))
+            backwards = [
+                f"'{source.columns[j].name}' runs backwards, from {finite[0]:.6g} to "
+                f"{finite[-1]:.6g}; if the rows stand in the order of time, give 'sample_rate: "
+                f"{mean:.6g} Hz' instead of 'time'"
+            ]
         if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
             continue
         unit = _unit_of_times(source.columns[j].unit, read[j])
@@ -529,6 +582,6 @@ def _time_and_rate(
         return j, float(f"{rate:.6g}") if rate else None, remarks
     stated = _stated_rate(source)
     if stated is None:
-        return None, None, []
+        return None, None, backwards
     slow = f"the file states {stated:.4g} Hz, too slow for a vibration: is that the rate?"
     return None, float(f"{stated:.9g}"), [slow] if stated < SLOWEST else []

@@ -12,6 +12,7 @@ from typing import Any
 from vinesexp.design.headline import Answer, headline_of
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
 from vinesexp.figures.design_curve import design_curve
+from vinesexp.figures.identified_values import value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.report.tables_shown import at_the_bench
@@ -186,13 +187,13 @@ def repeatability_page(found: Repeatability) -> str:
         "errors": about_errors(found),
         "mean": mean_in_words,
         "spread": spread_in_words,
-        "each": _each,
+        "figure": _figure,
     }
     return rendered("vinesexp.report", "repeatability.html.j2", content)
 
 
-def _each(one: Repeated) -> list[tuple[str, str]]:
-    """Each folder with what it found, and half of its 95 % interval."""
-    pairs = zip(one.values, one.errors, strict=True)
-    written = (plus_minus(*at_the_bench(value, error, one.unit)) for value, error in pairs)
-    return list(zip(one.folders, written, strict=True))
+def _figure(one: Repeated, number: int) -> str:
+    figure = value_over_folders(
+        one.folders, one.values, one.errors, mean=(one.mean, one.mean_error), unit=one.unit
+    )
+    return figure_markup(figure, f"value-{number}")

@@ -351,12 +351,45 @@ def test_commas_in_and_between_numbers_without_names_are_reported(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "form", ["x:{x} y:{y}", "t=12:30:{k:02d} x={x}", '{{"t": {k}, "x": "{x}"}}']
+    ("form", "columns"),
+    [
+        ("x:{x} y:{y}", [("x", None), ("y", None)]),
+        ("Acc X = {x} mg, Acc Y = {y} mg", [("Acc X (mg)", "mg"), ("Acc Y (mg)", "mg")]),
+        ('{{"t": {x}, "a1": {y}}}', [("t", None), ("a1", None)]),
+        ("[{x}, {y}],", [("", None), ("", None)]),
+        ("{x},y:{y}", [("column 0", None), ("y", None)]),
+        ("$ACC,{x},{y}*", [("", None), ("", None)]),
+        ("Acc X: {x}, Z: {y} m/s^2", [("Acc X", None), ("Z (m/s^2)", "m/s^2")]),
+        ("{x}mm\t{y} V", [("(mm)", "mm"), ("(V)", "V")]),
+    ],
 )
-def test_rows_with_words_around_their_numbers_are_refused(form, tmp_path):
+def test_words_around_the_numbers_of_every_row_are_names_and_units(form, columns, tmp_path):
+    path = tmp_path / "a.txt"
+    rows = [form.format(x=x, y=k) for k, x in enumerate(SWING)]
+    path.write_text("\n".join(rows) + "\n")
+    source = open_source(path)
+    assert [(c.name, c.unit) for c in source.columns] == columns
+    np.testing.assert_array_equal(read(path)[1], np.c_[SWING, np.arange(60)])
+    path.write_text("\n".join([*rows, "end of the log"]) + "\n")
+    assert "1 line after the last row" in open_source(path).losses[0]
+    path.write_text("\n".join([*rows[:30], "reset", *rows[30:]]))
+    with pytest.raises(RecordError, match=r"line 31, column .*: found 'reset'"):
+        read(path)
+
+
+@pytest.mark.parametrize("form", ["x:{x} y:{y}", "t=12:30:{k:02d} x={x}"])
+def test_words_around_decimal_commas_or_clocks_are_refused(form, tmp_path):
     path = tmp_path / "a.txt"
     rows = [form.format(x=f"{x:.2f}".replace(".", ","), y=f"{k},5", k=k)
             for k, x in enumerate(SWING)]  # fmt: skip
     path.write_text("\n".join(rows))
     with pytest.raises(RecordError, match=r"no line of numbers|commas in its numbers"):
         open_source(path)
+
+
+def test_a_serial_monitor_puts_the_time_of_day_before_labelled_numbers(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("\n\n".join(f"14:14:15.{k:03d} -> x: {x}" for k, x in enumerate(SWING)))
+    source = open_source(path)
+    assert [(c.unit) for c in source.columns] == ["s", None]
+    np.testing.assert_allclose(read(path)[1], np.c_[np.arange(60) * 1e-3, SWING], atol=1e-9)

@@ -134,6 +134,7 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     )
 
 
+_TWICE = 0.15  # of the rows: times printed too coarsely repeat in a fifth of them at least
 _SAME_INTERVAL = 0.01  # relative
 _LARGEST = 1e9  # m, m/s or m/s^2: more is no measurement
 
@@ -187,6 +188,7 @@ class Samples:
         size = time.size if time is not None else self._own_size()
         self._resampler: Resampler | None = None
         self._uneven: UnevenClockError | None = None
+        self._twice = 0  # rows
         self._clock = None if self._time is None else Clock(source.locate, size, self._interval)
         indexes = [conversion.index for conversion in self._conversions]
         timed = [] if self._time is None else [self._time]
@@ -224,13 +226,19 @@ class Samples:
         if self._resampler is not None:
             yield from self._even_blocks(self._resampler)
             return
-        for row, block in self._rows.blocks():
+        for row, block in self._once():
             if self._clock is not None:
                 self._clock.add(block[:, -1], row=row)
             block = self._held(block)
             self.rows += len(block)
             yield self._si(block, row)
         self._compare_rows()
+        if self._twice:
+            one = self._twice == 1
+            said = "stands" if one else "stand"
+            self.warnings.append(
+                ("time", f"{self._twice} row{'' if one else 's'} {said} twice, times and all")
+            )
         if self.rows < 2:
             raise RecordError(
                 f"holds {'no' if not self.rows else 'one'} complete row"
@@ -242,6 +250,25 @@ class Samples:
         self.sample_rate, self.start = self._clock.finish()
         self.warnings += [("time", said) for said in self._clock.remarks()]
         self._compare_with_header(self.sample_rate, "the times'")
+
+    def _once(self) -> Iterator[tuple[int, FloatArray]]:
+        """Blocks without rows that repeat the one before them, its time and all."""
+        before: FloatArray | None = None
+        self._twice = 0
+        for row, block in self._rows.blocks():
+            if self._clock is None:
+                yield row, block
+                continue
+            again = np.diff(block[:, -1], prepend=np.nan if before is None else before[-1]) == 0.0
+            if again.mean() > _TWICE:  # times printed too coarsely: each row is a sample
+                again[:] = False
+            if again.any():
+                above = np.concatenate([block[:1] if before is None else before[None], block[:-1]])
+                again &= (block == above).all(axis=1)
+                self._twice += int(again.sum())
+            before = block[-1]
+            if not again.all():
+                yield row, block[~again] if again.any() else block
 
     def refuse_lost(self) -> None:
         """Refuse a record with empty cells among its samples, and name the first of them."""
@@ -275,7 +302,7 @@ class Samples:
     def as_measured(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray]]]:
         """Times, s, and SI blocks at them where the clock is uneven: after `resample`."""
         assert self._clock is not None  # nothing else finds a clock uneven
-        for row, block in self._rows.blocks():
+        for row, block in self._once():
             yield block[:, -1] * self._clock.size, self._si(block[:, :-1], row)
 
     def resample(self, uneven: UnevenClockError) -> None:
@@ -290,7 +317,7 @@ class Samples:
         self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
 
     def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, FloatArray]]:
-        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._rows.blocks())
+        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._once())
         for block in resampler.blocks(pairs):
             yield self._si(block, 0)
         errors = ", ".join(

@@ -103,6 +103,7 @@ def find_layout(path: Path) -> Layout:
         stamps=tuple(sorted(body.stamps)),
         width=max(typical if layout.delimiter is not None else 0, len(names), body.width),
         unpaired=unpaired,
+        held=len(holding),
     )
 
 

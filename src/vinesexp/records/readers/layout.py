@@ -90,6 +90,8 @@ class Layout:
         Whether what stands behind is the beginning of one more row.
     grouped : bool
         Whether `1,234` (with a decimal point) or `1.234` (with a comma) is a thousand and more.
+    held : int
+        Columns that hold numbers or stamps.
     """
 
     encoding: str
@@ -108,6 +110,7 @@ class Layout:
     end: int = 0
     cut: bool = False
     grouped: bool = False
+    held: int = 0
 
     def cells(self, line: str) -> list[str]:
         """The cells of one line, without the blanks around them."""

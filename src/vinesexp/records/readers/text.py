@@ -1,7 +1,7 @@
 """Text files of oscilloscopes, analysers and data loggers: CSV of any kind, plain columns.
 
-What is no plain table is laid aside as one first: UTF-16, rows with lines behind them, and one of
-several blocks of rows. LabVIEW writes a file of several
+What is no plain table is laid aside as one first: UTF-16, rows with words around their numbers,
+rows with lines behind them, and one of several blocks of rows. LabVIEW writes a file of several
 segments so, and programs that append record to record. What stands above the first block belongs
 to all of them, but for what a block states itself.
 """
@@ -9,6 +9,7 @@ to all of them, but for what a block states itself.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -22,7 +23,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.header import find_layout
-from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value
+from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value, unit_of_label
 from vinesexp.records.readers.layout import Layout, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
@@ -58,7 +59,16 @@ def open_file(path: Path) -> TextSource:
         wide = stream.read(2) in _UTF_16
     if wide:
         aside, text = _narrow(text)
-    layout = find_layout(text)
+    try:
+        layout = find_layout(text)
+        bare = not layout.unpaired and not any(column.name for column in layout.columns)
+    except RecordError:
+        if (found := _without_words(text, 0)) is None:
+            raise
+        return TextSource(path, *found)
+    # Without names above, words in the rows may be the names, and glued to their numbers.
+    if bare and (found := _without_words(text, layout.held)) is not None:
+        return TextSource(path, *found)
     if blocks := find_blocks(text, layout):
         block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
         source = TextSource(path, *_laid_aside(lines_of_block(text, layout, block)))
@@ -81,6 +91,79 @@ def _narrow(file: Path) -> tuple[IO[bytes], Path]:
     """UTF-16 laid aside as UTF-8, of which a line end is one byte and a delimiter another."""
     with file.open(encoding="utf-16", errors="replace", newline="") as stream:
         return _laid_aside(iter(lambda: stream.read(_CHUNK), ""))
+
+
+_FIGURE = re.compile(
+    r"(?<![\w.^])(?<!\d[:/-])(?:(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?Z?"
+    r"|[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)(?![\d:/]|\.\d)"
+)
+_ALIKE = 10  # rows of one form at least
+
+
+def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, int] | None:
+    """Rows with the same words around their numbers laid aside as columns with names and units.
+
+    ``x:0.12 y:0.3``, ``{"t": 0.1, "x": 2}``, ``(0.1, 2)``, ``0.1 s, 2 mm``. None where most rows
+    are not alike, or have no more numbers than `least`. Lines of another form are kept: words among
+    the numbers are refused when they are read.
+    """
+    with file.open(encoding="utf-8", errors="replace") as stream:
+        head = Counter(_form(line) for line in islice(stream, 200) if line.strip())
+    form, count = max(head.items(), key=lambda item: item[1], default=((), 0))
+    alike = count >= _ALIKE and 2 * count > head.total() and len(form) - 1 > least
+    names = _names_of_form(form) if alike else None
+    if names is None:
+        return None
+    aside, text = file_aside()
+    named = not any(names)
+    with file.open(encoding="utf-8", errors="replace") as stream:
+        for line in stream:
+            if _form(line) == form:
+                if not named:
+                    aside.write(("\t".join(names) + "\n").encode())
+                line, named = "\t".join(_FIGURE.findall(line)) + "\n", True
+            aside.write(line.encode())
+    return aside, text, -int(any(names))
+
+
+def _form(line: str) -> tuple[str, ...]:
+    """What stands before, between and behind the numbers of a line."""
+    pieces = _FIGURE.split(line.strip())
+    # A comma with a blank divides numbers; one without may be a decimal comma, unless points are.
+    plain = any("." in figure and ":" not in figure for figure in _FIGURE.findall(line))
+    return tuple(
+        words if words == "," and not plain else " ".join(words.split()) + " " for words in pieces
+    )
+
+
+def _names_of_form(form: tuple[str, ...]) -> list[str] | None:
+    """Names with units of the numbers of such rows; None where the words are neither.
+
+    Examples
+    --------
+    >>> _names_of_form(("x:", "mm y:", "mm")), _names_of_form(('{"t":', ',"x":', "}"))
+    (['x (mm)', 'y (mm)'], ['t', 'x'])
+    >>> _names_of_form(("x:", ",", "y:", ",", "")) is None  # decimal commas
+    True
+    """
+    if "," in form[1:-1] or not re.search(r"[^\s,;|]", "".join(form)):
+        return None
+    # What a comma parts from the number behind it is no name: `$ACC,0.1`.
+    whole = [re.sub(r"[^\s,;]+,\s*$", "", form[0]), *form[1:]]
+    words = [re.findall(r"[^\s,;:=\"'{}\[\]()|*]+|[:=]", between) for between in whole]
+    names = []
+    for before, behind in pairwise(words):
+        named = [word for word in before if re.search(r"\w", word)]
+        if len(behind) == 1 or (behind and behind[1] not in ":="):
+            unit = behind[0] if unit_of_label(behind[0]) else ""
+        else:
+            unit = ""
+        if unit:
+            behind.pop(0)
+        names.append(" ".join(named) + (f" ({unit})" if unit else ""))
+    if any(re.search(r"\w", word) for word in words[-1]):
+        return None
+    return [name or f"column {k}" for k, name in enumerate(names)] if any(names) else names
 
 
 class TextSource(Source):
