@@ -20,6 +20,7 @@ from vinesexp.clearance.predicted import (
     identified_rig,
     predicted_b_c,
     predicted_lowest,
+    swing_beside_orbit,
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign.records_csv import read_least
@@ -330,6 +331,19 @@ def test_predicted_swing_is_that_of_a_simulated_motion(frequency):
     )
     x, _ = motion.at(np.arange(100.0, 120.0, 1e-4))
     assert swing[0] == pytest.approx(0.5 * np.ptp(x), rel=2e-3)
+
+
+def test_a_spring_that_stiffens_has_a_large_motion_beside_the_orbit():
+    """A test at 16.2 mm swung by 12.9 mm, its neighbours at the same base by 2 and 6 mm."""
+    values = {"M": 9.707, "c1": 2.1755, "k1": 19962.8, "m": 0.10526, "r": 0.7211}
+    quantities = {name: Quantity(value) for name, value in values.items()}
+    plain = IdentifiedRig(quantities, Quantity(7.2175), Quantity(0.002471))
+    level = {"G": 0.168e-3, "frequency": 7.2083}
+    assert swing_beside_orbit(plain, **level) is None
+    assert swing_beside_orbit(replace(plain, stiffens=(7.2164, 2.0)), **level) is None
+    small, large = swing_beside_orbit(replace(plain, stiffens=(7.2164, 65.6)), **level)
+    assert small == pytest.approx(2.1e-3, rel=0.05)
+    assert 12e-3 < large < 14.5e-3
 
 
 def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dict[str, object]:

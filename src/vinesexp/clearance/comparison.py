@@ -33,6 +33,7 @@ from vinesexp.clearance.predicted import (
     Predicted,
     predicted_b_c,
     predicted_b_t,
+    swing_beside_orbit,
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import rows_of
@@ -145,6 +146,22 @@ def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     return [Check("", "settling", "warning", detail)]
 
 
+def _large_motion(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
+    """What to say where b_c is of one motion of two."""
+    frequency = level.base.frequency
+    at = None if frequency is None else frequency.value
+    found = swing_beside_orbit(rig, G=level.G, frequency=at)
+    if found is None:
+        return []
+    detail = (
+        f"{level.name}: the spring stiffens or softens, and below b_c the identified rig may "
+        f"swing by {1e3 * found[1]:.3g} mm instead of {1e3 * found[0]:.3g} mm, by how it is "
+        "started: b_c is the end of the small motion; two impacts per cycle of the large one end "
+        "at another clearance. Test a clearance below b_c from rest and from a pull"
+    )
+    return [Check("", "spring", "warning", detail)]
+
+
 def _decay_time(rig: IdentifiedRig) -> float | None:
     """Time in which a free amplitude falls to 1/e, s."""
     if rig.f0 is None or rig.zeta is None or rig.zeta.value <= 0.0:
@@ -188,6 +205,7 @@ def compare(
             checks, level.name, partial(predicted_b_c, own, base=level.base, level=level.nominal)
         )
         checks += start_checks(level, own)
+        checks += _large_motion(level, own)
         tests = _settled(checks, level, own, predicted)
         for suffix, kind, find in (
             ("", LOWEST, lowest_amplitude),

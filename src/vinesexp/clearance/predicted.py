@@ -62,6 +62,8 @@ class IdentifiedRig:
         ball's place less s times that of the mass, over 1 - s, moves uniformly between the walls.
     joint : how the errors of all these and of the base amplitudes go together, where all records
         were estimated at once.
+    stiffens : f0 of small motion, Hz, and kappa, 1/m^2, of a spring whose f0 goes with
+        1 + kappa A^2.
     """
 
     values: Mapping[str, Quantity]
@@ -70,6 +72,7 @@ class IdentifiedRig:
     balls: tuple[NES, ...] = ()
     rolling: float = 0.0
     joint: RigPosterior | None = None
+    stiffens: tuple[float, float] | None = None
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -126,7 +129,13 @@ def identified_rig(
         M, m = values["M"], values["m"]
         values["M"] = Quantity(M.value + rolling * m.value, M.std_error)
         values["m"] = Quantity((1.0 - rolling) * m.value, (1.0 - rolling) * m.std_error)
-    return IdentifiedRig(values, found.get("f0"), found.get("zeta"), balls, rolling, joint)
+    spring = {row["parameter"]: float(row["value"]) for row in identified}
+    stiffens = None
+    if {"f0_small", "stiffening"} <= spring.keys():
+        stiffens = spring["f0_small"], spring["stiffening"]
+    return IdentifiedRig(
+        values, found.get("f0"), found.get("zeta"), balls, rolling, joint, stiffens
+    )
 
 
 #: Rows of identified.csv on the ball beyond its mass and r.
@@ -441,6 +450,46 @@ def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -
         return None
     a0, a1, a2 = swing[i - 1 : i + 2]
     return float(b[i] + 0.5 * (b[1] - b[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2))
+
+
+def swing_beside_orbit(
+    rig: IdentifiedRig, *, G: float, frequency: float | None
+) -> tuple[float, float] | None:
+    """Swing on the orbit a little below b_c, and that to which the rig may come there instead, m.
+
+    A spring that stiffens turns its resonance towards a base below it: beside the small motion that
+    b_c is of there may be a large one, with two impacts per cycle up to another clearance. By
+    simulation with that spring, from rest and from a pull. None where both starts come to the
+    orbit, or the spring is straight.
+    """
+    from vinesexp.excitation import Harmonic, Release
+    from vinesexp.solver.simulation import simulate
+
+    if rig.stiffens is None or rig.missing or rig.f0 is None or rig.zeta is None:
+        return None
+    b, swing = amplitude_curve(rig, G=G, frequency=frequency)
+    if not b.size or not swing.size or not np.isfinite(swing).any():
+        return None
+    at = int(np.argmin(np.abs(b - _BELOW * b[-1])))
+    value = rig.numbers
+    f0, kappa = rig.stiffens
+    k1 = value["M"] * (2.0 * math.pi * f0) ** 2
+    host = Oscillator(value["M"], value["c1"], k1, k3=8.0 / 3.0 * k1 * kappa)
+    whole = replace(rig.plain(float(b[at])), oscillator=host)
+    f = frequency or f0
+    lasts = _SETTLED / (2.0 * math.pi * rig.f0.value * rig.zeta.value)
+    largest = 0.0
+    for x in (0.0, _PULLED * float(b[at])):
+        start = Release(x0=x, v0=0.0, y0=(x - _AT_WALL * float(b[at]),), vy0=(0.0,))
+        motion = simulate(whole, Harmonic(G, f), start, duration=lasts + _LATE / f)
+        late = motion.at(np.linspace(lasts, lasts + _LATE / f, 100 * _LATE))[0]
+        largest = max(largest, 0.5 * float(np.ptp(late)))
+    return (float(swing[at]), largest) if largest > _LARGER * swing[at] else None
+
+
+_BELOW, _LARGER = 0.95, 1.5  # of b_c; of the orbit's swing
+_SETTLED, _LATE = 8.0, 10  # decay times of the oscillator; cycles
+_PULLED, _AT_WALL = 0.4, 0.99  # of the clearance
 
 
 def orbit_swing(b: FloatArray, p: Reduced) -> FloatArray:
