@@ -262,6 +262,11 @@ def test_provenance_names_every_input_with_its_digest(full):
     assert git_revision(full.results) == "not under git"
 
 
+def test_how_each_record_was_processed_is_reported(full):
+    text = text_of(full.html)
+    assert "drop_1 6 s 1 kHz – – all 6" in text
+
+
 def test_changed_settings_are_shown(full):
     assert "Settings that were changed" not in full.html
     campaign = full.campaign

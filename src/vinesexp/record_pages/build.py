@@ -26,8 +26,9 @@ from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_columns import REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row, columns_of
+from vinesexp.report.page import band_kept
 from vinesexp.report.rendering import rendered
 from vinesexp.results import CampaignResults
 from vinesexp.theory.manifold import C_1, C_2, amplitude
@@ -204,24 +205,6 @@ def _manifold(record: Record, paths: ResultPaths, rig: IdentifiedRig) -> dict[st
     return {"C": packed(motion.C[good][::step]), "A": packed(motion.A[good][::step])}
 
 
-def _hertz(value: Any) -> str:
-    return f"{float(value):.4g}" if value is not None else "–"
-
-
-def _band_kept(view: RecordView, role: str) -> str:
-    """Edges of what a channel keeps, those that its sampling can hold; a dash without it."""
-    if role not in view.roles:
-        return "–"
-    low, high = (view.attributes.get(f"{role}_{end}_hz") for end in ("low", "high"))
-    if high is not None and float(high) >= 0.5 * view.sample_rate:
-        high = None
-    if low is None and high is None:
-        return "all"
-    if high is None:
-        return f"above {_hertz(low)}"
-    return f"below {_hertz(high)}" if low is None else f"{_hertz(low)} to {_hertz(high)}"
-
-
 def _provenance(record: Record, paths: ResultPaths) -> list[list[str]]:
     with open_record(paths.record(record.id)) as view:
         found = [
@@ -234,7 +217,7 @@ def _provenance(record: Record, paths: ResultPaths) -> list[list[str]]:
             found.append(["sampling", f"{1e-3 * view.sample_rate:.4g} kHz"])
     with open_record(paths.conditioned(record.id)) as view:
         for role in view.roles:
-            found.append([f"band of {role}, Hz", _band_kept(view, role)])
+            found.append([f"band of {role}, Hz", band_kept(view, role)])
     found += [[name, text] for name, text in record.people.items()]
     return found
 

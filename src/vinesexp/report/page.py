@@ -16,7 +16,7 @@ from vinesexp.figures.identified_values import input_rows, named
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.readers.source import file_of
 from vinesexp.records.stored.result_columns import TABLES
-from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.records.stored.tables import Row
 from vinesexp.report.published_beside import published_rows
 from vinesexp.report.rendering import inline_svg, rendered
@@ -113,6 +113,41 @@ def _minute(time: datetime) -> str:
     return time.strftime("%Y-%m-%d %H:%M UTC")
 
 
+def processed_records(campaign: Campaign, results: Path) -> list[dict[str, Any]]:
+    """Every usable record, from the attributes that the steps have left in its files.
+
+    Returns
+    -------
+    list of dict
+        ``record``; ``length`` and ``sample_rate``; ``oscillation`` that the bands follow, Hz;
+        ``motion_band`` and ``impact_band``, what displacement and acceleration keep, Hz;
+        ``impacts``, how many; ``sha256`` of the instrument file when it was read, empty where
+        none was kept.
+    """
+    found = []
+    for record in campaign.records:
+        with open_record(results / f"records/{record.id}.nc") as view:
+            sha256 = str(view.attributes.get("source_sha256", ""))
+        with open_record(results / f"conditioned/{record.id}.nc") as view:
+            if view.refused is not None or not view.n:
+                continue
+            found_in, drop = view.attributes, record.test == "drop"
+            found.append(
+                {
+                    "record": record.id,
+                    "length": f"{view.n / view.sample_rate:.4g} s",
+                    "sample_rate": f"{1e-3 * view.sample_rate:.4g} kHz",
+                    # What a drop test's bands follow is the ringing of its impacts.
+                    "oscillation": "–" if drop else _hertz(found_in.get("oscillation_hz")),
+                    "motion_band": band_kept(view, "displacement") if not drop else "–",
+                    "impact_band": band_kept(view, "acceleration"),
+                    "impacts": _count(results / f"impacts/{record.id}.csv"),
+                    "sha256": sha256,
+                }
+            )
+    return found
+
+
 def changed_settings(campaign: Campaign) -> list[tuple[str, str]]:
     """Settings that the campaign or a record changes: what they apply to, and their values."""
     found = [("all records", text) for text in differences(campaign.settings)]
@@ -120,6 +155,29 @@ def changed_settings(campaign: Campaign) -> list[tuple[str, str]]:
         own = differences(record.settings, campaign.settings)
         found += [(record.id, text) for text in own]
     return found
+
+
+def _hertz(value: Any) -> str:
+    return f"{float(value):.4g}" if value is not None else "–"
+
+
+def band_kept(view: RecordView, role: str) -> str:
+    """Edges of what a channel keeps, those that its sampling can hold; a dash without it."""
+    if role not in view.roles:
+        return "–"
+    low, high = (view.attributes.get(f"{role}_{end}_hz") for end in ("low", "high"))
+    if high is not None and float(high) >= 0.5 * view.sample_rate:
+        high = None
+    if low is None and high is None:
+        return "all"
+    if high is None:
+        return f"above {_hertz(low)}"
+    return f"below {_hertz(high)}" if low is None else f"{_hertz(low)} to {_hertz(high)}"
+
+
+def _count(table: Path) -> int:
+    with table.open("rb") as stream:
+        return max(sum(1 for _ in stream) - 1, 0)
 
 
 #: Rows of a table of records that are shown; the others are on the page of all records.
@@ -335,25 +393,28 @@ def _early(figure: Mapping[str, Any]) -> int:
 
 
 def _inputs(campaign: Campaign, results: Path) -> dict[str, Any]:
-    """What went in: changed settings, digests of all files."""
+    """What went in: how each record was processed, changed settings, digests of all files."""
+    processed = processed_records(campaign, results)
     description = [campaign.folder / "campaign.yaml", campaign.sheet]
     records = [file_of(file) for record in campaign.records for file in record.files]
     records = list(dict.fromkeys(records))  # a file may hold several records
     return {
+        "processed": processed,
         "changed_settings": changed_settings(campaign),
         "provenance": provenance(
             [*description, *records],
             folder=campaign.folder,
-            digests=_digests(campaign, results),
+            digests=_digests(campaign, processed),
         ),
     }
 
 
-def _digests(campaign: Campaign, results: Path) -> dict[Path, str]:
+def _digests(campaign: Campaign, processed: Sequence[Mapping[str, Any]]) -> dict[Path, str]:
     """SHA-256 of each raw file as it was read."""
-    found: dict[Path, str] = {}
-    for record in campaign.records:
-        with open_record(results / f"records/{record.id}.nc") as view:
-            digests = str(view.attributes.get("source_sha256", "")).split(";")
-        found |= dict(zip(map(file_of, record.files), digests, strict=False))
-    return found
+    return {
+        file_of(file): digest
+        for row in processed
+        for file, digest in zip(
+            campaign.record(row["record"]).files, row["sha256"].split(";"), strict=False
+        )
+    }
