@@ -344,6 +344,8 @@ def test_a_spring_that_stiffens_has_a_large_motion_beside_the_orbit():
     small, large = swing_beside_orbit(replace(plain, stiffens=(7.2164, 65.6)), **level)
     assert small == pytest.approx(2.1e-3, rel=0.05)
     assert 12e-3 < large < 14.5e-3
+    softens = replace(plain, stiffens=(7.2164, -1e3))  # and does not hold the mass that far
+    assert swing_beside_orbit(softens, G=1e-3, frequency=7.2) is None
 
 
 def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dict[str, object]:

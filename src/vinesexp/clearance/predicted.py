@@ -129,13 +129,25 @@ def identified_rig(
         M, m = values["M"], values["m"]
         values["M"] = Quantity(M.value + rolling * m.value, M.std_error)
         values["m"] = Quantity((1.0 - rolling) * m.value, (1.0 - rolling) * m.std_error)
-    spring = {row["parameter"]: float(row["value"]) for row in identified}
-    stiffens = None
-    if {"f0_small", "stiffening"} <= spring.keys():
-        stiffens = spring["f0_small"], spring["stiffening"]
+    spring = {
+        row["parameter"]: float(row["value"]) for row in identified
+        if row["parameter"] in ("f0_small", "stiffening")
+    }  # fmt: skip
+    stiffens = (spring["f0_small"], spring["stiffening"]) if len(spring) == 2 else None
     return IdentifiedRig(
         values, found.get("f0"), found.get("zeta"), balls, rolling, joint, stiffens
     )
+
+
+def cubic_stiffness(k1: float, kappa: float) -> float:
+    """k3, N/m^3, with which f0 of free motion goes with 1 + kappa A^2: 3/8 k3/k1 = kappa.
+
+    Examples
+    --------
+    >>> cubic_stiffness(1.2e4, 30.0)
+    960000.0
+    """
+    return 8.0 / 3.0 * k1 * kappa
 
 
 #: Rows of identified.csv on the ball beyond its mass and r.
@@ -460,7 +472,7 @@ def swing_beside_orbit(
     A spring that stiffens turns its resonance towards a base below it: beside the small motion that
     b_c is of there may be a large one, with two impacts per cycle up to another clearance. By
     simulation with that spring, from rest and from a pull. None where both starts come to the
-    orbit, or the spring is straight.
+    orbit, the spring is straight, or one that softens would not hold the mass.
     """
     from vinesexp.excitation import Harmonic, Release
     from vinesexp.solver.simulation import simulate
@@ -468,20 +480,23 @@ def swing_beside_orbit(
     if rig.stiffens is None or rig.missing or rig.f0 is None or rig.zeta is None:
         return None
     b, swing = amplitude_curve(rig, G=G, frequency=frequency)
-    if not b.size or not swing.size or not np.isfinite(swing).any():
+    if not b.size:
         return None
     at = int(np.argmin(np.abs(b - _BELOW * b[-1])))
-    value = rig.numbers
     f0, kappa = rig.stiffens
-    k1 = value["M"] * (2.0 * math.pi * f0) ** 2
-    host = Oscillator(value["M"], value["c1"], k1, k3=8.0 / 3.0 * k1 * kappa)
-    whole = replace(rig.plain(float(b[at])), oscillator=host)
+    plain = rig.plain(float(b[at]))
+    k1 = plain.oscillator.k1 * (f0 / rig.f0.value) ** 2  # which is at the amplitude of f0
+    host = replace(plain.oscillator, k1=k1, k3=cubic_stiffness(k1, kappa))
+    whole = replace(plain, oscillator=host)
     f = frequency or f0
     lasts = _SETTLED / (2.0 * math.pi * rig.f0.value * rig.zeta.value)
     largest = 0.0
     for x in (0.0, _PULLED * float(b[at])):
         start = Release(x0=x, v0=0.0, y0=(x - _AT_WALL * float(b[at]),), vy0=(0.0,))
-        motion = simulate(whole, Harmonic(G, f), start, duration=lasts + _LATE / f)
+        try:
+            motion = simulate(whole, Harmonic(G, f), start, duration=lasts + _LATE / f)
+        except AnalysisError:  # beyond the largest force of such a spring
+            return None
         late = motion.at(np.linspace(lasts, lasts + _LATE / f, 100 * _LATE))[0]
         largest = max(largest, 0.5 * float(np.ptp(late)))
     return (float(swing[at]), largest) if largest > _LARGER * swing[at] else None

@@ -10,7 +10,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_length
-from vinesexp.clearance.predicted import OF_BALL, ball_of
+from vinesexp.clearance.predicted import OF_BALL, ball_of, cubic_stiffness
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -148,7 +148,7 @@ def _oscillator(record: Record, model: Model) -> Oscillator:
         c1 = 2.0 * M * of["damping_linear"]
     if "f0_small" in of:
         k1 = M * (2.0 * math.pi * of["f0_small"]) ** 2
-        k3 = 8.0 / 3.0 * k1 * of.get("stiffening", 0.0)
+        k3 = cubic_stiffness(k1, of.get("stiffening", 0.0))
     taken = of.get("rolling", 0.0) * sum(model.masses[:1]) if record.clearance else 0.0
     return Oscillator(M=M + taken + (record.added_mass or 0.0), c1=c1, k1=k1, k3=k3)
 

@@ -11,6 +11,7 @@ from vinesexp.identification.joint.collisions import (
     LOCALS,
     Collisions,
     _scatter,
+    one_by_one,
     with_errors,
 )
 from vinesexp.identification.joint.observations import with_own_errors
@@ -149,6 +150,19 @@ def test_the_errors_of_a_record_do_not_depend_on_what_is_known_of_its_ball(wrong
         p[LOCALS.index("rolling")] = roll
         sigma.append(with_own_errors(c, p, time_error=1e-6).sigma[0])
     assert np.median(sigma[1]) == pytest.approx(np.median(sigma[0]), rel=0.1)
+
+
+def test_many_collisions_are_fitted_one_by_one_by_some_of_either_wall():
+    c = collisions(0.0, count=560, scatter=1e-3, beat=0.3)
+    p = np.zeros(len(LOCALS))
+    p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = R, B, -30.0
+    some = one_by_one(c, p)
+    assert 60 <= some.x.size <= 120
+    assert abs(some.flights.side.sum()) <= 2
+    assert np.isfinite(some.sigma).all()
+    information, gradient, _ = some.look(p)
+    r = LOCALS.index("r")
+    assert abs(gradient[r]) / np.sqrt(information[r, r]) < 4.0
 
 
 def test_impacts_on_an_edge_do_not_make_a_mean_that_is_sure_of_them():

@@ -74,6 +74,7 @@ _APART = 60.0  # errors of a time that durations have to differ by to be parted
 _STANDS_OUT = 8.0  # times what the collisions of a wall usually differ by
 _ANY_R = (0.05, 1.0)
 _FEWEST, _MANY, _FOLDS = 10, 60, 5
+_SINGLE = 120  # collisions of a first fit to single ones
 #: Places and weights of Gauss in a flight: exact up to the square of a parabola times a line.
 _GAUSS = ((0.5 - math.sqrt(0.15), 5 / 18), (0.5, 8 / 18), (0.5 + math.sqrt(0.15), 5 / 18))
 _READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
@@ -168,6 +169,14 @@ class Collisions:
              (by_laser + gained) * laser * np.exp(reading), (by_pulse + gained) * pulse]
         )  # fmt: skip
 
+    def keep(self, chosen: BoolArray) -> Collisions:
+        """Some of them, with no means yet."""
+        own = (self.x[chosen], self.x_before[chosen], self.x_after[chosen])
+        return Collisions(
+            self.flights.keep(chosen), *own, self.omega2, self.speed, self.known[:, chosen],
+            self.scatter, (np.zeros((0, int(chosen.sum()))),) * 3, np.zeros((3, 0)),
+        )  # fmt: skip
+
     @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray]:
         """Weights of laser and accelerometer in the jump, by the scatter of their momentum."""
@@ -253,7 +262,12 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
 
 
 def one_by_one(c: Collisions, p: FloatArray) -> Collisions:
-    """Each collision for itself, with the errors that all show near `p`; outliers count less."""
+    """Each collision for itself, with the errors that all show near `p`; outliers count less.
+
+    Of many, pairs of neighbours spread over the record: they are for a first fit only.
+    """
+    every = 2 * math.ceil(c.x.size / _SINGLE)
+    c = c.keep(np.arange(c.x.size) % max(every, 2) < 2)
     rest = np.where(c.known, c.rest(p[:, np.newaxis].astype(np.complex128)).real, np.nan)
     scale = np.array([1.4826 * _median(np.abs(own[np.isfinite(own)])) for own in rest]) + _TINY
     off = rest / scale[:, np.newaxis]

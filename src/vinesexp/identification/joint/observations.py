@@ -585,14 +585,15 @@ def with_own_errors(collisions: Collisions, start: FloatArray, *, time_error: fl
     """
     start = start.copy()
     start[LOCALS.index("r")] = bounced(collisions, start)
-    at = start
+    at, prior = start, np.diag(np.array(_FREE) ** -2)
     for _ in range(_ROUGHLY):
-        at = _alone(one_by_one(collisions, at), start).at
+        information, gradient, _ = one_by_one(collisions, at).look(at)
+        at = at + np.linalg.solve(information + prior, gradient + prior @ (start - at))
     near = with_errors(collisions, at, time_error=time_error)
     return with_errors(near, _alone(near, start).at, time_error=time_error)
 
 
-_ROUGHLY = 4  # fits to single collisions, whose outliers count less from one to the next
+_ROUGHLY = 5  # steps of a fit to single collisions, whose outliers count less from one to the next
 
 
 def _alone(collisions: Collisions, start: FloatArray) -> Quadratic:
