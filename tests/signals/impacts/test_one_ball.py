@@ -78,6 +78,20 @@ def test_all_impacts_of_a_rig_are_impacts(rig, stated):
     assert kept.mean() > 0.99
 
 
+@pytest.mark.parametrize("b", [0.04, 0.045, 0.06])
+def test_where_the_mass_seems_not_to_move_flights_tell_impacts_from_knocks(b):
+    """A ball that bounces at one wall and is carried by it leaves no jump in the displacement."""
+    (t, x, v, jump), true = with_spikes(motion(b), 4.0, 20, 0.3, np.random.default_rng(1))
+    doubtful = np.abs(jump) < 0.35 * np.median(np.abs(jump[true]))
+    assert (doubtful & true).sum() >= 5
+    kept = of_the_ball(t, x, v, jump, np.full(t.size, 2e-4), clearance=b, doubtful=doubtful)
+    assert kept[true].mean() > 0.97
+    assert kept[true & doubtful].mean() > 0.8
+    assert kept[~true].mean() < 0.3
+    few = (one[true][:8] for one in (t, x, v, jump, np.full(t.size, 2e-4)))
+    assert not of_the_ball(*few, clearance=b, doubtful=np.ones(8, dtype=bool)).any()
+
+
 def test_where_no_law_of_flights_holds_it_says_so_and_too_few_are_not_judged():
     rng = np.random.default_rng(0)
     t = np.sort(rng.uniform(0.0, 10.0, 100))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +40,11 @@ _FINEST = 8  # samples of a contact that are worth keeping: more are averaged
 _HALF_HEIGHT = 1.33  # length of a half sine over its length at half height
 _FEW_SAMPLES = 3.0  # of a contact: between them its shape can be bent, and its time with it
 _SHAKY = 2.0  # standard deviations that a sure candidate may lose in the fit
+
+
+#: What a detection has of each contact.
+_EACH = ("time", "time_error", "jump", "jump_error", "peak", "strength", "confidence", "crowded",
+         "clipped")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -79,9 +85,15 @@ class Detection:
 
     def keep(self, chosen: BoolArray) -> Detection:
         """The chosen contacts."""
-        each = ("time", "time_error", "jump", "jump_error", "peak", "strength", "confidence",
-                "crowded", "clipped")  # fmt: skip
-        return replace(self, **{name: getattr(self, name)[chosen] for name in each})
+        return replace(self, **{name: getattr(self, name)[chosen] for name in _EACH})
+
+    def beside(self, other: Detection) -> tuple[Detection, BoolArray]:
+        """The contacts of both in order of time, and which of them are those of `other`."""
+        order = np.argsort(np.append(self.time, other.time), kind="stable")
+        both: dict[str, Any] = {
+            name: np.append(getattr(self, name), getattr(other, name))[order] for name in _EACH
+        }
+        return replace(self, **both), order >= self.time.size
 
 
 def detect_by_template(

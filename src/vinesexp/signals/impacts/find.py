@@ -363,12 +363,11 @@ def _by_pulses(
     knocked = np.zeros(found.time.size, dtype=bool)
     if len(clearance) == 1:
         knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)
-    others, found = found.time[knocked], found.keep(~knocked)
+    doubtful, found = found.keep(knocked), found.keep(~knocked)
     if len(clearance) == 1:
         found = joined(found, x, frequency=motion, clearance=clearance[0])
     fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion)
-    found, slopes, more = _of_the_ball(found, fit, clearance, sign=sign)
-    others = np.sort(np.append(others, more))
+    found, slopes, others = _of_the_ball(found, fit, clearance, sign=sign, doubtful=doubtful)
     # the release of a mass that was held is a spike as well
     free = float(conditioned.attributes.get(FREE_FROM, 0.0))
     others = others[(others > free + 0.5 / motion) | (free == 0.0)]
@@ -397,21 +396,32 @@ def _slopes(
 
 
 def _of_the_ball(
-    found: Detection, fit: _Fit, clearance: Sequence[float], *, sign: float = 1.0
-) -> tuple[Detection, SlopeChanges | None, FloatArray]:
-    """The impacts of a single ball, the slopes there, and the times of spikes that are none."""
+    found: Detection, fit: _Fit, clearance: Sequence[float], *, sign: float = 1.0,
+    doubtful: Detection | None = None,
+) -> tuple[Detection, SlopeChanges | None, FloatArray]:  # fmt: skip
+    """The impacts of a single ball, the slopes there, and the times of spikes that are none.
+
+    Of the doubtful ones those are impacts that its flights ask for.
+    """
+    doubt = np.zeros(found.time.size, dtype=bool)
+    if doubtful is not None:
+        found, doubt = found.beside(doubtful)
     slopes, others = fit(found), [np.empty(0)]
-    while slopes is not None and len(clearance) == 1 and found.time.size:
-        jump, error = _jumps(found, slopes, sign)
-        kept = of_the_ball(
-            found.time, slopes.x, slopes.v_before, jump, error, clearance=clearance[0]
-        )
-        if kept is None or kept.all():
+    while slopes is not None and found.time.size:
+        kept = ~doubt
+        if len(clearance) == 1:
+            jump, error = _jumps(found, slopes, sign)
+            shown = of_the_ball(
+                found.time, slopes.x, slopes.v_before, jump, error,
+                clearance=clearance[0], doubtful=doubt,
+            )  # fmt: skip
+            kept = kept if shown is None else shown
+        if kept.all():
             break
         others.append(found.time[~kept])
-        found = found.keep(kept)
+        found, doubt = found.keep(kept), doubt[kept]
         slopes = fit(found)
-    return found, slopes, np.concatenate(others)
+    return found, slopes, np.sort(np.concatenate(others))
 
 
 def _where_it_bends(

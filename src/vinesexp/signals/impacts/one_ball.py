@@ -23,6 +23,7 @@ _STEPS = 30
 _TINY = 1e-6
 _OWN, _LEAST = 0.1, 0.05  # of a jump, and of the usual one: what friction, tilt, rolling make of it
 _CAP = 8.0  # cost of a flight that the law does not explain, and of a spike that is left out
+_CAP_OF_DOUBTFUL = 1.0  # of a spike that does not seem to move the mass
 _AT_AN_END = 7.5  # of a spike before the first impact or after the last: one flight speaks for it
 _UNKNOWN = 3.0  # the same where place or velocity are not known
 _SKIPS = 8  # spikes in a row that are no impacts
@@ -40,9 +41,9 @@ class _Law:
 
 def of_the_ball(
     time: FloatArray, x: FloatArray, v_before: FloatArray, jump: FloatArray,
-    jump_error: FloatArray, *, clearance: float,
+    jump_error: FloatArray, *, clearance: float, doubtful: BoolArray | None = None,
 ) -> BoolArray | None:  # fmt: skip
-    """Which spikes are impacts of the ball: all where they are too few to tell.
+    """Which spikes are impacts of the ball: where they are too few to tell, all not doubtful.
 
     None where they are many and no law of flights holds.
 
@@ -59,6 +60,10 @@ def of_the_ball(
         Of its velocity, m/s.
     clearance : float
         As stated, m; another one is found where flights ask for it.
+    doubtful : bool array (n,), optional
+        Where the mass does not seem to move. A ball that bounces at one wall and is carried by it
+        afterwards makes such spikes: its small jumps go over into a steady push. They say nothing
+        of the law, and are left out for less.
 
     Examples
     --------
@@ -73,13 +78,15 @@ def of_the_ball(
     """
     n = time.size
     given = _Spikes(time, x, v_before, jump, jump_error, -np.sign(jump))
-    known = np.isfinite(x + v_before + jump)
+    doubt = np.zeros(n, dtype=bool) if doubtful is None else doubtful
+    known = np.isfinite(x + v_before + jump) & ~doubt
     least = _LARGE * np.quantile(np.abs(jump[known]), 0.9) if known.any() else 0.0
     large = np.flatnonzero(known & (np.abs(jump) >= least))
     if large.size < _FEWEST:
-        return np.ones(n, dtype=bool)
+        return ~doubt
     laws = (_law(given, large, clearance, free) for free in (0.0, _ANY_CLEARANCE))
-    found = [_flown(given, law) for law in laws if law is not None]
+    out = np.where(doubt, _CAP_OF_DOUBTFUL, _CAP)
+    found = [_flown(given, law, out) for law in laws if law is not None]
     _, kept, explained = min(found, key=lambda one: one[0], default=(0.0, None, 0))
     if kept is None or explained < max(_FEWEST, _CONSISTENT * kept.sum()):
         return None
@@ -105,8 +112,11 @@ class _Spikes:
         return flat, (self.side[j] - self.side[i]) / T, self.jump[j]
 
 
-def _flown(given: _Spikes, law: _Law) -> tuple[float, BoolArray, int]:
-    """The most probable subset: its cost, which spikes, and how many flights the law explains."""
+def _flown(given: _Spikes, law: _Law, out: FloatArray) -> tuple[float, BoolArray, int]:
+    """The most probable subset: its cost, which spikes, and how many flights the law explains.
+
+    `out` is what each costs that is left out.
+    """
     n = given.time.size
     cost = np.full((n, _SKIPS + 1), np.inf)  # of the flight to each from those before it
     for back in range(1, min(_SKIPS + 2, n)):
@@ -117,7 +127,7 @@ def _flown(given: _Spikes, law: _Law) -> tuple[float, BoolArray, int]:
         error = np.hypot(_OWN * size, np.maximum(_LEAST * law.usual, given.error[j]))
         off = 0.5 * ((jump + asked) / error) ** 2
         cost[j, back - 1] = np.where(np.isfinite(off), np.minimum(off, _CAP), _UNKNOWN)
-    least, kept = _cheapest(cost)
+    least, kept = _cheapest(cost, out)
     own = np.flatnonzero(kept)
     return least, kept, int((cost[own[1:], np.diff(own) - 1] < 0.5 * _CAP).sum())
 
@@ -143,19 +153,20 @@ def _law(given: _Spikes, large: IntArray, clearance: float, any_clearance: float
     return _Law(float(share), clearance + float(more / share), usual)
 
 
-def _cheapest(cost: FloatArray) -> tuple[float, BoolArray]:
+def _cheapest(cost: FloatArray, out: FloatArray) -> tuple[float, BoolArray]:
     """The least cost of a subset, and this subset.
 
-    `cost` (n, back - 1) is that of flights; each spike that is left out costs `_CAP`.
+    `cost` (n, back - 1) is that of flights, `out` that of each spike that is left out.
     """
     n, most = cost.shape
-    skipped = _CAP * np.arange(most)
+    before_each = np.append(0.0, np.cumsum(out))
     total, before = np.empty(n), np.full(n, -1)
     for j in range(n):
         total[j] = _AT_AN_END * j  # as the first impact
         back = min(most, j)
         if back:
-            ways = total[j - back : j][::-1] + cost[j, :back] + skipped[:back]
+            between = before_each[j] - before_each[j - back + 1 : j + 1][::-1]
+            ways = total[j - back : j][::-1] + cost[j, :back] + between
             best = int(np.argmin(ways))
             if ways[best] <= total[j]:
                 total[j], before[j] = ways[best], j - 1 - best
