@@ -171,6 +171,15 @@ def test_channels_that_agree_show_nothing_across(measure, tmp_path: Path) -> Non
 A_HERTZ = 1.0 / (2.0 * np.pi * 8.0**2)  # s by which a corner of 1 Hz leads at 8 Hz
 
 
+def test_a_corner_of_which_nothing_is_known_leaves_the_lag_unknown() -> None:
+    """Whatever the fit of too few lines says: no digits cancel, and the error does not vanish."""
+    found = [expected_lead(c, e, frequency=F0) for e in (1e2, 1e3, 1e5, 1e8) for c in (-0.3 * e, e)]
+    leads, errors = np.array(found).T
+    assert (errors > 1e-3).all()
+    assert np.ptp(errors) < 0.02 * errors.mean()
+    assert (np.abs(leads) < errors).all()
+
+
 def test_a_corner_that_one_record_hardly_shows_widens_its_lag() -> None:
     """Half of the odds for a corner: neither that of one case nor of the other."""
     found = [

@@ -45,6 +45,7 @@ _TURNED, _OUTLYING = 0.1, 5.0  # rad; times the usual distance from the usual la
 _SURE = 5.0  # standard errors from which on a corner is there
 _USUAL = 0.1  # of the oscillation: mean of the corners of AC-coupled sensors
 _STEPS = 20
+_NOTHING = 100.0  # times the usual corner: an error that says nothing
 _FITS = 10.0  # mean square misfit of a corner, over that of a phase at the oscillation alone
 _ACROSS = 0.01  # of the ratio at the oscillation
 _ROOT = math.sqrt(2.0 * math.pi)
@@ -349,14 +350,20 @@ def expected_lead(corner: float, error: float, *, frequency: float) -> tuple[flo
     >>> lead, error = expected_lead(-0.5, 0.25, frequency=8.0)  # that no corner makes
     >>> abs(lead) < 1e-4
     True
+    >>> lead, error = expected_lead(-1.5, 877.0, frequency=8.0)  # nothing is known
+    >>> abs(lead) < error
+    True
     """
     usual, across = _USUAL * frequency, _ACROSS * frequency
+    # What says nothing of a corner says no less than this; digits cancel beyond.
+    nothing = min(_NOTHING * usual / error, 1.0)
+    corner, error = nothing * corner, nothing * error
     both = math.hypot(error, across)
     share = (across / both) ** 2
     # below an exponential prior a normal law stays one, moved, and ends at zero
     z = corner / error - error / usual
     inside = float(special.log_ndtr(z))
-    ends = math.exp(-0.5 * z * z - inside) / _ROOT
+    ends = math.sqrt(2.0 / math.pi) / float(special.erfcx(-z / math.sqrt(2.0)))
     log_odds = np.array([
         -0.5 * (corner / error) ** 2 - math.log(_ROOT * error),
         inside - corner / usual + 0.5 * (error / usual) ** 2 - math.log(usual),
