@@ -1,5 +1,6 @@
 """Lengths that records.csv leaves empty, and masses that it has wrong, as inputs.csv has them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -61,6 +62,16 @@ def test_later_steps_take_what_the_records_show():
     *found, last = as_found(whole, [row, typed, let_go]).records
     assert [1e3 * r.base_amplitude for r in found] == [0.2501, 0.2501, 0.3, 0.3]
     assert 1e3 * last.release == pytest.approx(12.35)
+
+
+def test_balls_are_as_heavy_as_the_records_show():
+    """A ball that was typed 3 % too heavy was replayed so: at 7 % of the amplitude beside it."""
+    whole = replace(campaign(), known=Known(nes_mass=(Quantity(0.0123, 3e-4),)))
+    row = {"item": "nes_mass", "record": "", "stated": 12.3, "found": 11.887, "found_error": 0.07,
+           "verdict": "ok"}  # fmt: skip
+    (found,) = as_found(whole, [row]).known.nes_mass
+    assert (found.value, found.std_error) == (pytest.approx(0.011887), pytest.approx(7e-5))
+    assert as_found(whole, []).known.nes_mass == whole.known.nes_mass
 
 
 def test_a_level_is_no_wider_than_releases_of_one_stop():

@@ -56,6 +56,11 @@ def test_the_rig_of_a_test_has_the_effects_that_were_chosen(effects, ball):
     assert plain == NES(m=0.032, b=0.031, r=0.6)
 
 
+def test_a_ball_that_nobody_weighed_is_replayed_as_the_records_show_it():
+    (ball,) = rig_of(record(), identified_model(rows_of(VALUES | {"m": 0.031}, {}), ())).nes
+    assert ball.m == 0.031
+
+
 def test_a_contact_that_lasts_is_replayed_by_its_effective_values():
     of = {"contact_time": 1e-3, "r_effective": 0.59, "nes_mass_effective": 0.0325, "friction": 0.1}
     (ball,) = rig_of(record(), identified_model(rows_of(VALUES, of), (0.032,))).nes

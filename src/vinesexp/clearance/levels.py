@@ -341,6 +341,8 @@ def _steadiness(row: Row) -> list[Check]:
 def as_found(campaign: Campaign, inputs: Sequence[Row]) -> Campaign:
     """The campaign with the clearances and added masses of inputs.csv whose verdict is ``off``.
 
+    Balls have the masses that all records show: to 2 % most are weighed no better than that.
+
     Base amplitudes of levels stay, since they name the levels; what predictions take for them is in
     identified.csv. A test of another amplitude than its level's gets its own, and one of which
     records.csv states no base amplitude or release that which its records show.
@@ -365,7 +367,15 @@ def as_found(campaign: Campaign, inputs: Sequence[Row]) -> Campaign:
         row for row in inputs
         if row["verdict"] == Verdict.OFF.value or row["item"] in ("base_amplitude", "release")
     ]  # fmt: skip
-    return replace(campaign, records=tuple(_found(record, rows) for record in campaign.records))
+    records = tuple(_found(record, rows) for record in campaign.records)
+    weighed = [row for row in inputs if row["item"].startswith("nes_mass") and row["found"]]
+    if len(weighed) != len(campaign.known.nes_mass):
+        return replace(campaign, records=records)
+    balls = (
+        Quantity(1e-3 * float(row["found"]), 1e-3 * float(row["found_error"] or 0.0))
+        for row in weighed
+    )
+    return replace(campaign, records=records, known=replace(campaign.known, nes_mass=tuple(balls)))
 
 
 def _found(record: Record, rows: Sequence[Row]) -> Record:

@@ -99,7 +99,7 @@ class Model:
 
 
 def identified_model(identified: Rows, masses: tuple[float, ...]) -> Model:
-    """From the rows of identified.csv.
+    """From the rows of identified.csv, and the masses of balls as they were found.
 
     Examples
     --------
@@ -114,7 +114,8 @@ def identified_model(identified: Rows, masses: tuple[float, ...]) -> Model:
             values[row["parameter"]] = float(row["value"])
         elif row["parameter"] in (*OF_BALL, *OF_OSCILLATOR):
             effects[row["parameter"]] = float(row["value"])
-    return Model(values, masses, effects)
+    weighed = (values["m"],) if "m" in values else ()
+    return Model(values, masses or weighed, effects)
 
 
 def rig_of(record: Record, model: Model) -> Rig:

@@ -143,7 +143,7 @@ def _rig(name: str, results: CampaignResults) -> Own | None:
         low, high = v if low is None else low, v if high is None else high
         unit = "" if row["unit"] in ("", "1") else f" {row['unit']}"
         return Own(f"{v:.6g} ({low:.6g} to {high:.6g}){unit}", ((v, low, high, ""),))
-    masses = [mass.value for mass in results.campaign.known.nes_mass]
+    masses = [mass.value for mass in results.as_found.known.nes_mass]
     if name not in ("eps", "lambda") or not masses or "M" not in rows:
         return None
     if name == "lambda" and "zeta" not in rows:
