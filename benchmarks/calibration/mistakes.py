@@ -204,10 +204,15 @@ def _aliased(scene: Scene, rng: np.random.Generator) -> Scene:
 def _set_up_anew(scene: Scene, rng: np.random.Generator) -> Scene:
     """The cavity slopes from the middle of the periodic tests on."""
     slope = float(rng.uniform(0.08, 0.2) * rng.choice([-1.0, 1.0]))
-    late = {t.name for t in scene.periodic()[len(scene.periodic()) // 2 :]}
-    return scene.mapped(
-        lambda t: replace(t, body=replace(t.body, tilt=slope)) if t.name in late else t, "periodic"
-    )
+    return _later(scene, lambda t: replace(t, body=replace(t.body, tilt=slope)))
+
+
+def _later(scene: Scene, change: Callable[[Test], Test]) -> Scene:
+    """With a change from the middle of the periodic tests on; what follows them has it too."""
+    first = scene.periodic()[len(scene.periodic()) // 2].name
+    names = [t.name for t in scene.tests]
+    late = set(names[names.index(first) :])
+    return scene.mapped(lambda t: change(t) if t.name in late else t, _BALLS)
 
 
 def _dusty(scene: Scene, rng: np.random.Generator) -> Scene:
@@ -218,15 +223,13 @@ def _dusty(scene: Scene, rng: np.random.Generator) -> Scene:
 
 
 def _aimed_anew(scene: Scene, rng: np.random.Generator) -> Scene:
-    """The laser reads less in the second half of the periodic tests."""
+    """The laser reads less from the middle of the periodic tests on."""
     share = float(rng.uniform(0.94, 0.97))
-    late = {t.name for t in scene.periodic()[len(scene.periodic()) // 2 :]}
 
     def seen(t: Test) -> Test:
-        gain = share * t.sensors.laser_gain
-        return replace(t, sensors=replace(t.sensors, laser_gain=gain)) if t.name in late else t
+        return replace(t, sensors=replace(t.sensors, laser_gain=share * t.sensors.laser_gain))
 
-    return scene.mapped(seen, "periodic")
+    return _later(scene, seen)
 
 
 def _loads_exchanged(scene: Scene, rng: np.random.Generator) -> Scene:

@@ -13,6 +13,7 @@ from vinesexp.identification.joint.causes import (
     believed,
     gains_of,
     judge,
+    needed,
     of_some_rows,
     possible_causes,
     proposed,
@@ -147,6 +148,18 @@ def test_a_pair_that_explains_more_is_found_behind_the_best_single_cause():
     found = judge(data, observed, causes).found
     assert {w.cause.key for w in found} == {"u", "v"}
     assert [w.value for w in found] == pytest.approx([0.3, 0.3], abs=0.03)
+
+
+@pytest.mark.parametrize(("size", "stays"), [(0.01, False), (0.1, True)])
+def test_a_cause_that_explains_no_more_than_the_law_of_another_may_be_wrong_by_goes(size, stays):
+    """Beside an r that falls by 0.5 a straight line is no law to a hundredth, in any order."""
+    values = 0.5 * np.linspace(-0.5, 0.5, N)
+    values[3] += size
+    observed, data = campaign(values, error=1e-3)
+    pair = (drift(), one(3))
+    for chosen in (pair, pair[::-1]):
+        kept = needed(data, observed, chosen)
+        assert {cause.key for cause in kept} == {c.key for c in (pair if stays else pair[:1])}
 
 
 def test_a_cause_that_is_hardly_there_is_not_stated():

@@ -241,11 +241,8 @@ def proposed(
     begin : sequence of Cause
         Believed to begin with; they go again where the records do not need them.
     """
-    begin = _without_needless(data, observed.beliefs, list(begin))
-    in_flights = {
-        name for block in observed.blocks if block.kind == "flights"
-        for terms, _ in block.sums for name in terms
-    }  # fmt: skip
+    in_flights = _in_flights(observed)
+    begin = needed(data, observed, begin)
     by_odds = zip(_odds(data, observed.beliefs, begin), begin, strict=True)
     untrue = max((cause.untrue * odds for odds, cause in by_odds), default=0.0)
     best, most = tuple(begin), 0.0
@@ -272,8 +269,14 @@ def proposed(
                 break
         if front and front[0][0] > most:
             most, _, best, _ = front[0]
-    best = tuple(_without_needless(data, observed.beliefs, list(best)))
-    return _with_better(data, observed.beliefs, best, causes)
+    return _with_better(data, observed.beliefs, needed(data, observed, best), causes)
+
+
+def _in_flights(observed: Observed) -> set[str]:
+    return {
+        name for block in observed.blocks if block.kind == "flights"
+        for terms, _ in block.sums for name in terms
+    }  # fmt: skip
 
 
 def _with_better(
@@ -357,15 +360,24 @@ def _odds(data: Quadratic, plain: Beliefs, chosen: Sequence[Cause]) -> list[floa
     ]  # fmt: skip
 
 
-def _without_needless(data: Quadratic, plain: Beliefs, chosen: list[Cause]) -> list[Cause]:
-    """Causes that the others make needless go: they were steps on the way."""
-    while chosen:
-        odds = _odds(data, plain, chosen)
-        worst = int(np.argmin(odds))
-        if odds[worst] >= _ENOUGH:
+def needed(data: Quadratic, observed: Observed, chosen: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Those of some causes that the others do not make needless: steps on the way go.
+
+    So do those that explain no more than what the law of another may be wrong by.
+    """
+    kept, in_flights = list(chosen), _in_flights(observed)
+    while kept:
+        odds = _odds(data, observed.beliefs, kept)
+        untrue = max(cause.untrue * own for own, cause in zip(odds, kept, strict=True))
+        beyond = [
+            own - max(_ENOUGH, untrue if cause.moves & in_flights else 0.0)
+            for own, cause in zip(odds, kept, strict=True)
+        ]
+        worst = int(np.argmin(beyond))
+        if beyond[worst] >= 0.0:
             break
-        chosen = [one for i, one in enumerate(chosen) if i != worst]
-    return chosen
+        del kept[worst]
+    return tuple(kept)
 
 
 def possible(cause: Cause, value: float, error: float) -> bool:

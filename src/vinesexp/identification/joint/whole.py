@@ -21,6 +21,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     all_possible,
     believing,
+    needed,
     of_some_rows,
     possible_causes,
     proposed,
@@ -265,8 +266,7 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
             if key in fits:
                 continue
             own = believing(observed.beliefs, chosen)
-            aim = total(posterior_of(data, own), own).values[: len(observed.names)]
-            data = fit(observed.blocks, observed.names, own, aim)
+            data = _fitted(observed, data, own)
             evidence = evidence_of(data, own) + data.log_likelihood
             evidence += sum(cause.log_odds for cause in chosen)
             if not all_possible(posterior_of(data, own), chosen):
@@ -275,7 +275,15 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
             queue.append((proposed(data, observed, causes, chosen), data))
             queue.append((proposed(data, observed, causes), data))
     _, chosen, data = max(fits.values(), key=lambda one: one[0])
+    while (kept := needed(data, observed, chosen)) != chosen:
+        chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
     return weighed(data, observed, causes, chosen), data
+
+
+def _fitted(observed: Observed, data: Quadratic, beliefs: Beliefs) -> Quadratic:
+    """The fit with other beliefs, from where an expansion expects it."""
+    aim = total(posterior_of(data, beliefs), beliefs).values[: len(observed.names)]
+    return fit(observed.blocks, observed.names, beliefs, aim)
 
 
 def _outliers(observed: Observed, data: Quadratic) -> dict[str, float]:
