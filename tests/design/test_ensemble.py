@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Rig, design
@@ -57,6 +58,21 @@ def test_all_starts_of_a_clearance_are_judged_at_one_time() -> None:
     assert 0.0 < found.captured.mean() < 1.0
     assert any((found.mean == one.mean).all() for one in at_one_time[1:])
     assert not (found.mean == at_one_time[0].mean).all()
+
+
+def test_starts_that_differ_are_waited_for_where_none_of_them_is_captured() -> None:
+    """All settle on one modulated motion, the last after twice the time that they are given.
+
+    The clearance was left for a jump that is none: its 90th percentile was 1.5 times as large as
+    beside it, where a single captured start had the others watched.
+    """
+    o = Oscillator(M=1.0, c1=0.023820, k1=1.0)
+    task = Task(o, (0.090776,), (0.79601,), (1e-4,) * 2, (0.154993,) * 2, tolerance=0.01)
+    runs = random_starts(task, 1.42e-3, starts=64, seed=4)
+    soon, late = responses(runs), watched(runs, starts=64)
+    assert not soon.captured.any()
+    assert np.percentile(soon.mean, 90.0) > 1.25 * np.percentile(late.mean, 90.0)
+    assert late.mean.max() < 1.1 * np.median(late.mean)
 
 
 @pytest.mark.long

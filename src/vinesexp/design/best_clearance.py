@@ -2,8 +2,10 @@
 
 The criteria jump where captured starts turn into lost ones and are rough where the response is
 modulated, so no derivative is used. Of many noisy values the lowest is too low: in a contest
-clearances are compared by the same starts, more of them until one is better beyond doubt, and the
-starts that judge the answer at last had no part in it.
+clearances get starts until one is better beyond doubt, and the starts that judge the answer at last
+had no part in it. Every start has its own clearance within the tolerance of what is built, so what
+was seen at one clearance tells of each that may be delivered as such (`Tried.pool`): beside a jump,
+where the share that is lost decides, the starts of all neighbours count.
 """
 
 from __future__ import annotations
@@ -11,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.special import betainc
@@ -56,28 +57,29 @@ SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8,
 DEAR, LITTLE = 5.0, 0.01
 #: Percentile of the mean amplitude over random starts that the robust clearance makes least.
 PERCENTILE = 90.0
-#: Draws of the starts with which the error of a value is found.
+#: Draws of the weights of the starts with which the error of a value is found.
 RESAMPLED = 100
 #: Evenly spread starts tell as much as so many times as many independent ones: the standard error
 #: of a mean or a share is 0.5 to 0.8 times theirs (docs/decisions.md).
 TELL = 2
-#: Standard errors of the difference by which a clearance has to be worse to be out.
+#: Standard errors within which a difference is doubtful.
 WORSE = 2.0
-#: Clearances that differ by less than this share, doubt included, are as good as each other.
-MATTERS = 0.02
+#: A clearance is out where fewer than two of a hundred draws of the starts have it as good as the
+#: best: beside a jump the draws have two humps, of which a standard error tells nothing.
+LIKELY = 98.0
+#: Clearances that differ by less than this share are as good as each other. More starts are given
+#: where so many draws have it better by more.
+MATTERS = 0.01
 #: A best whose value is not known to this share owes it to its starts: all that are alike get more.
 SURE = 0.01
 #: No more starts than these: the share that is lost is then known to half a percent.
 ENOUGH = 1600
+#: Starts from those of one clearance to those of the next.
+STRETCH = 2 * ENOUGH
 #: So many of those that may be better than the best by that are given more starts.
 FIELD = 8
 #: Clearances nearer to each other than this share are the same.
 APART = 0.001
-#: A tie is settled by the mean amplitude at these shares of the clearance, the larger of both:
-#: where a tenth of the starts is lost at every clearance the percentile says nothing of the others.
-ASIDE = (0.96, 1.04)
-#: At most so many of those that tie, those of least mean, are asked for their margin.
-ASKED = 4
 
 
 def affordable(share: float, work: float, ends: tuple[int, int]) -> int:
@@ -90,47 +92,62 @@ def percentile(means: FloatArray) -> FloatArray:
     return np.asarray(np.percentile(means, PERCENTILE, axis=-1))
 
 
-@lru_cache(maxsize=64)
-def _shares(n: int) -> FloatArray:
-    """How probable each of n sorted starts is where the percentile of all starts lies.
-
-    For a share of starts one standard error higher, up to half a start from the last.
-    """
-    share = PERCENTILE / 100.0
-    error = math.sqrt(share * (1.0 - share) / (TELL * n))
-    share = min(share + error, 1.0 - 0.5 / n)
-    below = betainc((n + 1.0) * share, (n + 1.0) * (1.0 - share), np.arange(n + 1.0) / n)
-    return np.asarray(np.diff(below))
+def means_of(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Weighted means over starts, shape (draws, conditions): values (conditions, starts)."""
+    return np.asarray(weights @ values.T / weights.sum(axis=1, keepdims=True))
 
 
-def cautious(means: FloatArray) -> FloatArray:
-    """What the percentile is on the average, as far as few starts tell (m); over the last axis.
-
-    It jumps where a tenth of the starts is lost, and few starts do not tell the share: each start
-    counts by the probability that the percentile is there (Harrell and Davis, Biometrika 69, 1982),
-    one standard error of the share on the safe side. Of clearances that all lose more than a tenth
-    the one that loses least is then preferred, where a percentile would say nothing.
+def weighted_percentile(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """`percentile` of values (1, starts) under each row of weights (draws, starts), m.
 
     Examples
     --------
-    >>> few, many = np.repeat([1.0, 9.0], [19, 1]), np.repeat([1.0, 9.0], [380, 20])
-    >>> [round(float(cautious(means)), 2) for means in (few, many)]  # a twentieth is lost
-    [5.77, 1.01]
+    >>> weighted_percentile(np.array([[3.0, 1.0, 2.0]]), np.array([[1.0, 1.0, 1.0], [1, 30, 1]]))
+    array([3., 1.])
     """
-    return np.asarray(np.sort(means, axis=-1) @ _shares(means.shape[-1]))
+    order = np.argsort(values[0])
+    below = np.cumsum(weights[:, order], axis=1)
+    at = (below < PERCENTILE / 100.0 * below[:, -1:]).sum(axis=1)
+    return np.asarray(values[0, order[np.minimum(at, order.size - 1)]])
+
+
+def cautious(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """What the percentile is on the average, as far as few starts tell; as `weighted_percentile`.
+
+    It jumps where a tenth of the starts is lost, and few starts do not tell the share: each start
+    counts by the probability that the percentile is there (Harrell and Davis, Biometrika 69, 1982),
+    one standard error of the share on the safe side, up to half a start from the last. Of
+    clearances that all lose more than a tenth the one that loses least is then preferred, where a
+    percentile would say nothing.
+
+    Examples
+    --------
+    >>> few, many = (np.repeat([[1.0, 9.0]], [19 * n, n], axis=1) for n in (1, 20))
+    >>> [round(float(cautious(m, np.ones(m.shape))[0]), 2) for m in (few, many)]  # 5 % is lost
+    [5.44, 1.0]
+    """
+    order = np.argsort(values[0])
+    sorted_, below = values[0, order], np.cumsum(weights[:, order], axis=1)
+    whole = below[:, -1:]
+    n = TELL * whole**2 / (weights**2).sum(axis=1, keepdims=True)
+    share = PERCENTILE / 100.0
+    share = np.minimum(share + np.sqrt(share * (1.0 - share) / n), 1.0 - 0.5 * TELL / n)
+    where = betainc((n + 1.0) * share, (n + 1.0) * (1.0 - share), np.minimum(below / whole, 1.0))
+    return np.asarray(np.diff(where, axis=1, prepend=0.0) @ sorted_)
 
 
 @dataclass(frozen=True)
 class Criterion:
     """What is made least: `rule` of what `take` takes from the runs of a clearance (m).
 
-    The last axis of what `rule` is given holds conditions times starts, as `Task.average` has it.
-    By `chosen` the best is chosen; by the value and its standard error where none is given.
+    `rule` is given values (conditions, starts) and rows of weights (draws, starts), and has one
+    value for each row. By `chosen` the best is chosen; by the value and its standard error where
+    none is given.
     """
 
     take: Callable[[Responses], FloatArray]
-    rule: Callable[[FloatArray], FloatArray]
-    chosen: Callable[[FloatArray], FloatArray] | None = None
+    rule: Callable[[FloatArray, FloatArray], FloatArray]
+    chosen: Callable[[FloatArray, FloatArray], FloatArray] | None = None
 
 
 def mean_of(found: Responses) -> FloatArray:
@@ -143,21 +160,33 @@ def largest_of(found: Responses) -> FloatArray:
     return found.largest
 
 
+def _over(
+    take: Callable[[Responses], FloatArray], ranges: Callable[[FloatArray], FloatArray]
+) -> Criterion:
+    """A mean over the starts under each condition, and what is made of these."""
+    return Criterion(take, lambda values, weights: ranges(means_of(values, weights)))
+
+
 @dataclass
-class SameStarts:
-    """Responses to the same starts at any clearance; what is known is not run again.
+class Tried:
+    """Responses to numbered starts at any clearance; what is known is not run again.
 
     Attributes
     ----------
     draw : of a clearance (m) and the numbers of some starts, their runs under each condition.
     conditions : levels and frequencies that each start is tried under.
     watch : whether starts are watched for as long as capture takes (`ensemble.watched`).
+    tolerance : share of a clearance within which each of its starts has its own. Clearances then
+        have other starts each, which count for their neighbours too (`pool`); where it is 0 all
+        have the same.
     """
 
     draw: Callable[[float, range], Runs]
     conditions: int = 1
     watch: bool = True
+    tolerance: float = 0.0
     found: dict[float, Responses] = field(default_factory=dict)
+    made: dict[float, FloatArray] = field(default_factory=dict)
 
     def ask(self, clearances: Iterable[float], n: int) -> float:
         """Simulate at least the first n starts at each; the work that this took, s."""
@@ -169,22 +198,66 @@ class SameStarts:
         return sum(self._simulate(some, range(have, n)) for have, some in missing.items())
 
     def _simulate(self, clearances: list[float], numbers: range) -> float:
-        runs = together([self.draw(b, numbers) for b in clearances])
+        blocks = []
+        for b in clearances:
+            self.made.setdefault(b, np.empty(0))
+            first = self._place(b) * STRETCH
+            blocks.append(self.draw(b, range(first + numbers.start, first + numbers.stop)))
+        runs = together(blocks)
         many = len(runs) // len(clearances)
         every = watched(runs, starts=many) if self.watch else responses(runs)
         every = every.reshape(len(clearances), self.conditions, -1)
+        made = runs.balls[..., B_B].max(axis=1).reshape(every.mean.shape)[:, 0]
         for i, b in enumerate(clearances):
             more = every.each(lambda values, i=i: values[i])
             self.found[b] = self.found[b].joined(more) if b in self.found else more
+            self.made[b] = np.concatenate([self.made[b], made[i]])
         return float(every.work.sum())
+
+    def _place(self, b: float) -> int:
+        """Which stretch of all starts a clearance has."""
+        return list(self.made).index(b) if self.tolerance > 0.0 else 0
 
     def of(self, b: float, n: int) -> Responses:
         """Responses to the first n starts, shape (conditions, n)."""
         return self.found[b].each(lambda values: values[..., :n])
 
+    def pool(self, b: float, n: int, seed: int) -> tuple[Responses, FloatArray]:
+        """Responses that tell of a clearance, and the weight of each start.
+
+        Without a tolerance the first n starts. With one, all starts made within it, wherever they
+        were tried, each by one over how densely starts were made there: so weighted they are as
+        evenly spread as those that are delivered (the balance heuristic of Veach and Guibas,
+        Proceedings of SIGGRAPH 1995, 419). The first row of weights is that, in the others half of
+        the starts count for more and half for less, as the error of TELL times as many has it.
+        """
+        if self.tolerance == 0.0:
+            return self.of(b, n), _resampled(np.ones(n), [(0, n)], seed)
+        reach = self.tolerance * (1.0 + 1e-9)
+        near = [c for c in self.found if abs(c / b - 1.0) < 2.0 * reach]
+        made = np.concatenate([self.made[c] for c in near])
+        density = np.zeros(made.size)
+        for c in near:
+            density += (np.abs(made / c - 1.0) <= reach) * (self.made[c].size / c)
+        weights = np.where(np.abs(made / b - 1.0) <= reach, 1.0 / density, 0.0)
+        rows = _resampled(weights, [(self._place(c), self.made[c].size) for c in near], seed)
+        few = [self.found[c] for c in near]
+        every = few[0].each(lambda *all_of: np.concatenate(all_of, axis=-1), *few[1:])
+        return every.each(lambda values: values[..., weights > 0.0]), rows[:, weights > 0.0]
+
     def work(self, b: float) -> float:
         """What a start took at a clearance, under all conditions, s."""
         return float(self.found[b].work.sum(axis=0).mean())
+
+
+def _resampled(weights: FloatArray, blocks: list[tuple[int, int]], seed: int) -> FloatArray:
+    """The weights, and draws of them: of each stretch of starts the same at any clearance."""
+    signs = [
+        np.random.default_rng([seed, place]).integers(0, 2, (n, RESAMPLED), dtype=np.int8)
+        for place, n in blocks
+    ]
+    moved = 1.0 + (2.0 * np.concatenate(signs).T - 1.0) / math.sqrt(TELL)
+    return np.concatenate([weights[np.newaxis], weights * moved])
 
 
 @dataclass
@@ -193,7 +266,7 @@ class Purse:
 
     left: float
 
-    def ask(self, starts: SameStarts, clearances: Iterable[float], n: int) -> None:
+    def ask(self, starts: Tried, clearances: Iterable[float], n: int) -> None:
         """Pay for the first n starts at each clearance."""
         self.left -= starts.ask(clearances, n)
 
@@ -221,12 +294,13 @@ class Race:
 
 @dataclass(frozen=True)
 class Standing:
-    """Clearances under the same starts: value of each, and under draws of the starts (m)."""
+    """Clearances compared: value of each, under draws of the starts, mean amplitude (m)."""
 
     b: list[float]
     value: FloatArray
     sure: FloatArray
     draws: FloatArray
+    mean: FloatArray
 
     @property
     def error(self) -> FloatArray:
@@ -256,45 +330,44 @@ def apart(clearances: Iterable[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Contest:
-    """Clearances compared by the same starts, more of them where that is worth it.
+    """Clearances compared by some starts, more of them where that is worth it.
 
     Attributes
     ----------
     starts : what the clearances are tried from.
     criterion : what is made least.
     purse : what more starts may take.
-    margin : of those that tie, the few of least mean, the one with the least of this is preferred;
-        of a clearance and the number of starts. None: the lowest is.
     seed : of the resampling.
     """
 
-    starts: SameStarts
+    starts: Tried
     criterion: Criterion
     purse: Purse
-    margin: Callable[[float, int], float] | None = None
     seed: int = 1
 
     def standing(self, clearances: Iterable[float], n: int) -> Standing:
-        """How clearances compare by the first n starts.
+        """How clearances compare by the first n starts, and those of their neighbours.
 
-        A jump that no start has met yet is not seen in the scatter. So in every draw one of the
-        starts may be as bad as the worst of any clearance, at each clearance by itself.
+        A jump that no start has met yet is not seen in the scatter. So in every draw one more start
+        may be as bad as the worst of any clearance, at each clearance by itself.
         """
-        left, rule = sorted(set(clearances)), self.criterion.rule
-        samples = [self.criterion.take(self.starts.of(b, n)) for b in left]
-        worst = np.max([one.max(axis=-1) for one in samples], axis=0)[:, np.newaxis, np.newaxis]
+        left, rule, chosen = sorted(set(clearances)), self.criterion.rule, self.criterion.chosen
+        pools = [self.starts.pool(b, n, self.seed) for b in left]
+        samples = [(self.criterion.take(one), weights) for one, weights in pools]
+        worst = np.max([one.max(axis=-1) for one, _ in samples], axis=0)[:, np.newaxis]
         rng = np.random.default_rng(self.seed)
-        drawn = rng.integers(0, n, (RESAMPLED, TELL * n))
         draws = []
-        for one in samples:
-            unseen = rng.random(drawn.shape) < 1.0 / (n + 1.0)
-            again = np.moveaxis(np.where(unseen, worst, one[:, drawn]), 1, 0)
-            draws.append(rule(again.reshape(RESAMPLED, -1)))
-        value = np.array([float(rule(one.reshape(-1))) for one in samples])
+        for one, weights in samples:
+            of_a_start = (weights[0] ** 2).sum() / weights[0].sum()
+            unseen = rng.poisson(TELL, (RESAMPLED, 1)) / TELL * of_a_start
+            again = np.concatenate([one, worst], axis=1)
+            draws.append(rule(again, np.concatenate([weights[1:], unseen], axis=1)))
+        value = np.array([float(rule(one, weights[:1])[0]) for one, weights in samples])
         sure = value + np.std(draws, axis=1)
-        if self.criterion.chosen is not None:
-            sure = np.array([float(self.criterion.chosen(one.reshape(-1))) for one in samples])
-        return Standing(left, value, sure, np.array(draws))
+        if chosen is not None:
+            sure = np.array([float(chosen(one, weights[:1])[0]) for one, weights in samples])
+        mean = np.array([means_of(mean_of(one), w[:1]).mean() for one, w in pools])
+        return Standing(left, value, sure, np.array(draws), mean)
 
     def race(self, clearances: Iterable[float], first: int) -> Race:
         """The clearance of least criterion, as far as the starts can tell.
@@ -308,12 +381,12 @@ class Contest:
             best = now.order[0]
             doubt = WORSE * (now.draws - now.draws[best]).std(axis=1)
             excess = now.value - now.value[best]
-            alike = [i for i in now.order if excess[i] <= doubt[i]]
+            gain = np.percentile(now.draws[best] - now.draws, LIKELY, axis=1)
+            alike = [i for i in now.order if excess[i] <= 0.0 or gain[i] >= 0.0]
             unsure = now.error[best] > SURE * now.value[best]
             hopes = [
-                i for i in alike
-                if i != best and (unsure or doubt[i] - excess[i] > MATTERS * now.value[best])
-            ]  # fmt: skip
+                i for i in alike if i != best and (unsure or gain[i] > MATTERS * now.value[best])
+            ]
             afford = int(self.purse.left / (self.starts.work(now.b[best]) * n)) - 1
             hopes = sorted(hopes, key=lambda i: now.value[i])[: max(min(FIELD, afford), 0)]
             if not hopes or 2 * n > ENOUGH:
@@ -321,23 +394,24 @@ class Contest:
             left = [now.b[i] for i in (best, *hopes)]
             n *= 2
             self.purse.ask(self.starts, left, n)
-        chosen = self._wider(now, alike, n)
+        chosen = self._safest(now)
         within = float((excess + doubt)[alike].max() / now.value[best])
         tied = tuple(sorted(now.b[i] for i in alike))
         return Race(
             now.b[chosen], float(now.value[chosen]), float(now.error[chosen]), tied, within, n
         )
 
-    def _wider(self, now: Standing, alike: list[int], n: int) -> int:
-        """The best of those that tie, or the one of a wider margin."""
+    def _safest(self, now: Standing) -> int:
+        """The best, or of those that are as good by a percentile the one of least mean amplitude.
+
+        The percentile says nothing of the starts beyond it, and stands against the jump where they
+        are a tenth. What is gained there is less than another lot of starts would make of it.
+        """
         best = now.order[0]
-        good = [i for i in alike if now.sure[i] <= (1.0 + MATTERS) * now.sure[best]]
-        if self.margin is None or len(good) < 2 or self.purse.left < 0.0:
+        if self.criterion.chosen is None:
             return best
-        good.sort(key=lambda i: float(self.starts.of(now.b[i], n).mean.mean()))
-        asked = {i: self.margin(now.b[i], n) for i in {best, *good[:ASKED]}}
-        wider = min(asked, key=asked.__getitem__)
-        return wider if asked[wider] < (1.0 - MATTERS) * asked[best] else best
+        good = [i for i in now.order if now.sure[i] <= (1.0 + MATTERS) * now.sure[best]]
+        return min(good, key=lambda i: float(now.mean[i]))
 
     def known(self) -> list[float]:
         """The lowest of what another contest has tried from the same starts, m."""
@@ -377,7 +451,7 @@ class Contest:
         rounds = len(few) + 2 * MOVES + 2 * sum(len(steps) for steps in STEPS)
         first = affordable(self.purse.left, rounds * work, ends)
         won: Race | None = None
-        opening = replace(self, purse=Purse(0.0), margin=None)
+        opening = replace(self, purse=Purse(0.0))
         while True:
             start = opening.race(few, first)
             before, won = won, self.race([*start.tied, *self.beside(start.b, first)], first)
@@ -414,17 +488,17 @@ class Curve:
         return found[:FINALISTS]
 
 
-def curve_of(starts: SameStarts, criterion: Criterion, n: int) -> Curve:
+def curve_of(starts: Tried, criterion: Criterion, n: int) -> Curve:
     """What a criterion says of every clearance that has n starts, dear ones with a handicap."""
     b = sorted(b for b, found in starts.found.items() if found.mean.shape[-1] >= n)
-    samples = np.array([criterion.take(starts.of(one, n)).reshape(-1) for one in b])
+    same = np.ones((1, n))
+    value = np.array([float(criterion.rule(criterion.take(starts.of(c, n)), same)[0]) for c in b])
     work = np.array([starts.work(one) for one in b])
     dear = work > DEAR * np.median(work)
-    value = criterion.rule(samples) * np.where(dear, 1.0 + LITTLE, 1.0)
-    return Curve(np.array(b), value, dear)
+    return Curve(np.array(b), value * np.where(dear, 1.0 + LITTLE, 1.0), dear)
 
 
-def far_enough(grid: FloatArray, starts: SameStarts, n: int) -> FloatArray:
+def far_enough(grid: FloatArray, starts: Tried, n: int) -> FloatArray:
     """The grid, continued as long as no ball at all would be better than the best of it.
 
     No amplitude known beforehand bounds the motion: a ball that tunes the oscillator to the base
@@ -442,7 +516,7 @@ def far_enough(grid: FloatArray, starts: SameStarts, n: int) -> FloatArray:
 
 
 def scanned(
-    grid: FloatArray, starts: SameStarts, criteria: Sequence[Criterion],
+    grid: FloatArray, starts: Tried, criteria: Sequence[Criterion],
     *, ends: tuple[int, int], most: float,
 ) -> tuple[list[Curve], Responses]:  # fmt: skip
     """What each criterion says of the grid and of closer looks at its minima; the grid's runs.
@@ -524,43 +598,37 @@ def search(
     """
     conditions = len(task.grid())
 
-    def from_rest(shift: float, *, watch: bool) -> SameStarts:
-        def draw(b: float, numbers: range) -> Runs:
-            return more_wall_starts(task, b, numbers, shift=shift)
+    def from_rest(shift: float) -> Callable[[float, range], Runs]:
+        return lambda b, numbers: more_wall_starts(task, b, numbers, shift=shift)
 
-        return SameStarts(draw, conditions, watch)
+    def anywhere(seed: int) -> Callable[[float, range], Runs]:
+        return lambda b, numbers: random_starts(
+            task, b, starts=len(numbers), seed=seed, first=numbers.start
+        )
 
-    def anywhere(seed: int, *, watch: bool) -> SameStarts:
-        def draw(b: float, numbers: range) -> Runs:
-            return random_starts(task, b, starts=len(numbers), seed=seed, first=numbers.start)
-
-        return SameStarts(draw, 1, watch)
-
-    rest, random = from_rest(0.0, watch=False), anywhere(seed, watch=False)
+    rest, random = Tried(from_rest(0.0), conditions, False), Tried(anywhere(seed), 1, False)
     grid = far_enough(np.geomspace(*ends, COARSE), rest, SCAN_REST[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
-    mean, largest = Criterion(mean_of, task.average), Criterion(largest_of, task.worst)
+    mean, largest = _over(mean_of, task.average), _over(largest_of, task.worst)
     curves, rest_scan = scanned(grid, rest, [mean, largest], ends=SCAN_REST, most=SCANS * budget)
     [curve], random_scan = scanned(
         grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=SCANS * budget
     )
-    rest, random = from_rest(0.25, watch=True), anywhere(seed + 1, watch=True)
+    rest = Tried(from_rest(0.25), conditions, tolerance=task.tolerance)
+    random = Tried(anywhere(seed + 1), tolerance=task.tolerance)
     finalists = [one.lowest() for one in curves]
     won: list[Race] = []
     for few, criterion in zip(finalists, (mean, largest), strict=True):
         contest = Contest(rest, criterion, Purse(CONTESTS * budget), seed=seed)
         won.append(contest.won([*few, *contest.known()], FIRST_REST))
-    lowest, purse = curve.lowest(), Purse(ROBUST * budget)
-
-    def margin(b: float, n: int) -> float:
-        purse.ask(random, [share * b for share in ASIDE], n)
-        return max(float(random.of(share * b, n).mean.mean()) for share in ASIDE)
+    lowest = curve.lowest()
 
     # the others compete too, and what is a little safer: no best is called so beside a better one
     others = [share * one.b for one in won for share in (1.0, NARROWER)]
     safer = [b for b in (share * lowest[0] for share in SAFER) if not curve.is_dear(b)]
-    contest = Contest(random, Criterion(mean_of, percentile, cautious), purse, margin, seed)
+    robust_rule = Criterion(mean_of, weighted_percentile, cautious)
+    contest = Contest(random, robust_rule, Purse(ROBUST * budget), seed)
     robust = contest.won([*lowest[:LOWEST], *safer, *others], FIRST_RANDOM)
     work = max(rest.work(one.b) for one in won), random.work(robust.b)
     share = float(random.found[robust.b].captured.mean())

@@ -295,28 +295,24 @@ def watched(runs: Runs, *, starts: int) -> Responses:
     """Responses of clearances with `starts` runs each, watched until capture is settled.
 
     Beside the end of the captured response capture can take many times the slow time. Where some
-    starts are captured and some are not, those lost are run again for twice the time to settle,
-    and again while that captures one more, as long as `longest_watch` says; then the others as
-    long, since a capture can be lost again. So all starts of a clearance are judged at one time:
-    of a modulated motion that is now beyond `STEADY` and now not, no start has several chances.
+    starts of a clearance are captured, or the amplitude of some is more than `STEADY` times the
+    least, those not captured and those of large amplitude are run again for as long as
+    `longest_watch` says; and the others as long if that captured one more, since a capture can be
+    lost again. So all starts of a clearance are judged at one time: of a modulated motion that is
+    now beyond `STEADY` and now not, no start has several chances. A start that is lost is lost
+    after the same time at any clearance, however many others are.
     """
-    found, watch = responses(runs), 2.0
+    found = responses(runs)
     most = _most_watch(runs[0].rig, runs[0].base.frequency)
     captured: BoolArray = np.asarray(found.captured.reshape(-1, starts))
-    first = captured.sum(axis=1)
-    mixed: BoolArray = np.asarray((first > 0) & (first < starts))
-    longest, seen = np.ones(len(mixed)), np.ones(captured.shape)
-    while watch <= most and mixed.any():
-        lost = mixed[:, np.newaxis] & ~captured
-        longest[mixed], seen[lost] = watch, watch
-        _again(found, runs, np.flatnonzero(lost), watch)
-        now: BoolArray = np.asarray(found.captured.reshape(-1, starts))
-        mixed = np.asarray((now.sum(axis=1) > captured.sum(axis=1)) & ~now.all(axis=1))
-        captured, watch = now, 2.0 * watch
-    longest[captured.sum(axis=1) == first] = 1.0
-    for watch in np.unique(longest[longest > 1.0]).tolist():
-        own = (longest == watch)[:, np.newaxis] & (seen < watch)
-        _again(found, runs, np.flatnonzero(own), watch)
+    mean = found.mean.reshape(captured.shape)
+    large = mean > STEADY * mean.min(axis=1, keepdims=True)
+    unlike = (captured | large).any(axis=1, keepdims=True)
+    late = (~captured | large) & unlike
+    if most > 1.0 and late.any():
+        _again(found, runs, np.flatnonzero(late), most)
+        more = (found.captured.reshape(captured.shape) & late).any(axis=1, keepdims=True)
+        _again(found, runs, np.flatnonzero(~late & more), most)
     return found
 
 
