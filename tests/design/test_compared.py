@@ -69,8 +69,8 @@ def amplitudes(seed: int, captured: float, low: float, high: float, n: int = 200
 def test_starts_go_where_clearances_compete() -> None:
     starts = Drawn(
         {
-            0.010: amplitudes(11, 0.93, 3.0, 12.0),
-            0.011: amplitudes(12, 0.93, 2.8, 12.0),
+            0.010: amplitudes(11, 0.94, 3.0, 12.0),
+            0.011: amplitudes(12, 0.94, 2.8, 12.0),
             0.030: amplitudes(3, 0.2, 2.0, 12.0),
         }
     )

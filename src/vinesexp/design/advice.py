@@ -20,6 +20,7 @@ from vinesexp.design.around import (
     operating_range,
 )
 from vinesexp.design.best_clearance import (
+    AFRESH,
     BESIDE,
     BUDGET,
     JUDGING,
@@ -42,7 +43,7 @@ from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
 #: Random starts that a clearance is judged by: as many as it was compared by, and as the standard
 #: error of the captured share needs, within these, as far as the budget goes.
-JUDGED, SHARE_ERROR = (100, 400), 0.025
+JUDGED, SHARE_ERROR = (100, AFRESH), 0.025
 #: Phases from rest of a clearance that is judged; the same and random starts at the least.
 PHASES, FEWEST = 48, (3, 16)
 #: Starts of what is shown beside: least and most, phases from rest and random ones.

@@ -174,10 +174,10 @@ def from_rest(advice: Advice) -> Table:
     longest = longest_watch(task.rig(advice.robust.b), frequency)
     below = (
         f"Exact event simulation; settled amplitudes in mm (after at most {longest:.2g} s where "
-        "starts differ in their capture); b is one-sided. The oscillator starts at rest; values "
-        "are averaged over the phase at which the shaker starts. Less: reduction of the mean from "
-        f"the bare oscillator's {mm(advice.bare_mean)} mm. Captured: two impacts per cycle or "
-        "more, not modulated. Mid-cavity: mean with the ball at rest in the middle."
+        "starts differ in capture or amplitude); b is one-sided. The oscillator starts at rest; "
+        "values are averaged over the phase at which the shaker starts. Less: reduction of the "
+        f"mean from the bare oscillator's {mm(advice.bare_mean)} mm. Captured: two impacts per "
+        "cycle or more, not modulated. Mid-cavity: mean with the ball at rest in the middle."
     )
     if advice.task.frequencies[0] < advice.task.frequencies[1]:
         below += (
