@@ -98,37 +98,26 @@ def logs_and_phases(
 def _integrated(
     parameters: FloatArray, t: FloatArray, start: float
 ) -> tuple[FloatArray, FloatArray]:
-    end = max(float(t[-1]), start + 1e-12)
-    h = (end - start) / _STEPS
-    values = _compiled()(np.ascontiguousarray(parameters), h)
-    place = np.clip((t - start) / h, 0.0, _STEPS - 1e-9)
-    low = place.astype(np.int64)
-    u = place - low
-    h00, h10 = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2
-    h01, h11 = u * u * (3 - 2 * u), u * u * (u - 1)
-    left, right = values[low], values[low + 1]
-
-    def between(column: int) -> FloatArray:
-        value = h00 * left[:, column].T + h01 * right[:, column].T
-        return np.asarray(value + h * (h10 * left[:, column + 2].T + h11 * right[:, column + 2].T))
-
-    return between(0), between(1)
+    h = (max(float(t[-1]), start + 1e-12) - start) / _STEPS
+    found = _compiled()(np.ascontiguousarray(parameters), (t - start) / h, h)
+    return found[0], found[1]
 
 
 @cache
-def _compiled() -> Callable[[FloatArray, float], FloatArray]:
+def _compiled() -> Callable[[FloatArray, FloatArray, float], FloatArray]:
     """`_followed` as machine code: a decay in noise is integrated some thousand times."""
     from numba import njit
 
     keep_caches_writable()  # numba asks for its folder when a function is marked
-    compiled: Callable[[FloatArray, float], FloatArray] = njit(cache=True)(_followed)
+    compiled: Callable[[FloatArray, FloatArray, float], FloatArray] = njit(cache=True)(_followed)
     return compiled
 
 
-def _followed(parameters: FloatArray, h: float) -> FloatArray:
-    """log A and phase after each step, and their rates: array (steps + 1, 4, p)."""
+def _followed(parameters: FloatArray, places: FloatArray, h: float) -> FloatArray:
+    """log A and phase of each decay at times counted in steps h: array (2, p, n)."""
     most = 4.0 / h
-    values = np.empty((_STEPS + 1, 4, len(parameters)))
+    found = np.empty((2, len(parameters), places.size))
+    after = np.empty((_STEPS + 1, 4))  # each step: log A, phase, and their changes in a step
     for k in range(len(parameters)):
         log_A, phase, w, alpha, beta, gamma, mu, kappa = parameters[k]
         # A trial step may ask for a friction that stops the motion, or for gain: bounded here.
@@ -143,12 +132,22 @@ def _followed(parameters: FloatArray, h: float) -> FloatArray:
                 A = math.exp(here)
                 rates[stage] = -min(max(gamma / A + alpha + beta * A, -most), most)
                 turns[stage] = w * (1.0 + (mu + kappa * A) * A)
-            values[i, 0, k], values[i, 1, k] = log_A, phase
-            values[i, 2, k], values[i, 3, k] = rates[0], turns[0]
+            after[i, 0], after[i, 1] = log_A, phase
+            after[i, 2], after[i, 3] = h * rates[0], h * turns[0]
             change = rates[0] + 2.0 * rates[1] + 2.0 * rates[2] + rates[3]
             log_A = min(max(log_A + h / 6.0 * change, low), high)
             phase += h / 6.0 * (turns[0] + 2.0 * turns[1] + 2.0 * turns[2] + turns[3])
-    return values
+        for n in range(places.size):
+            place = min(max(places[n], 0.0), _STEPS - 1e-9)
+            low = int(place)
+            u = place - low
+            h00, h10 = (1.0 + 2.0 * u) * (1.0 - u) ** 2, u * (1.0 - u) ** 2
+            h01, h11 = u * u * (3.0 - 2.0 * u), u * u * (u - 1.0)
+            left, right = after[low], after[low + 1]
+            for one in range(2):
+                value = h00 * left[one] + h01 * right[one]
+                found[one, k, n] = value + h10 * left[one + 2] + h11 * right[one + 2]
+    return found
 
 
 def fitted_decay(

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -356,7 +357,6 @@ def zero_phase_blocks(
     """
     margin = settling_samples(band)
     size = 1 << (max(_SHORTEST, 3 * margin) - 1).bit_length()
-    gain = band.gain(size)
     held, pending = np.empty(0), 0  # the margin before, then samples not yet given out
     for block in blocks:
         if not block.size:
@@ -367,14 +367,19 @@ def zero_phase_blocks(
         pending += block.size
         while pending >= size - margin:  # a margin of it is what comes after
             ready = size - 2 * margin
-            yield _through(held[:size], gain)[margin : margin + ready]
+            yield _through(held[:size], _gain(band, size))[margin : margin + ready]
             held, pending = held[ready:], pending - ready
     if pending:
         last = held[-1]
         whole = np.concatenate([held, _stretched(after, last, margin, at_end=True)])
         n = next_fast_len(whole.size, real=True)
         padded = np.concatenate([whole, np.full(n - whole.size, whole[-1])])
-        yield _through(padded, band.gain(n))[margin : margin + pending]
+        yield _through(padded, _gain(band, n))[margin : margin + pending]
+
+
+@lru_cache(maxsize=2)  # channels of a record share it
+def _gain(band: Butterworth, n: int) -> FloatArray:
+    return band.gain(n)
 
 
 def _through(x: FloatArray, gain: FloatArray) -> FloatArray:

@@ -62,7 +62,7 @@ def find_layout(path: Path) -> Layout:
         No line of numbers, or rows wider than their header.
     """
     layout, body = find_body(path)
-    above = [i for i in range(body.first) if any(body.rows[i])]
+    above = [i for i in range(body.first) if any(body.row(i))]
     first = body.first
     while above:
         if _kind(layout, body, above[-1]) != "mixed":
@@ -84,7 +84,8 @@ def find_layout(path: Path) -> Layout:
     holding = sorted(body.numeric | body.stamps)
     above_data = map(_unmarked, body.lines[:first])
     lines = [layout.cells(line) if line.strip() else [] for line in above_data]
-    lines += [cells[: holding[0]] for cells in body.rows[first : first + _BESIDE]]
+    beside = range(first, min(first + _BESIDE, len(body.lines)))
+    lines += [body.row(i)[: holding[0]] for i in beside]
     stated = read_preamble(layout, lines)
     columns = [_column(j, names, units) for j in range(body.width)]
     columns = [replace(c, unit="s") if j in body.stamps else c for j, c in enumerate(columns)]
@@ -200,7 +201,7 @@ def _paired(
     if width > last + 1:
         if layout.delimiter != ",":  # which of the columns has none, nobody can tell
             return [], apart
-        wide = next(i for i in range(first, len(body.lines)) if len(body.rows[i]) >= width)
+        wide = next(i for i in range(first, len(body.lines)) if len(body.row(i)) >= width)
         raise RecordError(
             f"{width} cells under {last + 1} names ('{body.lines[wide].strip()[:80]}' under "
             f"'{line.strip()[:80]}'); correct the line or the names, or, if the numbers have "

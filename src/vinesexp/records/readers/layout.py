@@ -12,11 +12,12 @@ import codecs
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cache
+from itertools import chain, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -159,8 +160,8 @@ class Body:
     ----------
     lines : list of str
         The head of the file.
-    rows : list of list of str
-        Its cells.
+    row : function
+        The cells of one of them, none of a blank line.
     first : int
         Line of the first row of data.
     numeric : set of int
@@ -170,7 +171,7 @@ class Body:
     """
 
     lines: list[str]
-    rows: list[list[str]]
+    row: Callable[[int], list[str]]
     first: int
     numeric: set[int]
     stamps: set[int]
@@ -352,7 +353,10 @@ def _halves(line: str) -> bool:
 
 
 def _body(layout: Layout, lines: list[str], numeric: set[int], stamps: set[int]) -> Body:
-    rows = [layout.cells(line) if line.strip() else [] for line in lines]
+    @cache  # most lines need no look: the first rows of data are found early
+    def row(i: int) -> list[str]:
+        return layout.cells(lines[i]) if lines[i].strip() else []
+
     # An oscilloscope may write its settings into the first columns, beside the data.
     beside = min(numeric | stamps) >= 2
 
@@ -366,12 +370,10 @@ def _body(layout: Layout, lines: list[str], numeric: set[int], stamps: set[int])
             layout.is_value(c) if j in numeric else (j in stamps and is_stamp(c)) for j, c in inside
         )
 
-    filled = [i for i, cells in enumerate(rows) if any(cells)]
-    pairs = list(zip(filled, [*filled[1:], None], strict=True))
-
     def first_row(beside: bool) -> int | None:
-        fits = cache(lambda i: is_data(rows[i], beside))
-        return next((i for i, after in pairs if fits(i) and (after is None or fits(after))), None)
+        fits = cache(lambda i: i is None or is_data(row(i), beside))
+        filled = chain((i for i in range(len(lines)) if any(row(i))), [None])
+        return next((i for i, after in pairwise(filled) if fits(i) and fits(after)), None)
 
     first = first_row(beside)
     if first is None and not beside:
@@ -379,13 +381,13 @@ def _body(layout: Layout, lines: list[str], numeric: set[int], stamps: set[int])
     if first is None:
         raise RecordError(_NO_NUMBERS)
     # A column that ends before the last rows holds data where most of the first rows fill it.
-    width, near = max(numeric | stamps) + 1, range(first, min(first + _NEAR, len(rows)))
-    wide = [lines[i] for i in near if any(rows[i][width:])]
+    width, near = max(numeric | stamps) + 1, range(first, min(first + _NEAR, len(lines)))
+    wide = [lines[i] for i in near if any(row(i)[width:])]
     if 2 * len(wide) > len(near):
         more = _columns_of_data(layout, wide)
         numeric |= {j for j in more[0] if j >= width}
         stamps |= {j for j in more[1] if j >= width}
-    return Body(lines, rows, first, numeric, stamps)
+    return Body(lines, row, first, numeric, stamps)
 
 
 def _columns_of_data(layout: Layout, tail: list[str]) -> tuple[set[int], set[int]]:

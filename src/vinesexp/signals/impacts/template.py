@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -115,13 +115,11 @@ class Template:
     def at(self, u: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
         """Template and derivative at lags u; zero beyond the table."""
         place = (u - self.first) * FINE
-        inside = (place >= 0.0) & (place < self.values.size - 1)
-        place = np.where(inside, place, 0.0)
-        low = place.astype(np.int64)
-        part = place - low
-        value = self.values[low] + part * (self.values[low + 1] - self.values[low])
-        slope = self.slopes[low] + part * (self.slopes[low + 1] - self.slopes[low])
-        return np.where(inside, value, 0.0), np.where(inside, slope, 0.0)
+        whole = np.floor(place)
+        part = place - whole
+        row = np.clip(whole + 1.0, 0.0, float(self.values.size)).astype(np.int64)
+        value, rise, slope, turn = (np.take(table, row) for table in self._table)
+        return value + part * rise, slope + part * turn
 
     def around(self, shift: FloatArray, lags: IntArray) -> tuple[FloatArray, FloatArray]:
         """Template and derivative at `lags` - shift for contacts less than a sample from lag 0.
@@ -146,6 +144,13 @@ class Template:
         return lowpassed_impulse(
             np.arange(self.last - self.first + 1, dtype=np.float64), self.corner
         )
+
+    @cached_property
+    def _table(self) -> list[FloatArray]:
+        """Template, its steps, derivative and its steps, with a zero for what lies beyond."""
+        v, s, none = self.values, self.slopes, np.zeros(1)
+        inner = v[:-1], v[1:] - v[:-1], s[:-1], s[1:] - s[:-1]
+        return [np.concatenate([none, table, none]) for table in inner]
 
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray]:
@@ -194,11 +199,10 @@ def template_of(
     (2.613, 1.0)
     """
     u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
-    contact = values = _contact(u, shape)
-    if shape.ring > 0.0:
-        values = _resonated(values, shape)
+    corner = math.sqrt(2.0) * math.pi * (highpass or 0.0) * dt / FINE
+    contact, lost = _contact(shape.duration, shape.power, shape.skew, span, corner)
+    values = _resonated(contact, shape) if shape.ring > 0.0 else contact
     momentum = 1.0  # of the contact: it survives the resonance, whose static gain is 1
-    lost = _undershoot(u, contact, dt, highpass) if highpass else np.zeros(u.size)
     values = values - momentum * lost
     height = float(np.abs(values).max())
     reach = math.ceil(0.5 * shape.duration * (1.0 + 0.3 * abs(shape.skew)) + 0.5)
@@ -225,38 +229,49 @@ def neighbourhood(values: FloatArray, size: int) -> FloatArray:
     return np.asarray(wide)
 
 
-def _contact(u: FloatArray, shape: Shape) -> FloatArray:
-    """Push of unit momentum, centred on it, averaged over each sample."""
+@lru_cache(maxsize=8)  # a fit changes the resonance alone twice in three times
+def _contact(
+    duration: float, power: float, skew: float, span: tuple[int, int], corner: float
+) -> tuple[FloatArray, FloatArray]:
+    """Push of unit momentum, centred on it, averaged over each sample, and what the highpass takes."""
+    u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
     phase = np.linspace(0.0, 1.0, _CONTACT)
-    push = np.sin(np.pi * phase ** (2.0 ** (-shape.skew))) ** shape.power
+    push = np.sin(np.pi * phase ** (2.0**-skew)) ** power
     push[-1] = 0.0  # sin(pi) is not zero in floating point; its powers would be NaN
     momentum = np.concatenate([[0.0], np.cumsum(0.5 * (push[1:] + push[:-1]))])
     total = momentum[-1]
     centre = 1.0 - float(np.trapezoid(momentum / total, phase))
-    place = (phase - centre) * shape.duration
+    place = (phase - centre) * duration
     risen = np.interp(u + 0.5, place, momentum / total)
-    return np.asarray(risen - np.interp(u - 0.5, place, momentum / total))
+    contact = np.asarray(risen - np.interp(u - 0.5, place, momentum / total))
+    return contact, _undershoot(contact, corner) if corner else np.zeros(u.size)
 
 
 def _resonated(values: FloatArray, shape: Shape) -> FloatArray:
     """The template as a resonance shows it (its momentum then comes 2 z/w after the contact's)."""
-    size = 1 << (2 * values.size - 1).bit_length()  # a large prime costs ten times as much
-    w = 2.0 * math.pi * shape.ring  # rad a sample
+    from scipy.signal import lfilter  # half a second to import
+
+    w = 2.0 * math.pi * shape.ring / FINE  # rad a step of the table
     z = min(shape.ring_damping, 0.9)
-    wd = w * math.sqrt(1.0 - z * z)
-    t = np.arange(values.size) / FINE
-    answer = (w * w / wd) * np.exp(-z * w * t) * np.sin(wd * t) / FINE
-    product = np.fft.rfft(values, size) * np.fft.rfft(answer, size)
-    return np.asarray(np.fft.irfft(product, size)[: values.size])
+    shrinks, turns = math.exp(-z * w), w * math.sqrt(1.0 - z * z)
+    gain = w * w / turns * shrinks * math.sin(turns)
+    poles = [1.0, -2.0 * shrinks * math.cos(turns), shrinks * shrinks]
+    return np.asarray(lfilter([0.0, gain], poles, values))
 
 
-def _undershoot(u: FloatArray, contact: FloatArray, dt: float, highpass: float) -> FloatArray:
-    """What the highpass takes: the lowpassed momentum, spread as the contact is."""
-    push = contact[np.flatnonzero(contact)[0] : np.flatnonzero(contact)[-1] + 1]
-    lead = np.flatnonzero(contact)[0] + round(u[0] * FINE)  # of its first entry, from lag 0
-    far = np.arange(u.size + push.size - 1) - (push.size - 1) - lead
-    impulse = dt * lowpassed_impulse((u[0] + far / FINE) * dt, highpass)
-    return np.asarray(np.convolve(impulse, push / push.sum(), mode="valid"))
+def _undershoot(contact: FloatArray, corner: float) -> FloatArray:
+    """What the highpass takes of a contact, by a recursion either way.
+
+    The impulse response is that of `lowpassed_impulse`; `corner` is its x for one step.
+    """
+    from scipy.signal import lfilter  # half a second to import
+
+    shrinks = math.exp(-corner)
+    numerator = [1.0, shrinks * (math.sin(corner) - math.cos(corner))]
+    poles = [1.0, -2.0 * shrinks * math.cos(corner), shrinks * shrinks]
+    after = lfilter(numerator, poles, contact)
+    before = lfilter(numerator, poles, contact[::-1])[::-1]
+    return np.asarray(0.5 * corner * FINE / contact.sum() * (after + before - contact))
 
 
 def lowpassed_impulse(t: FloatArray, corner: float) -> FloatArray:

@@ -415,12 +415,9 @@ def _fit(
     windows: Windows, start: Shape, names: Sequence[str], table: Callable[[Shape], Template]
 ) -> Fit:
     """Gauss-Newton with step halving over the named parameters; chi^2, shape, windows."""
-    first = table(start)
-    shape, now = (
-        start,
-        place(windows, first, reach=max(math.ceil(start.duration) + 2, first.search)),
-    )
-    rest, value, slope = residual(now, table(shape))
+    first, shape = table(start), start
+    now = place(windows, first, reach=max(math.ceil(start.duration) + 2, first.search))
+    rest, value, slope = residual(now, first)
     chi2 = float((rest**2).sum())
     for _ in range(_STEPS):
         columns = []
