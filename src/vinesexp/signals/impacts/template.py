@@ -233,7 +233,7 @@ def neighbourhood(values: FloatArray, size: int) -> FloatArray:
 def _contact(
     duration: float, power: float, skew: float, span: tuple[int, int], corner: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Push of unit momentum, centred on it, averaged over each sample, and what the highpass takes."""
+    """Push of unit momentum about its centre, a mean over each sample; what the highpass takes."""
     u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
     phase = np.linspace(0.0, 1.0, _CONTACT)
     push = np.sin(np.pi * phase ** (2.0**-skew)) ** power
