@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.signals.contacts import coarsen
 
-from vinesexp.signals.impacts.slopes import Forced, bent_spring, forced_motion, slope_changes
+from vinesexp.signals.impacts.slopes import Forced, bent_forces, forced_motion, slope_changes
 
 RATE, F, JUMP = 4000.0, 8.0, 0.01
 W = 2.0 * np.pi * F
@@ -44,9 +44,12 @@ def test_harmonics_of_the_base_leave_the_jumps_alone(multiple, gain):
     assert np.nanmax(np.abs(off(0.05, told=True) - pure)) < 2e-4
 
 
-@pytest.mark.parametrize(("square", "cube"), [(0.0, 0.03), (0.0, -0.1), (0.03, 0.0), (0.02, 0.02)])
-def test_a_spring_that_is_not_straight_leaves_the_jumps_alone(square, cube):
-    """x'' = -W^2 (x + square x^2/A + cube x^3/A^2) between impacts, by steps of a tenth sample."""
+@pytest.mark.parametrize(
+    ("square", "cube", "drag"),
+    [(0.0, 0.03, 0.0), (0.0, -0.1, 0.0), (0.03, 0.0, 0.0), (0.02, 0.02, 0.0), (0.0, 0.0, 0.02)],
+)
+def test_springs_and_dampers_that_are_not_straight_leave_the_jumps_alone(square, cube, drag):
+    """x'' = -W^2 (x + square x^2/A + cube x^3/A^2) - drag v |v|/A, by steps of a tenth sample."""
     A, n = 12e-3, round(6.0 * RATE)
     times = np.arange(0.51, 5.5, 0.5 / F)
     jumps = 0.02 * np.where(np.arange(times.size) % 2, -1.0, 1.0)
@@ -59,10 +62,11 @@ def test_a_spring_that_is_not_straight_leaves_the_jumps_alone(square, cube):
         if k in at:
             v += next(sizes)
         v -= h * W**2 * here * (1.0 + square * here / A + cube * (here / A) ** 2)
+        v -= h * drag * v * abs(v) / A
         here += h * v
     noise = 1e-6 * np.random.default_rng(5).standard_normal(n)
     coarse = coarsen(x + noise, RATE, F)
-    told = replace(coarse, forced=bent_spring(coarse.values, coarse.step, frequency=F))
+    told = replace(coarse, forced=bent_forces(coarse.values, coarse.step, frequency=F))
     at = np.abs(slope_changes(coarse, times, jumps, frequency=F).jump / jumps - 1.0)
     off = np.abs(slope_changes(told, times, jumps, frequency=F).jump / jumps - 1.0)
     assert np.nanmedian(at) > 0.04

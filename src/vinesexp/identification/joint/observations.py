@@ -92,7 +92,6 @@ _WORTH = 4.0
 _TINY = 1e-9
 #: By which single releases from one stop differ, relative; errors that a swing is smaller by.
 _OWN_RELEASE, _FEW = 3e-3, 3.0
-_AIR = 1e-3  # of r from a drop: air, table
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ def coarse_displacement(record: RecordView, frequency: float) -> Coarse:
     means = channel_means(record, "displacement", k)
     missing = missing_means(record, "displacement", k)
     start, step = 0.5 * (k - 1) / record.sample_rate, k / record.sample_rate
-    forced = list(bent_spring(means, step, frequency=frequency))
+    forced = list(bent_forces(means, step, frequency=frequency))
     if "base" in record.roles:
         base = channel_means(record, "base", k)
         quantity = record.quantity("base")
@@ -156,11 +156,11 @@ def coarse_displacement(record: RecordView, frequency: float) -> Coarse:
     return Coarse(means, step, start, missing if missing.any() else None, tuple(forced))
 
 
-def bent_spring(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced, ...]:
-    """What a spring that is not straight moves the mass by beside its sine.
+def bent_forces(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced, ...]:
+    """What a spring or a damper that is not straight moves the mass by beside its sine.
 
-    A force k2 x^2 + k3 x^3 moves it by harmonics, which by their phase at the impacts are taken for
-    jumps of velocity, at one wall too large and at the other too small.
+    A force k2 x^2 + k3 x^3 + c2 v |v| moves it by harmonics, which by their phase at the impacts
+    are taken for jumps of velocity, at one wall too large and at the other too small.
 
     Parameters
     ----------
@@ -174,13 +174,13 @@ def bent_spring(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced
     Returns
     -------
     tuple of Forced
-        Their factors are the forces of x^2 and x^3 over that of the straight spring, at the largest
-        displacement.
+        Their factors are the forces of x^2, x^3 and v |v| over that of the straight spring, at the
+        largest displacement and velocity.
 
     Examples
     --------
     >>> t = np.arange(20000) / 1000.0
-    >>> _, third = bent_spring(8e-3 * np.cos(2 * np.pi * 8.0 * t), 1e-3, frequency=8.0)
+    >>> _, third, _ = bent_forces(8e-3 * np.cos(2 * np.pi * 8.0 * t), 1e-3, frequency=8.0)
     >>> off = third.motion - 8e-3 / 32 * np.cos(2 * np.pi * 24.0 * t)
     >>> bool(np.abs(off[500:-500]).max() < 2e-6)
     True
@@ -189,10 +189,12 @@ def bent_spring(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced
     largest = float(np.abs(x).max())
     if not largest:
         return ()
-    powers = (-largest * (x / largest) ** n for n in (2, 3))
+    v = np.gradient(x)
+    bent = ((x / largest) ** 2, (x / largest) ** 3, v * np.abs(v) / np.abs(v).max() ** 2)
     # turned round at its end it begins as it ends
     found = (
-        _answer(np.append(own, own[::-1]), step, frequency=frequency)[: x.size] for own in powers
+        _answer(-largest * np.append(own, own[::-1]), step, frequency=frequency)[: x.size]
+        for own in bent
     )
     return tuple(Forced(motion, 0.0, _STRAIGHT) for motion in found)
 
