@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vinesexp.signals.clocks import Course, law_of
+from vinesexp.signals.clocks import Course, _error_of_phase, law_of
 
 
 def scatter(n: int, seed: int) -> np.ndarray:
@@ -56,3 +56,15 @@ def test_a_swell_that_falls_again_is_no_step():
     lost = law_of(replace(course, value=lag + np.where(t > 3.6, 5e-3, 0.0)))
     assert lost.steps
     assert abs(lost.step - 5e-3) < 3e-4
+
+
+def test_the_phase_of_a_mass_that_comes_to_rest_is_as_uncertain_as_it_scatters():
+    """A mass that rubs lost "samples" where it came to rest: 30 windows were said to be as sure."""
+    rng = np.random.default_rng(2)
+    true = np.where(np.arange(30) < 24, 5e-4, 1e-2)
+    size = np.linspace(2.0, 1.0, 30)
+    found = np.array([
+        _error_of_phase(np.exp(1j * true * rng.standard_normal(30)), size) for _ in range(50)
+    ])  # fmt: skip
+    assert 0.6 < np.median(found[:, 26:] / true[26:]) < 1.6
+    assert 0.6 < np.median(found[:, :20] / true[:20]) < 3.0
