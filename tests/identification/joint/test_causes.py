@@ -9,6 +9,7 @@ import pytest
 from vinesexp.identification.joint.causes import (
     Cause,
     Weighed,
+    _averaged,
     _effects,
     believed,
     gains_of,
@@ -25,6 +26,7 @@ from vinesexp.identification.joint.unknowns import (
     Block,
     Direction,
     Prior,
+    evidence_of,
     expand,
     fit,
     posterior_of,
@@ -156,10 +158,12 @@ def test_a_cause_that_explains_no_more_than_the_law_of_another_may_be_wrong_by_g
     values = 0.5 * np.linspace(-0.5, 0.5, N)
     values[3] += size
     observed, data = campaign(values, error=1e-3)
-    pair = (drift(), one(3))
+    pair = (drift(), replace(one(3), kind="one test"))
     for chosen in (pair, pair[::-1]):
         kept = needed(data, observed, chosen)
         assert {cause.key for cause in kept} == {c.key for c in (pair if stays else pair[:1])}
+    mistake = (drift(), one(3))  # is what it is beside any law
+    assert needed(data, observed, mistake) == mistake
 
 
 def test_a_cause_that_is_hardly_there_is_not_stated():
@@ -464,3 +468,16 @@ def test_tests_with_a_ball_that_scatter_leave_the_ring_downs_what_they_are():
     assert [w.cause.about for w in judged.found] == ["own f0 of tests with a ball"]
     value, error = judged.posterior.of({"ln_f0": 1.0})
     assert abs(value) < 4.0 * error < 1e-5
+
+
+def test_of_rivals_each_is_in_the_values_however_likely_one_more_cause_is():
+    """One more cause of odds e^5 took all weight from the rivals: M was 5 of its errors off."""
+    values = np.full(N, 0.5)
+    values[0] += 0.2
+    observed, data = campaign(values)
+    rival = replace(observed.beliefs, priors=observed.beliefs.priors | {"level": Prior(1.5, 1e-3)})
+    even = evidence_of(data, observed.beliefs) - evidence_of(data, rival)  # as probable
+    found = [_averaged(data, observed.beliefs, left, [(rival, even)]) for left in ([], [one(0)])]
+    levels, errors = np.array([own.of({"level": 1.0}) for own in found]).T
+    assert errors.min() > 0.3
+    assert levels[0] == pytest.approx(levels[1], abs=0.1)

@@ -105,7 +105,7 @@ _NO_WORSE = 1.0  # logarithm of the odds of the records left out: chance
 #: A law is only so true: beside it a cause of the flights counts from this share of what the first
 #: explained. Two walls of one restitution each, and a slope, are what they are; so is a mistake.
 _LAW = 0.005
-_EXACT_LAWS = ("wall", "tilt")
+_LAWS, _EXACT_LAWS = ("effect", "drift", "one test"), ("wall", "tilt")
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class Cause:
     @property
     def untrue(self) -> float:
         """Share of what it explains that its law may be wrong by."""
-        approximate = self.kind in ("effect", "drift", "one test") and self.about not in _EXACT_LAWS
+        approximate = self.kind in _LAWS and self.about not in _EXACT_LAWS
         return _LAW if approximate else 0.0
 
     @property
@@ -363,14 +363,15 @@ def _odds(data: Quadratic, plain: Beliefs, chosen: Sequence[Cause]) -> list[floa
 def needed(data: Quadratic, observed: Observed, chosen: Sequence[Cause]) -> tuple[Cause, ...]:
     """Those of some causes that the others do not make needless: steps on the way go.
 
-    So do those that explain no more than what the law of another may be wrong by.
+    So do effects, and changes from test to test, that explain no more than what the law of another
+    may be wrong by. What a person or a sensor does wrong is no law.
     """
     kept, in_flights = list(chosen), _in_flights(observed)
     while kept:
         odds = _odds(data, observed.beliefs, kept)
         untrue = max(cause.untrue * own for own, cause in zip(odds, kept, strict=True))
         beyond = [
-            own - max(_ENOUGH, untrue if cause.moves & in_flights else 0.0)
+            own - max(_ENOUGH, untrue if cause.kind in _LAWS and cause.moves & in_flights else 0.0)
             for own, cause in zip(odds, kept, strict=True)
         ]
         worst = int(np.argmin(beyond))
@@ -511,25 +512,21 @@ def _averaged(
     """
     base = posterior_of(data, beliefs)
     n = len(data.names)
-    found = total(base, beliefs)
-    weights, values, spreads = [1.0], [found.values[:n]], [found.covariance[:n, :n]]
     tested = _tested(data, beliefs, base, left)
     odds = scores(data, beliefs, base, tested).tolist()
     tried = sorted(zip(odds, [c.key for c in tested], strict=True), reverse=True)
     by_key = {c.key: c for c in left}
-    others = [
-        (odds, believed(beliefs, by_key[key]))
-        for odds, key in tried[:_AVERAGED]
-        if odds > _NEGLIGIBLE
-    ]
+    more = [(odds, by_key[key]) for odds, key in tried[:_AVERAGED] if odds > _NEGLIGIBLE]
+    every = [(1.0, beliefs)]
+    every += [(math.exp(min(odds, 5.0)), believed(beliefs, cause)) for odds, cause in more]
+    whole = sum(weight for weight, _ in every)  # one more cause is as likely beside each rival
     for other, odds in rivals:
         odds += evidence_of(data, other) - base.log_evidence
-        others.append((_COUNTS * odds, other))
-    for odds, more in others:
-        own = total(posterior_of(data, more), more)
-        weights.append(math.exp(min(odds, 5.0)))
-        values.append(own.values[:n])
-        spreads.append(own.covariance[:n, :n])
+        every.append((whole * math.exp(min(_COUNTS * odds, 5.0)), other))
+    posteriors = [total(posterior_of(data, other), other) for _, other in every]
+    values = [own.values[:n] for own in posteriors]
+    spreads = [own.covariance[:n, :n] for own in posteriors]
+    weights = [weight for weight, _ in every]
     share = np.array(weights) / sum(weights)
     mean = np.sum([s * v for s, v in zip(share, values, strict=True)], axis=0)
     covariance = np.sum(
