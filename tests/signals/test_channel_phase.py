@@ -174,6 +174,7 @@ A_HERTZ = 1.0 / (2.0 * np.pi * 8.0**2)  # s by which a corner of 1 Hz leads at 8
 def test_a_corner_of_which_nothing_is_known_leaves_the_lag_unknown() -> None:
     """Whatever the fit of too few lines says: no digits cancel, and the error does not vanish."""
     found = [expected_lead(c, e, frequency=F0) for e in (1e2, 1e3, 1e5, 1e8) for c in (-0.3 * e, e)]
+    found.append(expected_lead(0.3, np.inf, frequency=F0))
     leads, errors = np.array(found).T
     assert (errors > 1e-3).all()
     assert np.ptp(errors) < 0.02 * errors.mean()

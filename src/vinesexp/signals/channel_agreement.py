@@ -356,8 +356,8 @@ def expected_lead(corner: float, error: float, *, frequency: float) -> tuple[flo
     """
     usual, across = _USUAL * frequency, _ACROSS * frequency
     # What says nothing of a corner says no less than this; digits cancel beyond.
-    nothing = min(_NOTHING * usual / error, 1.0)
-    corner, error = nothing * corner, nothing * error
+    most = _NOTHING * usual
+    corner, error = corner * min(most / error, 1.0), min(error, most)
     both = math.hypot(error, across)
     share = (across / both) ** 2
     # below an exponential prior a normal law stays one, moved, and ends at zero
