@@ -92,6 +92,17 @@ def test_where_the_mass_seems_not_to_move_flights_tell_impacts_from_knocks(b):
     assert not of_the_ball(*few, clearance=b, doubtful=np.ones(8, dtype=bool)).any()
 
 
+def test_spikes_that_do_not_move_the_mass_say_nothing_of_the_law():
+    """More large knocks than impacts: from them no law could be learnt."""
+    b = 0.031
+    both, true = with_spikes(motion(b), 16.0, 300, 3.0, np.random.default_rng(3))
+    error = np.full(true.size, 2e-4)
+    kept = of_the_ball(*both, error, clearance=b, doubtful=~true)
+    assert kept is not None
+    assert kept[true].mean() > 0.95
+    assert kept[~true].mean() < 0.1
+
+
 def test_where_no_law_of_flights_holds_it_says_so_and_too_few_are_not_judged():
     rng = np.random.default_rng(0)
     t = np.sort(rng.uniform(0.0, 10.0, 100))
