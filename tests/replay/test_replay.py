@@ -336,6 +336,18 @@ def test_motions_that_vary_are_one_distribution_whatever_they_are_called():
     assert steady.outcome == "differs"
 
 
+@pytest.mark.parametrize(("error", "outcome"), [(0.0, "differs"), (0.75e-3, "ok")])
+def test_the_mean_of_a_short_modulated_record_is_as_uncertain_as_it_says(error, outcome):
+    found = [
+        replace(shown(str(i), "strongly modulated", swing), steady=False)
+        for i, swing in enumerate((8.7e-3, 9.2e-3, 9.9e-3))
+    ]
+    row = MEASURED | {"amplitude_mean_m": 0.0114, "amplitude_error_m": error}
+    row |= {"regime": "strongly modulated"}
+    amplitude = compared(periodic(45.0), row, float("nan"), found, steady=False)[0]
+    assert (amplitude.outcome, amplitude.decisive) == (outcome, True)
+
+
 def test_between_clearances_that_nobody_can_tell_apart_a_record_is_replayed():
     found = [shown("a", "two symmetric", 5.3e-3), shown("clearance 1 % larger", "chatter", 7.4e-3)]
     row = MEASURED | {"amplitude_mean_m": 0.006}

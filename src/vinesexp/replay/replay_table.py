@@ -32,7 +32,8 @@ TOLERANCE = {
     "decay time": 0.05,
     "spells": 0.3,
 }
-#: Standard deviations over the replays of one regime that come on top.
+#: Standard deviations that come on top: over the replays of one regime, and of the measured number
+#: where it is the mean of a motion whose amplitude varies.
 SCATTER = 3.0
 _UNITS = {
     "amplitude": "m",
@@ -260,16 +261,23 @@ def compared(
     groups = _groups(record, regime if steady else _VARYING, found, moving=moving, whole=near)
     decisive = DECISIVE[record.test]
 
-    def of(quantity: str, measured: float | None, value: Callable[[Measures], float]) -> Compared:
+    def of(
+        quantity: str,
+        measured: float | None,
+        value: Callable[[Measures], float],
+        error: float | None = None,
+    ) -> Compared:
         values = [[v for one in own if math.isfinite(v := value(one))] for own in groups]
         values = [v for v in values if v]
-        row = _number(record.id, quantity, measured, values, quantity in decisive, near)
+        row = _number(record.id, quantity, measured, error or 0.0, values, near)
+        row = replace(row, decisive=quantity in decisive)
         each = [(one.start, value(one)) for one in found]
         return replace(row, starts=_moving_so(row, each) if row.outcome == "ok" else "")
 
     rows = []
     if record.test in ("periodic", "sweep"):
-        rows.append(of("amplitude", row["amplitude_mean_m"], lambda m: m.amplitude))
+        error = row.get("amplitude_error_m")
+        rows.append(of("amplitude", row["amplitude_mean_m"], lambda m: m.amplitude, error))
     if record.test == "sweep":
         rows.append(of("largest amplitude", row["amplitude_max_m"], lambda m: m.largest))
     elif record.test != "periodic":
@@ -311,8 +319,8 @@ def _number(
     record: str,
     quantity: str,
     measured: float | None,
+    error: float,
     groups: Sequence[Sequence[float]],
-    decisive: bool,
     near: bool,
 ) -> Compared:
     unit = _UNITS[quantity]
@@ -322,7 +330,8 @@ def _number(
     centre, low, high = float(np.mean(nearest)), min(nearest), max(nearest)
     if measured is None:
         return Compared(record, quantity, unit, None, centre, low, high, None, "not measured")
-    allowed = SCATTER * float(np.std(nearest)) + TOLERANCE[quantity] * abs(centre)
+    allowed = SCATTER * math.hypot(float(np.std(nearest)), error)
+    allowed += TOLERANCE[quantity] * abs(centre)
     if quantity == "spells":
         allowed = max(allowed, _FEW_SPELLS)
     off = abs(measured - centre)
@@ -334,9 +343,7 @@ def _number(
     if quantity != "spells" and least > _HALF * abs(measured):
         outcome = "differs"
     deviation = measured / centre - 1.0 if centre else None
-    return Compared(
-        record, quantity, unit, measured, centre, low, high, deviation, outcome, "", decisive
-    )
+    return Compared(record, quantity, unit, measured, centre, low, high, deviation, outcome)
 
 
 def _moving_so(row: Compared, each: Sequence[tuple[str, float]]) -> str:
