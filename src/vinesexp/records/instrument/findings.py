@@ -167,7 +167,7 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     Either every second sample changed just before (noise does not stop), or, given the `period`
     of the oscillator in samples, its motion stops dead: half a period or more without change,
     after a period in which it travelled eight times its usual step. A motion that shrinks towards
-    the value it then keeps has come to rest, and is no defect.
+    the value it then keeps, and does not leap away from it, has come to rest, and is no defect.
     """
     levels = _levels(view, role)
     if levels.low == levels.high:
@@ -182,15 +182,22 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
             before = view.read(role, first - _ALIVE, first)
             changes = np.mean(np.diff(before) != 0.0)
             # A slow decay without noise comes to rest from one or two quanta, noise from several.
+            leaps = _leaps_away(view, role, end, value, levels)  # nothing at rest does
             still = end - first >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
-            still = still and not _came_to_rest(before, value, levels)
+            still = still and (leaps or not _came_to_rest(before, value, levels))
             if period is not None and end - first >= 0.5 * period:
                 last = view.read(role, max(first - round(period), 0), first)
                 moved = np.ptp(last) > _FALL * levels.usual
-                still = still or bool(moved and not _came_to_rest(last, value, levels))
-            if still and not _dies_out(view, role, first, value, period, levels):
+                still = still or bool(moved and (leaps or not _came_to_rest(last, value, levels)))
+            if still and (leaps or not _dies_out(view, role, first, value, period, levels)):
                 found.append(Stretch(first, end))
     return found
+
+
+def _leaps_away(view: RecordView, role: str, end: int, value: float, levels: _Levels) -> bool:
+    """Whether the first sample after a stretch is farther from its value than steps usually are."""
+    after = view.read(role, end, min(end + 1, view.n))
+    return bool((np.abs(after - value) > _FALL * max(levels.usual, levels.least)).any())
 
 
 def _came_to_rest(before: FloatArray, value: float, levels: _Levels) -> bool:
