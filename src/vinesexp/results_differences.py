@@ -18,7 +18,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.records.stored.checks import read_checks
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
-from vinesexp.records.stored.tables import Column, Row, Table
+from vinesexp.records.stored.tables import Row, Table, columns
 from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95, with_error
 
@@ -43,17 +43,8 @@ CLEARANCES = {
 Verdict = Literal["same", "within error", "differs", "changed", "only in A", "only in B"]
 
 #: What `vinesexp compare --csv` writes.
-DIFFERENCES = Table("differences", "compare", (
-    Column("kind", "value, clearance, regime, check"),
-    Column("what", "parameter, test and level, or record"),
-    Column("unit", "SI or as written"),
-    Column("a", "in the first folder"),
-    Column("b", "in the second"),
-    Column("difference", "b - a", "", "number", ".6g"),
-    Column("error", "standard error of the difference", "", "number", ".3g"),
-    Column("errors_apart", "difference over error", "1", "number", ".3g"),
-    Column("verdict", "same, within error, differs, changed, only in A, only in B"),
-    Column("note", "in words"),
+DIFFERENCES = Table("differences", "compare", columns(
+    "kind what unit a b difference:.6g error:.3g errors_apart:.3g verdict note"
 ))  # fmt: skip
 
 
@@ -321,17 +312,10 @@ def _only(in_a: bool, kind: str, what: str, text: str, *, note: str = "") -> Dif
 _CHANCE = 0.05
 
 #: What `vinesexp compare --csv` writes of three folders or more.
-REPEATABILITY = Table("repeatability", "compare", (
-    Column("what", "parameter, or clearance with test and level"),
-    Column("unit", "SI or as written"),
-    Column("folder", "results folder"),
-    Column("value", "found there", "", "number", ".9g"),
-    Column("std_error", "its standard error", "", "number", ".4g"),
-    Column("mean", "of all folders, each by its error", "", "number", ".9g"),
-    Column("mean_std_error", "its standard error, those shared included", "", "number", ".4g"),
-    Column("scatter", "standard deviation from folder to folder", "", "number", ".4g"),
-    Column("errors", "scatter over what the errors explain (Birge ratio)", "1", "number", ".3g"),
-    Column("verdict", "repeats, scatters, one value"),
+#: `errors`: scatter over what the standard errors explain (Birge ratio).
+REPEATABILITY = Table("repeatability", "compare", columns(
+    "what unit folder value:.9g std_error:.4g mean:.9g mean_std_error:.4g scatter:.4g errors:.3g "
+    "verdict"
 ))  # fmt: skip
 
 

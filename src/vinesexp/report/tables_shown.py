@@ -18,7 +18,7 @@ from vinesexp.figures.numbers import (
 )
 from vinesexp.figures.record_words import clearance_of, lost_in_words
 from vinesexp.records.campaign.schema import Campaign, Record
-from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
+from vinesexp.records.stored.tables import Row, Table, columns, ids_of, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
 from vinesexp.units import COVERAGE_95, counted
@@ -202,11 +202,10 @@ def _with_unit(row: Row, name: str) -> str:
 
 
 #: calibration.csv, which benchmarks/calibration writes.
-CALIBRATION = Table("calibration", "calibration benchmark", (
-    Column("parameter", "M, c1, ..."),
-    Column("values", "of simulated campaigns; b_c: of each base amplitude", kind="whole"),
-    Column("held", "how many 95 % intervals hold the true value", kind="whole"),
-))  # fmt: skip
+#: Of each parameter how many values, and how many of their 95 % intervals hold the true one.
+CALIBRATION = Table(
+    "calibration", "calibration benchmark", columns("parameter values:whole held:whole")
+)
 
 
 def coverage_table() -> dict[str, Any]:

@@ -1,54 +1,29 @@
-"""docs/columns.md is what the code makes; to renew it, run this file with Python."""
+"""docs/columns.md explains every table and every column of the code, and no others."""
 
+import re
 from pathlib import Path
 
+import pytest
+
 from vinesexp.records.stored.result_columns import TABLES
-from vinesexp.records.stored.tables import Column, Table
 
-PAGE = Path(__file__).resolve().parents[3] / "docs/columns.md"
-_HEAD = """# Columns of the tables
-
-Generated from `vinesexp.records.stored.result_columns`; what a run writes is checked against the
-same list. Numbers are SI unless the name of the column says otherwise; an empty cell is a number
-that is not known. `std_error` and `error` are standard errors. Tables are CSV with one header line;
-`vinesexp.open_results` opens them with pandas. Columns are added to, never renamed.
-"""
+PAGE = (Path(__file__).resolve().parents[3] / "docs/columns.md").read_text(encoding="utf-8")
+SECTIONS = re.split(r"^## ", PAGE, flags=re.M)[1:]
+ROW = re.compile(r"^\| `(\w+)` \| ([^|]*?) ?\| (.+) \|$", re.M)
 
 
-def columns_page() -> str:
-    """The page in Markdown."""
-    return _HEAD + "".join(f"\n{_section(table)}" for table in TABLES.values())
-
-
-def _section(table: Table) -> str:
-    file, about = table.file, table.answers
-    rows = "\n".join(_row(column) for column in table.columns)
-    return (
-        f"## {file}\n\n{about} Made by the step `{table.step}`.\n\n"
-        f"| column | unit | meaning |\n|---|---|---|\n{rows}\n"
-    )
-
-
-def _row(column: Column) -> str:
-    unit = column.unit or ("" if column.kind == "text" else "see meaning")
-    if column.kind == "whole":
-        unit = "whole number"
-    meaning = column.meaning.replace("|", "\\|")
-    return f"| `{column.name}` | {unit} | {meaning} |"
-
-
-def test_the_page_is_that_of_the_code():
-    assert PAGE.read_text(encoding="utf-8") == columns_page()
-
-
-def test_every_table_and_every_column_is_explained():
+def test_every_table_has_its_section_and_no_others():
+    assert [one.partition("\n")[0] for one in SECTIONS] == [t.file for t in TABLES.values()]
     assert len(TABLES) == 17
-    for table in TABLES.values():
-        assert table.file
-        assert table.answers
-        for column in table.columns:
-            assert column.meaning, f"{table.name}.{column.name}"
 
 
-if __name__ == "__main__":
-    PAGE.write_text(columns_page(), encoding="utf-8")
+@pytest.mark.parametrize(("table", "text"), [*zip(TABLES.values(), SECTIONS, strict=True)])
+def test_every_column_is_explained(table, text):
+    assert f"{table.answers} Made by the step `{table.step}`.\n" in text
+    rows = ROW.findall(text)
+    assert [name for name, _, _ in rows] == [*table.names]
+    assert text.count("\n| ") == len(rows) + 1  # the head
+    whole = [name for name, unit, _ in rows if unit == "whole number"]
+    assert whole == [column.name for column in table.columns if column.kind == "whole"]
+    texts = [name for name, unit, _ in rows if not unit]
+    assert {*texts} <= {c.name for c in table.columns if c.kind == "text"}

@@ -12,7 +12,7 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, VinesexpError, nearest
 from vinesexp.records.campaign.problems import named_file
 from vinesexp.records.campaign.yamltree import Section
-from vinesexp.records.stored.tables import Column, Row, Table, read_rows
+from vinesexp.records.stored.tables import Row, Table, columns, read_rows
 
 #: Rig values: rows of identified.csv, and what follows from them.
 RIG = ("f0", "zeta", "M", "c1", "k1", "r", "eps", "lambda")
@@ -29,16 +29,10 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "time to level": ("clearance_mm", "release_mm", "level_mm"),
     "transition amplitude": ("clearance_mm", "release_mm"),
 }
-_TEXTS = ("quantity", "value", "unit", "clearance_mm", "tried_mm", "source", "note")
-_NUMBERS = ("base_amplitude_mm", "release_mm", "level_mm")
-PUBLISHED = Table(
-    "published",
-    "",
-    (
-        *(Column(name, name, needed=name in ("quantity", "value", "source")) for name in _TEXTS),
-        *(Column(name, name, "mm", "number", needed=False) for name in _NUMBERS),
-    ),
-)
+PUBLISHED = Table("published", "", columns(
+    "quantity value unit? clearance_mm? tried_mm? source note? base_amplitude_mm:number? "
+    "release_mm:number? level_mm:number?"
+))  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,8 +40,6 @@ class Column:
     Attributes
     ----------
     name : as in the header line.
-    meaning : what stands in it, for docs and error messages.
-    unit : SI or as the name says; empty for text, ``1`` for a ratio.
     kind : ``text``, ``number`` (may be empty: not known), ``whole`` (an integer), or ``any``: a
         number where it is one, else text.
     form : format of a number; empty: the shortest text that reads back the same.
@@ -49,11 +47,29 @@ class Column:
     """
 
     name: str
-    meaning: str
-    unit: str = ""
-    kind: Literal["text", "number", "whole", "any"] = "text"
+    kind: str = "text"
     form: str = ""
     needed: bool = True
+
+
+def columns(words: str) -> tuple[Column, ...]:
+    """Columns by name, each that is not text with its kind or format: ``nes:whole``, ``x_m:.9g``.
+
+    A format alone is that of a number. A column that a table may lack ends with a question mark.
+
+    Examples
+    --------
+    >>> columns("note? x:.3g found:any:.6g")[1:]
+    (Column(name='x', kind='number', form='.3g', needed=True), \
+Column(name='found', kind='any', form='.6g', needed=True))
+    """
+    found = []
+    for word in words.split():
+        name, *kinds = word.removesuffix("?").split(":")
+        form = next((one for one in kinds if one.startswith(".")), "")
+        kind = "number" if kinds[:1] == [form] else next(iter(kinds), "text")
+        found.append(Column(name, kind, form, needed=word[-1] != "?"))
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -100,7 +116,7 @@ def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) ->
     Examples
     --------
     >>> import tempfile
-    >>> table = Table("t", "make", (Column("a", "what"), Column("x", "", "m", "number", ".3g")))
+    >>> table = Table("t", "make", columns("a x:.3g"))
     >>> path = Path(tempfile.mkdtemp()) / "t.csv"
     >>> write_rows(path, table, [{"a": "one, two", "x": 0.12345}, {"a": "none", "x": None}])
     >>> path.read_text().splitlines()
@@ -122,10 +138,9 @@ def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) ->
 
 def write_columns(path: Path, table: Table, columns: Mapping[str, Sequence[Value]]) -> None:
     """Write a table whose values stand column by column, all of one length."""
-    lists = [columns[name] for name in table.names]
-    write_rows(
-        path, table, (dict(zip(table.names, row, strict=True)) for row in zip(*lists, strict=True))
-    )
+    lists = (columns[name] for name in table.names)
+    rows = (dict(zip(table.names, row, strict=True)) for row in zip(*lists, strict=True))
+    write_rows(path, table, rows)
 
 
 def _cell(value: Value, column: Column) -> str:
