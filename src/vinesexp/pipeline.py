@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -191,24 +190,11 @@ def find_impacts(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
 ) -> tuple[Impacts, Row]:
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
-    from vinesexp.signals.impacts.find import impacts_of_record
     from vinesexp.signals.regimes import rows_or_refuse
 
     campaign, record = _seen(campaign, record, step="impacts")
-    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
-    said: list[tuple[str, str, str]] = []
-    find = partial(
-        impacts_of_record,
-        measured,
-        conditioned,
-        paths.impacts(record.id),
-        clearance=record.clearance,
-        nes_mass=[mass.value for mass in campaign.known.nes_mass],
-        test=record.test,
-        settings=record.settings,
-        said=said,
-    )
-    impacts, rows = rows_or_refuse(record, find, paths=paths, strict=strict, said=said)
+    masses = [mass.value for mass in campaign.known.nes_mass]
+    impacts, rows = rows_or_refuse(record, masses, paths=paths, strict=strict)
     return impacts, rows["regime"][0]
 
 

@@ -11,7 +11,7 @@ found.identified              # f0, zeta, with errors
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from vinesexp.environment import one_thread_here
 from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.pipeline import analyse_record, identify
+from vinesexp.records.campaign.channel_section import of_unit
 from vinesexp.records.campaign.schema import (
     MOST_BALLS,
     ROLES,
@@ -159,27 +160,17 @@ def analyse(
             uncertainties=uncertainties,
         )
         paths = ResultPaths(Path(temporary if folder is None else folder))
-        campaign = _campaign(record, arrays, known, rate)
+        campaign = Campaign(
+            Path(temporary), record.id, record.id, known, _channels(arrays),
+            sample_rate=rate, records=(record,), settings=record.settings,
+        )  # fmt: skip
         with one_thread_here():
             return _analysed(campaign, record, paths, held=folder is None)
 
 
-def _campaign(record: Record, roles: Mapping[str, Any], known: Known, rate: float) -> Campaign:
-    channels = {}
-    for role in roles:
-        quantity = "acceleration" if role == "acceleration" else "displacement"
-        unit = SI_UNITS[quantity]
-        channels[role] = Channel(role, role, quantity, 1.0, unit=unit, sensitivity=False)
-    return Campaign(
-        folder=record.file.parent,
-        name=record.id,
-        title=record.id,
-        known=known,
-        channels=channels,
-        sample_rate=rate,
-        records=(record,),
-        settings=record.settings,
-    )
+def _channels(roles: Iterable[str]) -> dict[str, Channel]:
+    quantities = {r: "acceleration" if r == "acceleration" else "displacement" for r in roles}
+    return {role: of_unit(role, role, q, SI_UNITS[q], 1.0) for role, q in quantities.items()}
 
 
 def _analysed(campaign: Campaign, record: Record, paths: ResultPaths, *, held: bool) -> Analysis:

@@ -79,12 +79,12 @@ def test_a_start_from_rest_does_not_count(tmp_path: Path) -> None:
             writer.append({"displacement": long[:25000]})
     record = Record("r", tmp_path / "r.csv", "periodic", (0.034,), base_amplitude=0.25e-3)
     shown = shown_by_record(record, conditioned=tmp_path / "c.nc", impacts=no_impacts())
-    row = shown.regime
+    (row,) = shown["regime"]
     assert row["amplitude_mean_m"] == pytest.approx(settled, rel=0.005)
     assert abs(row["amplitude_mean_m"] - settled) < 2.5 * row["amplitude_error_m"]
     assert row["steady_from_s"] > 10.0
     assert row["cycles"] < 300
-    (check, outcome, detail), (unseen, _, said) = shown.checks
+    (check, outcome, detail), (unseen, _, said) = shown["checks"]
     assert (unseen, "no impact was found" in said) == ("ball", True)  # the table is empty
     assert (check, outcome) == ("start of the test", "ok")
     assert "are left out" in detail

@@ -23,8 +23,8 @@ def regime(channels: dict[str, np.ndarray], rate: float, folder: Path, *, b: flo
     record = Record("r", folder / "r.csv", "periodic", clearance=(b,))
     found = impacts_of_record(folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(b,))
     shown = shown_by_record(record, conditioned=folder / "c.nc", impacts=found)
-    said[:] = [check for check, _, _ in shown.checks]
-    return shown.regime, found
+    said[:] = [check for check, _, _ in shown["checks"]]
+    return shown["regime"][0], found
 
 
 said: list[str] = []  # the kinds of check of the last record

@@ -51,10 +51,8 @@ _ACROSS = 0.01  # of the ratio at the oscillation
 _ROOT = math.sqrt(2.0 * math.pi)
 _MOST_TURNED = 1.5  # rad
 _QUARTER = 0.2  # relative: of a quarter of a period, and of the size of a velocity
-_STEP, _NO_STEP = (
-    0.1,
-    0.5,
-)  # rad between channels of one motion; what no sensor's lag or corner makes
+#: Rad between channels of one motion; what no sensor's lag or corner makes.
+_STEP, _NO_STEP = 0.1, 0.5
 
 #: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
 _LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
@@ -205,9 +203,9 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
     """
     if not {"acceleration", "displacement"} <= set(record.roles):
         return None
-    k = group_size(record.sample_rate, frequency, points=_POINTS)
-    found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
-    _refuse_base(record, found, k, frequency)
+    means = _means(record, frequency)
+    found = compare_channels(*means, frequency=frequency)
+    _refuse_base(record, found, frequency)
     if found is None:
         return None
     turned, velocity = 4.0 * frequency * abs(found.lag), 2.0 * math.pi * frequency * abs(found.gain)
@@ -216,7 +214,7 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
             "the displacement is a quarter of a period from the acceleration, and as large as its "
             "integral: the channel shows a velocity; write quantity: velocity in campaign.yaml"
         )
-    lines = _lines(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    lines = _lines(*means, frequency=frequency)
     _refuse_exchanged(found, lines, frequency)
     law = _law_beside(found, lines, frequency)
     if law is None:  # one frequency cannot part a lag from a corner, which takes of the gain too
@@ -226,15 +224,13 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
         return replace(found, lag_error=error, phase_lag_error=error,
                        gain_error=math.hypot(found.gain_error, lost))  # fmt: skip
     if law.has_corner:
-        without = compare_channels(
-            *_means(record, k), k / record.sample_rate, frequency=frequency, corner=law.corner
-        )
+        without = compare_channels(*means, frequency=frequency, corner=law.corner)
         if without is not None:
             found = replace(found, gain=without.gain, gain_error=without.gain_error)
     return _with_corner(found, law, frequency)
 
 
-def _refuse_base(record: RecordView, found: Agreement | None, k: int, frequency: float) -> None:
+def _refuse_base(record: RecordView, found: Agreement | None, frequency: float) -> None:
     """Refuse a record whose acceleration is that of its base channel, and not of the displacement.
 
     Raises
@@ -244,8 +240,7 @@ def _refuse_base(record: RecordView, found: Agreement | None, k: int, frequency:
     """
     if "base" not in record.roles or record.quantity("base") != "displacement":
         return
-    means = _means(record, k, beside="base")
-    base = compare_channels(*means, k / record.sample_rate, frequency=frequency)
+    base = compare_channels(*_means(record, frequency, beside="base"), frequency=frequency)
     if base is None or not _in_step(base, _STEP, frequency):
         return
     alike = abs(math.log(abs(base.gain))) < _QUARTER
@@ -295,12 +290,11 @@ def law_in(record: RecordView, *, frequency: float) -> PhaseLaw | None:
     """What the channels of a record say of each other over frequency; None where one is missing."""
     if not {"acceleration", "displacement"} <= set(record.roles):
         return None
-    k = group_size(record.sample_rate, frequency, points=_POINTS)
-    found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    means = _means(record, frequency)
+    found = compare_channels(*means, frequency=frequency)
     if found is None:
         return None
-    lines = _lines(*_means(record, k), k / record.sample_rate, frequency=frequency)
-    return _law_beside(found, lines, frequency)
+    return _law_beside(found, _lines(*means, frequency=frequency), frequency)
 
 
 def _law_beside(found: Agreement, lines: Lines | None, frequency: float) -> PhaseLaw | None:
@@ -309,9 +303,12 @@ def _law_beside(found: Agreement, lines: Lines | None, frequency: float) -> Phas
 
 
 def _means(
-    record: RecordView, k: int, beside: str = "displacement"
-) -> tuple[FloatArray, FloatArray]:
-    return channel_means(record, "acceleration", k), channel_means(record, beside, k)
+    record: RecordView, frequency: float, beside: str = "displacement"
+) -> tuple[FloatArray, FloatArray, float]:
+    """Means of the acceleration and of another channel, and s between them."""
+    k = group_size(record.sample_rate, frequency, points=_POINTS)
+    a, x = (channel_means(record, role, k) for role in ("acceleration", beside))
+    return a, x, k / record.sample_rate
 
 
 def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement:
@@ -442,12 +439,8 @@ def _lines(
     if near.sum() < _LINES:
         return None
     w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
-    lines = [
-        second_derivative_beside(
-            acceleration[i : i + size], displacement[i : i + size], step, w, near
-        )
-        for i in begins
-    ]
+    parts = ([x[i : i + size] for x in (acceleration, displacement)] for i in begins)
+    lines = [second_derivative_beside(a, x, step, w, near) for a, x in parts]
     A, X = (np.stack(each) for each in zip(*lines, strict=True))
     return A, X, w
 
@@ -511,11 +504,8 @@ def law_of_lines(
     ratio = np.abs(cross) / np.maximum(power_x, 1e-300)
     size, w2 = np.log(ratio[use]), w[use] ** 2
     if own is not None:  # motion across the accelerometer's axis is in phase, too
-        size, w2, error = (
-            np.append(size, math.log(abs(own[2]))),
-            np.append(w2, turn**2),
-            np.append(error, _ACROSS),
-        )
+        more = (math.log(abs(own[2])), turn**2, _ACROSS)
+        size, w2, error = map(np.append, (size, w2, error), more)
     line = np.stack([np.ones(size.size), 0.5 * w2], axis=1) / error[:, np.newaxis]
     covariance = np.linalg.pinv(line.T @ line)
     level, spread = covariance @ (line.T @ (size / error))
@@ -564,11 +554,8 @@ def second_derivative_beside(
     n = a.size
     phase = 2.0 * np.pi * (np.arange(n) + 0.5) / n
     rate = 2.0 * np.pi / (n * step)
-    taper, slope, bend = (
-        0.5 - 0.5 * np.cos(phase),
-        0.5 * rate * np.sin(phase),
-        0.5 * rate**2 * np.cos(phase),
-    )
+    taper, slope = 0.5 - 0.5 * np.cos(phase), 0.5 * rate * np.sin(phase)
+    bend = 0.5 * rate**2 * np.cos(phase)
     x = x - x.mean()
     A = np.fft.rfft((a - a.mean()) * taper)[near]
     X, X1, X2 = (np.fft.rfft(x * window)[near] for window in (taper, slope, bend))

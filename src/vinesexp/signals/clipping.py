@@ -12,7 +12,6 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.records.stored.store import RecordView
 
-_BLOCK = 1 << 20
 _LOOK = 1 << 16  # samples whose differences show the resolution
 _MOVES = 3.0  # steps of the converter by which a signal goes on where it repeats no value by chance
 
@@ -101,15 +100,13 @@ def converter_range(record: RecordView, role: str, *, piled: float = 4.0) -> Ran
     A signal that is not clipped has few samples at its largest value and as many one step
     below. Read by blocks.
     """
-    blocks = range(0, record.n, _BLOCK)
-    ends = [_ends(record.read(role, begin, begin + _BLOCK)) for begin in blocks]
+    ends = [_ends(x) for _, x in record.blocks(role)]
     low, high = min(end[0] for end in ends), max(end[1] for end in ends)
     step = resolution_of(record.read(role, 0, _LOOK))
     if not low < high or step <= 0.0:
         return Range(step)
     counts = np.zeros((2, 9))
-    for begin in blocks:
-        x = record.read(role, begin, begin + _BLOCK)
+    for _, x in record.blocks(role):
         for row, distance in zip(counts, (x - low, high - x), strict=True):
             near = distance[distance < 8.5 * step]
             row += np.bincount(np.rint(near / step).astype(np.int64), minlength=9)[:9]

@@ -26,7 +26,7 @@ from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RECORDERS, RecordView
 from vinesexp.signals.base_motion import sine_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
-from vinesexp.signals.corrections import Correction, as_read, correct, with_indices
+from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.free_from import free_sample
 from vinesexp.signals.means import channel_means, fill_gaps, group_size
 
@@ -226,9 +226,8 @@ def _with_step(columns: FloatArray, y: FloatArray, weight: FloatArray, mixed: in
     errors, freedom = _errors(own, rest)
     sure = -float(stdtrit(freedom, 0.5 * _FALSE_ALARMS / n))
     # A step stands out beside what the series does from one window to the next anyway, too.
-    moves = (y[1 + mixed :] - y[: -1 - mixed]) * np.minimum(
-        weight[1 + mixed :], weight[: -1 - mixed]
-    )
+    later, before = slice(1 + mixed, None), slice(-1 - mixed)
+    moves = (y[later] - y[before]) * np.minimum(weight[later], weight[before])
     usual = 1.4826 * float(np.median(np.abs(moves - np.median(moves))))
     step, error = float(solved[-1]), float(errors[-1])
     if abs(step) <= sure * max(error, usual / math.sqrt(2.0)):
@@ -385,7 +384,7 @@ def _long_gaps(view: RecordView, frequency: float) -> Part | None:
     """The longest part without a gap of some channel that is too long to be filled."""
     lost = np.concatenate([
         np.any([~np.isfinite(x) for x in blocks], axis=0)
-        for blocks in zip(*(as_read(view, role) for role in view.roles), strict=True)
+        for blocks in zip(*(samples_of(view, role) for role in view.roles), strict=True)
     ])  # fmt: skip
     limit = _LONG * view.sample_rate / frequency
     gaps = [gap for gap in runs_of(lost) if gap[1] - gap[0] > limit]
@@ -644,12 +643,12 @@ def _mended(view: RecordView, found: Fault) -> tuple[Mapping[str, Iterator[Float
     if isinstance(found, Start):
         first, n = max(-found.late, 0), view.n - abs(found.late)
         begins = {role: first + found.late * (role in found.roles) for role in view.roles}
-        streams = {role: as_read(view, role, i, i + n) for role, i in begins.items()}
+        streams = {role: samples_of(view, role, i, i + n) for role, i in begins.items()}
         return streams, float(view.time(first, first + 1)[0])
     begin, end = found.begin, found.end
     # Of the part after it the channels stand beside one another again, to a sample or two.
     ahead = {r: found.count if r != found.late else 0 for r in view.roles}
-    streams = {role: as_read(view, role, begin + ahead[role], end) for role in view.roles}
+    streams = {role: samples_of(view, role, begin + ahead[role], end) for role in view.roles}
     return streams, float(view.time(begin, begin + 1)[0])
 
 
@@ -659,6 +658,9 @@ def _on_clock(view: RecordView, found: OtherClock) -> Iterator[FloatArray]:
     slow = 1.0 + (-found.ratio if found.role == "displacement" else found.ratio)
     count = int((view.n - 1) * slow) + 1
     resampler = Resampler(0.0, 1.0, min(count, view.n))
-    uneven = ((slow * at, x[:, np.newaxis]) for at, x in with_indices(view, found.role))
+    uneven = (
+        (slow * np.arange(first, first + x.size, dtype=np.float64), x[:, np.newaxis])
+        for first, x in view.blocks(found.role)
+    )
     for block in resampler.blocks(uneven):
         yield block[:, 0]

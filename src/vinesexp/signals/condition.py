@@ -48,6 +48,7 @@ from vinesexp.signals.filters import (
 from vinesexp.signals.free_from import FREE_FROM, free_sample
 from vinesexp.signals.means import block_means, fill_gaps, group_size
 
+_AS_BY_DEFAULT = Settings()
 _BLOCK = 1 << 20  # samples read at once
 _EDGE_REMAINS = 1e-5  # of an extension's start-up, where the record begins
 _LINE = 1.5  # periods of the highpass's corner: of an acceleration, whose trend is continued
@@ -71,7 +72,7 @@ def condition(
     *,
     bandpass: tuple[float, float] | None = None,
     f0_hint: float | None = None,
-    settings: Settings | None = None,
+    settings: Settings = _AS_BY_DEFAULT,
 ) -> Bands | None:
     """Write the bandpassed record, the same channels on the same time axis.
 
@@ -98,7 +99,6 @@ def condition(
     ParameterError
         A band that the sample rate does not hold.
     """
-    settings = Settings() if settings is None else settings
     with open_record(Path(record_path)) as record:
         if record.refused is not None:
             write_refused(Path(out_path), record.refused)
@@ -170,13 +170,11 @@ def _swing_is_clipped(record: RecordView, limits: Range, settings: Settings) -> 
     if not limits.clips:
         return False
     stuck = settings.channels.stuck
-    lost = sum(
-        int(
-            np.isnan(read_unstuck(record, "acceleration", limits, i, i + _BLOCK, stuck=stuck)).sum()
-        )
+    blocks = (
+        read_unstuck(record, "acceleration", limits, i, i + _BLOCK, stuck=stuck)
         for i in range(0, record.n, _BLOCK)
     )
-    return lost > _CLIPPED * record.n
+    return sum(int(np.isnan(x).sum()) for x in blocks) > _CLIPPED * record.n
 
 
 def _swings(record: RecordView, bands: Bands) -> bool:
@@ -263,13 +261,13 @@ def _extensions(
 def _blocks(
     record: RecordView, role: str, limits: Range, stuck: float, free: int, line: int
 ) -> Iterator[FloatArray]:
-    if role != "acceleration":
-        for begin in range(free, record.n, _BLOCK):
-            yield fill_gaps(record.read(role, begin, begin + _BLOCK))
-        return
     for begin in range(free, record.n, _BLOCK):
-        x = read_unstuck(record, role, limits, begin, min(record.n, begin + _BLOCK), stuck=stuck)
-        yield bridge_gaps(x, length=line)
+        end = min(record.n, begin + _BLOCK)
+        if role == "acceleration":
+            x = read_unstuck(record, role, limits, begin, end, stuck=stuck)
+            yield bridge_gaps(x, length=line)
+        else:
+            yield fill_gaps(record.read(role, begin, end))
 
 
 def in_step(

@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
@@ -19,7 +17,7 @@ from vinesexp.records.stored.store import RecordView, RecordWriter, open_record
 from vinesexp.signals.condition import in_step
 from vinesexp.signals.filters import oscillation_of
 
-_SEEN = 1 << 18  # samples read at once
+_SEEN = 1 << 18  # samples written at once
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,7 @@ def _frequency_of(view: RecordView, record: Record) -> float | None:
 def _write_anew(path: Path, view: RecordView, found: Correction) -> None:
     """The record in the place of the one that is read; rate, quantities and attributes stay."""
     roles = [role for role in view.roles if role not in found.without]
-    streams = {role: found.streams.get(role) or as_read(view, role) for role in roles}
+    streams = {role: found.streams.get(role) or samples_of(view, role) for role in roles}
     with RecordWriter(
         path, sample_rate=view.sample_rate,
         start=view.start if found.start is None else found.start,
@@ -97,18 +95,8 @@ def _write_anew(path: Path, view: RecordView, found: Correction) -> None:
             writer.append(blocks)
 
 
-def as_read(
+def samples_of(
     view: RecordView, role: str, begin: int = 0, end: int | None = None
 ) -> Iterator[FloatArray]:
     """Blocks of a channel from sample `begin` to `end`."""
-    stop = view.n if end is None else end
-    for first in range(begin, stop, _SEEN):
-        yield view.read(role, first, min(first + _SEEN, stop))
-
-
-def with_indices(view: RecordView, role: str) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Blocks of a channel, each behind the numbers of its samples."""
-    first = 0
-    for x in as_read(view, role):
-        yield np.arange(first, first + x.size, dtype=np.float64), x
-        first += x.size
+    return (x for _, x in view.blocks(role, begin, end))

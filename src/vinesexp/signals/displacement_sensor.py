@@ -27,7 +27,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.channel_agreement import PhaseLaw, law_in
-from vinesexp.signals.corrections import Correction, as_read, correct, with_indices
+from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.means import block_means, channel_means, fill_gaps, group_size
 
 _SURE = 5.0  # standard errors
@@ -132,7 +132,7 @@ def _beside_base(
     share = off / (base / x)
     if abs(share.real - 1.0) > _RELATIVE or abs(share.imag) > _OTHERWISE:
         return None
-    blocks = map(np.add, as_read(view, _DISPLACEMENT), as_read(view, "base"))
+    blocks = map(np.add, samples_of(view, _DISPLACEMENT), samples_of(view, "base"))
     detail = (
         "the displacement is that of the mass beside the table, not in space: the base was added. "
         "Put the sensor on the floor"
@@ -198,7 +198,7 @@ def _without_coupling(view: RecordView, corner: float) -> Iterator[FloatArray]:
     w = 2.0 * math.pi * corner / view.sample_rate
     zero = float(np.nanmean(view.read(_DISPLACEMENT, view.n // 2, view.n)))
     total = 0.0
-    for x in as_read(view, _DISPLACEMENT):
+    for x in samples_of(view, _DISPLACEMENT):
         known = fill_gaps(x) - zero
         whole = total + w * (np.cumsum(known) - 0.5 * known)
         total += w * float(known.sum())
@@ -225,8 +225,8 @@ def _quickened(view: RecordView, law: PhaseLaw) -> Iterator[FloatArray]:
     s, step = math.sqrt(law.spread), 1.0 / view.sample_rate
     of_x, of_a = kernels(s, law.above, step)
     n, end = of_x.size // 2, math.ceil((_ENDS * s + abs(law.above)) / step)
-    for index, x in with_indices(view, _DISPLACEMENT):
-        first = int(index[0])
+    for first, x in view.blocks(_DISPLACEMENT):
+        index = np.arange(first, first + x.size)
         low, high = max(0, first - n), min(view.n, first + x.size + n)
         pad = n - (first - low), n - (high - first - x.size)
         whole = np.zeros(x.size)

@@ -26,6 +26,7 @@ from vinesexp.settings.stages import FilterSettings
 from vinesexp.signals.means import channel_means
 
 Band = tuple[float | None, float | None]
+_AS_BY_DEFAULT = FilterSettings()
 _SPECTRUM = 1 << 19  # points that the oscillator's frequency is looked for in
 _LOOKED_AT = ("displacement", "acceleration", "base")
 _PERIODS = 3.0  # of the slowest thing that a record without an oscillation keeps
@@ -65,7 +66,7 @@ def default_bands(
     frequency: float | None,
     bandpass: tuple[float, float] | None = None,
     duration: float = math.inf,
-    settings: FilterSettings | None = None,
+    settings: FilterSettings = _AS_BY_DEFAULT,
     drop: bool = False,
 ) -> Bands:
     """Bands that follow the oscillator.
@@ -85,20 +86,17 @@ def default_bands(
     >>> default_bands(sample_rate=50.0, frequency=8.0).displacement
     (2.0, None)
     """
-    numbers = FilterSettings() if settings is None else settings
     if drop:
-        low = min(numbers.drop_low, numbers.impacts_low_most * sample_rate)
+        low = min(settings.drop_low, settings.impacts_low_most * sample_rate)
         return Bands(None, (low or None, None), (low or None, None))
     if frequency is None:
-        slow = min(max(_PERIODS / duration, numbers.slowest), 0.01 * sample_rate)
+        slow = min(max(_PERIODS / duration, settings.slowest), 0.01 * sample_rate)
         return Bands(None, bandpass or (None, None), (slow or None, None))
-    low = max(numbers.motion_low * frequency, 0.5 / duration)
-    high = numbers.motion_high * frequency
-    motion = (
-        min(low, 0.5 * frequency) or None,
-        high if high < 0.5 * _TOP * sample_rate else None,
-    )
-    impacts = min(numbers.impacts_low * frequency, numbers.impacts_low_most * sample_rate)
+    low = max(settings.motion_low * frequency, 0.5 / duration)
+    high = settings.motion_high * frequency
+    held = high < 0.5 * _TOP * sample_rate
+    motion = min(low, 0.5 * frequency) or None, high if held else None
+    impacts = min(settings.impacts_low * frequency, settings.impacts_low_most * sample_rate)
     return Bands(frequency, bandpass or motion, (impacts, None))
 
 
@@ -235,6 +233,7 @@ def _around(power: FloatArray, peak: int, lobe: float) -> list[FloatArray]:
 _SETTLED = 1e-10
 #: Above this share of the Nyquist frequency an upper corner does nothing but harm.
 _TOP = 0.95
+_NOTHING = np.empty(0)
 _SHORTEST = 1 << 17  # samples transformed at once, where the record has them
 
 
@@ -388,21 +387,18 @@ def _through(x: FloatArray, gain: FloatArray) -> FloatArray:
 
 def _stretched(extension: FloatArray, value: float, length: int, *, at_end: bool) -> FloatArray:
     """An extension as long as the margin: its far end goes on."""
-    if at_end:
-        known = extension[:length]
-        return np.concatenate(
-            [known, np.full(length - known.size, known[-1] if known.size else value)]
-        )
-    known = extension[max(0, extension.size - length) :]
-    return np.concatenate([np.full(length - known.size, known[0] if known.size else value), known])
+    if not at_end:
+        return _stretched(extension[::-1], value, length, at_end=True)[::-1]
+    known = extension[:length]
+    return np.append(known, np.full(length - known.size, known[-1] if known.size else value))
 
 
 def zero_phase(
     x: FloatArray,
     band: Butterworth | None,
     *,
-    before: FloatArray | None = None,
-    after: FloatArray | None = None,
+    before: FloatArray = _NOTHING,
+    after: FloatArray = _NOTHING,
 ) -> FloatArray:
     """Filter one array without phase; see `zero_phase_blocks`.
 
@@ -416,14 +412,4 @@ def zero_phase(
     """
     if band is None or not x.size:
         return x.copy()
-    none = np.empty(0)
-    return np.concatenate(
-        list(
-            zero_phase_blocks(
-                [x],
-                band,
-                before=none if before is None else before,
-                after=none if after is None else after,
-            )
-        )
-    )
+    return np.concatenate(list(zero_phase_blocks([x], band, before=before, after=after)))

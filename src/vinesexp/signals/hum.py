@@ -21,7 +21,7 @@ from vinesexp.arrays import ComplexArray, FloatArray, IntArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.corrections import Correction, correct, with_indices
+from vinesexp.signals.corrections import Correction, correct
 from vinesexp.signals.means import block_means, channel_means, group_size
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
@@ -204,5 +204,6 @@ def _said(id: str, view: RecordView, role: str, hums: list[Hum], strength: float
 
 
 def _without(view: RecordView, role: str, hums: list[Hum]) -> Iterator[FloatArray]:
-    for index, x in with_indices(view, role):
-        yield x - sum((one.at(index / view.sample_rate) for one in hums), np.zeros(x.size))
+    for first, x in view.blocks(role):
+        t = np.arange(first, first + x.size) / view.sample_rate
+        yield x - sum((one.at(t) for one in hums), np.zeros(x.size))

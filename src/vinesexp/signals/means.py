@@ -98,23 +98,14 @@ def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
 
 def channel_means(record: RecordView, role: str, k: int) -> FloatArray:
     """Means over groups of k samples of a whole channel, read by blocks; gaps are filled."""
-    size = max(1, _BLOCK // k) * k
-    return np.concatenate(
-        [
-            block_means(fill_gaps(record.read(role, begin, begin + size)), k)
-            for begin in range(0, record.n, size)
-        ]
-    )
+    blocks = record.blocks(role, size=max(1, _BLOCK // k) * k)
+    return np.concatenate([block_means(fill_gaps(x), k) for _, x in blocks])
 
 
 def missing_means(record: RecordView, role: str, k: int) -> BoolArray:
     """Which of the means of `channel_means` hold a sample that is missing."""
-    size = max(1, _BLOCK // k) * k
-    lost = np.concatenate(
-        [~np.isfinite(record.read(role, begin, begin + size)) for begin in range(0, record.n, size)]
-    )
-    whole = lost.size // k * k
-    return np.asarray(lost[:whole].reshape(-1, k).any(axis=1))
+    lost = np.concatenate([~np.isfinite(x) for _, x in record.blocks(role)])
+    return np.asarray(lost[: lost.size // k * k].reshape(-1, k).any(axis=1))
 
 
 def cycle_amplitudes(

@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
-from vinesexp.signals.impacts.find import count_impacts
+from vinesexp.signals.impacts.find import count_impacts, impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.means import cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_part
@@ -55,6 +55,8 @@ _TOGETHER = 0.2
 _FEWEST, _FLOOR = 4, 0.02  # cycles that a decay rate is of; largest amplitude, below which is noise
 #: What checks.csv says of a record: check, outcome, detail.
 Said = tuple[str, str, str]
+#: A row of a table: column to value.
+Row = dict[str, str | float | None]
 
 
 @dataclass(frozen=True)
@@ -112,13 +114,9 @@ def _as_one(counts: Sequence[int], clearance: Sequence[float]) -> bool:
 
 
 def transition_row(
-    record: str,
-    series: Series,
-    decay: tuple[FloatArray, FloatArray],
-    *,
-    start: float,
-    period: float,
-) -> dict[str, str | float | None] | None:
+    record: str, series: Series, decay: tuple[FloatArray, FloatArray], *,
+    start: float, period: float,
+) -> Row | None:  # fmt: skip
     """When one ball of a release is captured and when it is lost, and the amplitudes there.
 
     The capture is the longest spell of two impacts per cycle; where it ends lies the transition
@@ -170,7 +168,6 @@ LEVELS = (0.5, 0.25, 0.15, 0.1)
 
 #: Frequency over which the amplitude of a sweep is averaged, Hz.
 RUNNING = 0.1
-Row = Mapping[str, str | float | None]
 _STRETCHES = 40  # of the record, in which the noise is taken
 
 # A sweep described over its frequency: bands of permanent, modulated and inactive response.
@@ -182,7 +179,6 @@ _STRETCHES = 40  # of the record, in which the noise is taken
 #
 # Frequency of a sweep over time, counted in cycles of the base.
 PERMANENT, MODULATED, INACTIVE = "permanent", "modulated", "inactive"
-_BLOCK = 1 << 20  # samples read at once
 _SPAN = 16  # cycles that a frequency is the mean of
 _APART = 0.5  # of a period: crossings closer than this are noise
 
@@ -236,8 +232,7 @@ def swept(view: RecordView, frequency: float) -> Swept | None:
     """
     role = "base" if "base" in view.roles else "displacement"
     times: list[FloatArray] = []
-    for begin in range(0, view.n - 1, _BLOCK):
-        x = view.read(role, begin, min(begin + _BLOCK + 1, view.n))
+    for begin, x in view.blocks(role, more=1):
         up = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
         times.append((begin + up + x[up] / (x[up] - x[up + 1])) / view.sample_rate)
     found = view.start + np.concatenate(times) if times else np.empty(0)
@@ -305,12 +300,9 @@ def bands_of(spells: FloatArray, cycles: float, *, permanent: float, gap: float)
 
 
 def band_rows(
-    record: str,
-    series: Sequence[Series],
-    base: Swept,
-    decay: tuple[FloatArray, FloatArray],
+    record: str, series: Sequence[Series], base: Swept, decay: tuple[FloatArray, FloatArray],
     settings: RegimeSettings,
-) -> list[dict[str, str | float | None]]:
+) -> list[Row]:  # fmt: skip
     """Rows of bands.csv: every band of every ball of one sweep.
 
     Parameters
@@ -324,16 +316,12 @@ def band_rows(
         Cycle by cycle; s on the record's axis, m.
     settings : RegimeSettings
     """
-    rows: list[dict[str, str | float | None]] = []
+    rows: list[Row] = []
     time, amplitude = decay
+    limits = {"permanent": settings.permanent_cycles, "gap": settings.modulation_gap}
     for one in series:
         spells = activation_spells(base.count(one.time), one.side, period=1.0)
-        for band in bands_of(
-            spells,
-            float(base.cycles),
-            permanent=settings.permanent_cycles,
-            gap=settings.modulation_gap,
-        ):
+        for band in bands_of(spells, float(base.cycles), **limits):
             ends = np.array([band.begin, band.end])
             (begin, end), (low, high) = base.at(ends), base.frequency(ends)
             inside = amplitude[(time >= begin) & (time <= end)]
@@ -373,18 +361,7 @@ def largest_running_mean(
     return float(means.max()) if means.size else None
 
 
-@dataclass(frozen=True)
-class Shown:
-    """What a record shows: its row of regimes.csv, rows of bands.csv and transitions.csv, and what
-    checks.csv says of how the test began: check, outcome, detail."""
-
-    regime: dict[str, str | float | None]
-    bands: list[dict[str, str | float | None]] = field(default_factory=list)
-    transitions: list[dict[str, str | float | None]] = field(default_factory=list)
-    checks: Sequence[Said] = ()
-
-
-def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> Shown:
+def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> dict[str, list[Any]]:
     """Regime and amplitude of a record; of a sweep its bands, of a release where balls are lost.
 
     Parameters
@@ -397,8 +374,10 @@ def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> S
 
     Returns
     -------
-    Shown
-        In its row ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
+    dict
+        Rows by table: ``regime`` (the row of regimes.csv), ``bands``, ``transitions``; and
+        ``checks``, what checks.csv says of how the test began (check, outcome, detail).
+        In the first ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
         of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m`` (of a periodic test with
         ``amplitude_error_m``, over ``cycles`` from ``steady_from_s`` on, and with
         ``waited_s`` of a start from rest), ``amplitude_max_m``,
@@ -409,22 +388,23 @@ def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> S
         regime.
     """
     row = unknown_regime(record)
+    checks: list[Any] = []
+    shown = {"regime": [row], "bands": [], "transitions": [], "checks": checks}
     with open_record(conditioned) as view:
         frequency = view.attributes.get("oscillation_hz")
         if view.refused is not None or "displacement" not in view.roles or not frequency:
-            return Shown(row)
+            return shown
         time, amplitude = _amplitudes(view, float(frequency))
         length, start, free = view.n / view.sample_rate, view.start, _free(view)
         base = swept(view, float(frequency)) if record.test == "sweep" else None
     if amplitude.size == 0:
-        return Shown(row)
+        return shown
     period = 1.0 / float(frequency)
     settings = record.settings.regimes
     begin = settings.settling * length if record.test == "periodic" else free
-    checks: list[Said] = []
     row["length_s"] = length
     if not np.any(time >= begin):
-        return Shown(row)
+        return shown
     if record.test == "periodic":
         steady, begin = _steady(time, amplitude, begin, period)
         row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
@@ -441,11 +421,11 @@ def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> S
     if base is not None:
         row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
     if not record.clearance:
-        return Shown(row, checks=checks)
+        return shown
     if not _seen(record, conditioned, impacts, length / period):
         if not impacts.n and record.test != "sweep":
             checks.append(_NOTHING_SEEN)
-        return Shown(row, checks=checks)
+        return shown
     end = length
     if record.test == "transient":
         end = min(free + settings.first_cycles * period, length)
@@ -455,11 +435,11 @@ def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> S
         checks.append(_did_not_work(min(record.clearance), float(counted.max())))
     row |= _spells(record, impacts, period)
     if base is not None:
-        return Shown(row, bands=band_rows(record.id, series, base, decay, settings))
-    if record.test != "transient":
-        return Shown(row, checks=checks)
-    found = [transition_row(record.id, one, decay, start=start, period=period) for one in series]
-    return Shown(row, transitions=[one for one in found if one is not None], checks=checks)
+        shown["bands"] += band_rows(record.id, series, base, decay, settings)
+    elif record.test == "transient":
+        rows = (transition_row(record.id, one, decay, start=start, period=period) for one in series)
+        shown["transitions"] += filter(None, rows)
+    return shown
 
 
 def _steady(
@@ -529,13 +509,13 @@ def _seen(record: Record, conditioned: Path, impacts: Impacts, cycles: float) ->
         return smallest_jump(view, record.settings) < expected
 
 
-def unknown_regime(record: Record) -> dict[str, str | float | None]:
+def unknown_regime(record: Record) -> Row:
     """The row of regimes.csv of a record of which nothing is known."""
     columns = ("regime", "impacts_per_cycle", "amplitude_mean_m", "amplitude_max_m", "captured")
     return {"record": record.id, **dict.fromkeys(columns)}
 
 
-def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:
+def decay_times(record: Record, *, conditioned: Path) -> list[Row]:
     """Rows of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`.
 
     Parameters
@@ -558,17 +538,15 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
             return []
         time, amplitude = _amplitudes(view, float(frequency))
         time = time - _free(view)
-    rows: list[dict[str, str | float | None]] = []
     if not np.isfinite(amplitude).any():
-        return rows
+        return []
     # a release that was not written down has round levels, which others by the same hand share
     release = abs(record.release or float(f"{np.nanmax(amplitude):.2g}"))
-    for share in LEVELS:
-        target = share * release
-        reached = time_to_level(time, amplitude, target)
-        time_s = reached if math.isfinite(reached) else None
-        rows.append({"record": record.id, "target_m": target, "time_s": time_s})
-    return rows
+    reached = {share * release: time_to_level(time, amplitude, share * release) for share in LEVELS}
+    return [
+        {"record": record.id, "target_m": target, "time_s": t if math.isfinite(t) else None}
+        for target, t in reached.items()
+    ]
 
 
 def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
@@ -589,7 +567,7 @@ def _free(view: RecordView) -> float:
 
 def _regimes(
     record: Record, series: Sequence[Series], *, period: float, begin: float, end: float
-) -> dict[str, str | float | None]:
+) -> Row:
     """Regime of each ball, and of all impacts together where the ball is not known."""
     if end - begin < period:
         return {}
@@ -606,17 +584,14 @@ def _regimes(
         "impacts_per_cycle": sum(count.impacts_per_cycle for count in counts),
         "impacts_per_cycle_each": " | ".join(f"{count.impacts_per_cycle:.2f}" for count in counts),
         "captured": min(count.captured for count in counts),
-        **_swing([count.swing for count in counts]),
+        **_swing([count.swing for count in counts if math.isfinite(count.swing.lasting)]),
     }
 
 
-def _swing(swings: list[Swing]) -> dict[str, str | float | None]:
+def _swing(known: list[Swing]) -> Row:
     """That of the ball that swings most; nothing where impacts are too few."""
-    known = [swing for swing in swings if math.isfinite(swing.lasting)]
-    if not known:
-        return {}
-    most = max(known, key=lambda swing: swing.lasting)
-    return {"swing_first": most.first, "swing": most.second}
+    most = max(known, key=lambda swing: swing.lasting, default=None)
+    return {} if most is None else {"swing_first": most.first, "swing": most.second}
 
 
 def _spells(record: Record, impacts: Impacts, period: float) -> Row:
@@ -654,28 +629,23 @@ def expected_jump(clearance: float, frequency: float, settings: Settings) -> flo
     return settings.regimes.smallest_ball * 4.0 * clearance * frequency
 
 
-Find = Callable[[], Impacts]
-
-
 def rows_or_refuse(
-    record: Record, find: Find, *, paths: ResultPaths, strict: bool = False,
-    said: Sequence[Said] = (),
-) -> tuple[Impacts, dict[str, Any]]:  # fmt: skip
+    record: Record, nes_mass: Sequence[float], *, paths: ResultPaths, strict: bool
+) -> tuple[Impacts, dict[str, Any]]:
     """Find the impacts of a record and write what it shows; the reason where it cannot be done.
 
     Parameters
     ----------
     record : Record
-    find : callable
-        Finds the impacts and writes them.
+    nes_mass : sequence of float
+        kg, of the balls, as far as they are known.
     paths : ResultPaths
     strict : bool
         Raise a `RecordError` instead.
-    said : sequence of (check, outcome, detail)
-        What `find` says of the record; read when it has run.
     """
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
     impacts, rows = no_impacts(), {}
+    said: list[Said] = []
 
     def leave(reason: str) -> None:
         write_impacts(paths.impacts(record.id), impacts)
@@ -683,11 +653,15 @@ def rows_or_refuse(
 
     with refused_where_it_fails("impacts", record.id, leave, strict=strict):
         require_conditioned(measured, conditioned)
-        impacts = find()
+        impacts = impacts_of_record(
+            measured, conditioned, paths.impacts(record.id),
+            clearance=record.clearance, nes_mass=nes_mass, test=record.test,
+            settings=record.settings, said=said,
+        )  # fmt: skip
         rows.update(
             rows_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
         )
-        rows["checks"] += [list(one) for one in said]
+        rows["checks"] += said
     out = paths.regime(record.id)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
@@ -699,14 +673,12 @@ def rows_of_record(
 ) -> dict[str, Any]:
     """What a record shows, by table: a list of rows each."""
     shown = shown_by_record(record, conditioned=conditioned, impacts=impacts)
-    return {
-        "regime": [shown.regime],
-        "bands": shown.bands,
-        "transitions": shown.transitions,
+    checks = shown.pop("checks")
+    return shown | {
         "base": base_rows(record, measured=measured, conditioned=conditioned),
         "times": decay_times(record, conditioned=conditioned),
         "evidence": _evidence(record, measured=measured, conditioned=conditioned),
-        "checks": [list(found) for found in shown.checks],
+        "checks": checks,
     }
 
 
@@ -716,7 +688,7 @@ def _evidence(record: Record, *, measured: Path, conditioned: Path) -> dict[str,
         frequency = view.attributes.get("oscillation_hz")
         shown: dict[str, Any] = {"frequency": float(frequency) if frequency else None}
         if not record.clearance and record.test in WITH_BALL and raw.refused is None:
-            shown["impacts"] = count_impacts(raw, view, settings=record.settings)
+            shown["impacts"] = count_impacts(raw, view, record.settings)
     return shown
 
 

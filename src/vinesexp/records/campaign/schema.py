@@ -260,6 +260,11 @@ class Campaign:
             return self._by_id[id]
         raise CampaignError(f"no record '{id}'; {nearest(id, self._by_id)}", file=self.sheet)
 
+    def inside(self, file: Path) -> str:
+        """A file as seen from the campaign folder, where it is inside."""
+        within = file.is_relative_to(self.folder)
+        return (file.relative_to(self.folder) if within else file).as_posix()
+
     @property
     def sheet(self) -> Path:
         """The table of records: records.csv or records.xlsx."""

@@ -78,8 +78,6 @@ class Stretch(NamedTuple):
 
 
 Stretches = Sequence[tuple[int, int]]
-#: Number of the first sample, and the samples.
-Block = tuple[int, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -253,7 +251,7 @@ def _held(view: RecordView, role: str) -> int:
 def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
     """Every stretch of at least `least` equal samples, in order, a block of them at a time."""
     begun, previous = 0, np.nan
-    for begin, block in _blocks(view, role):
+    for begin, block in view.blocks(role, size=_BLOCK):
         edges = np.flatnonzero(np.diff(block, prepend=previous)) + begin
         edges = np.concatenate(([begun], edges[edges > begun]))
         lengths = np.diff(edges)
@@ -268,17 +266,10 @@ def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
         yield Runs(*last, block=np.empty(0), begin=view.n)
 
 
-def _blocks(view: RecordView, role: str, before: int = 0, more: int = 0) -> Iterator[Block]:
-    """A channel block by block, with some samples of the neighbours; the number of its first."""
-    for begin in range(0, view.n, _BLOCK):
-        first = max(begin - before, 0)
-        yield first, view.read(role, first, begin + _BLOCK + more)
-
-
 def _levels(view: RecordView, role: str) -> _Levels:
     low, high, least = np.inf, -np.inf, np.inf
     fine, usual = [], []
-    for _, block in _blocks(view, role):
+    for _, block in view.blocks(role, size=_BLOCK):
         low, high = min(low, block.min()), max(high, block.max())
         steps = np.abs(np.diff(block[: _BLOCK // 4]))
         steps = steps[steps > 0.0]
@@ -298,7 +289,7 @@ def _levels_at(view: RecordView, role: str, levels: _Levels, end: float) -> _Lev
     smallest difference of any two values; where hardly any are, that of the record.
     """
     near = _NEAR_END * (levels.high - levels.low)
-    parts = [np.unique(x[np.abs(x - end) <= near]) for _, x in _blocks(view, role)]
+    parts = [np.unique(x[np.abs(x - end) <= near]) for _, x in view.blocks(role)]
     values = np.unique(np.concatenate(parts))
     if len(values) < 3:
         return levels
@@ -326,11 +317,8 @@ def _thinned(view: RecordView, role: str, most: int) -> FloatArray:
     """The channel as at most `most` means of consecutive samples."""
     group = -(-view.n // most)
     rows = max(_BLOCK // group, 1) * group
-    parts = []
-    for begin in range(0, view.n - group + 1, rows):
-        block = view.read(role, begin, min(begin + rows, view.n))
-        parts.append(block[: len(block) // group * group].reshape(-1, group).mean(axis=1))
-    return np.concatenate(parts)
+    blocks = (x[: len(x) // group * group] for _, x in view.blocks(role, size=rows))
+    return np.concatenate([x.reshape(-1, group).mean(axis=1) for x in blocks])
 
 
 def within(one: Stretch, gaps: Stretches) -> bool:
@@ -370,16 +358,15 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     starts, ends = _still(view, role)
     far = _far_steps(view, role, starts, ends)
     # The first far step at or before its beginning, the last one at or after its end.
-    first = np.searchsorted(far, starts - 1 - _BESIDE)
-    last = np.searchsorted(far, ends - 1 + _BESIDE, side="right") - 1
-    enters = (first < far.size) & (_gaps_at(far, first, -1) < starts)
-    leaves = (last >= 0) & (_gaps_at(far, last, -1) >= ends - 1)
+    first = np.append(far, view.n)[np.searchsorted(far, starts - 1 - _BESIDE)]
+    last = np.append(-1, far)[np.searchsorted(far, ends - 1 + _BESIDE, side="right")]
+    enters, leaves = first < starts, last >= ends - 1
     whole = (enters | (starts == 0)) & (leaves | (ends == view.n))
     for begin, end in frozen:
         whole |= (starts >= begin) & (ends <= end)
     return _joined([
-        (int(_gaps_at(far, first, 0)[i]) + 1 if enters[i] else int(starts[i]),
-         int(_gaps_at(far, last, 0)[i]) + 1 if leaves[i] else int(ends[i]))
+        (int(first[i]) + 1 if enters[i] else int(starts[i]),
+         int(last[i]) + 1 if leaves[i] else int(ends[i]))
         for i in np.flatnonzero(whole & (enters | leaves))
     ])  # fmt: skip
 
@@ -406,7 +393,7 @@ def lone_samples(view: RecordView, role: str) -> Stretches:
     """
     step = _levels(view, role).usual
     found: list[tuple[int, int]] = []
-    for low, x in _blocks(view, role, _BESIDE, _BESIDE):
+    for low, x in view.blocks(role, size=_BLOCK, before=_BESIDE, more=_BESIDE):
         bend = np.pad(x[1:-1] - 0.5 * (x[:-2] + x[2:]), 1)
         far = np.abs(bend) > _LONE * max(float(np.median(np.abs(bend))), step)
         if far.mean() > _RARE:
@@ -422,26 +409,17 @@ def lone_samples(view: RecordView, role: str) -> Stretches:
     return _joined(found)
 
 
-def _gaps_at(values: IntArray, index: IntArray, otherwise: int) -> IntArray:
-    """Values at indexes, of which some may lie beyond."""
-    if not values.size:
-        return np.full(index.shape, otherwise, dtype=np.int64)
-    return np.asarray(values[np.clip(index, 0, values.size - 1)])
-
-
-def _still(view: RecordView, role: str) -> tuple[IntArray, IntArray]:
-    """First sample, and the one after the last, of each stretch of equal samples."""
-    found = list(equal_runs(view, role, least=max(_EQUAL, _HELD * _held(view, role))))
-    none = np.empty(0, dtype=np.int64)
-    return np.concatenate([none, *(runs.starts for runs in found)]), np.concatenate(
-        [none, *(runs.ends for runs in found)]
-    )
+def _still(view: RecordView, role: str) -> IntArray:
+    """First sample, and the one after the last, of each stretch of equal samples: a row each."""
+    runs = equal_runs(view, role, least=max(_EQUAL, _HELD * _held(view, role)))
+    found = [np.stack([one.starts, one.ends]) for one in runs]
+    return np.concatenate([np.empty((2, 0), dtype=np.int64), *found], axis=1)
 
 
 def _far_steps(view: RecordView, role: str, starts: IntArray, ends: IntArray) -> IntArray:
     """Samples after which the channel steps further than its motion does away from `starts`."""
     usual, sizes = 0.0, []
-    for begin, block in _blocks(view, role, more=1):
+    for begin, block in view.blocks(role, size=_BLOCK, more=1):
         steps = np.abs(np.diff(block))
         near = np.zeros(steps.size + 1, dtype=np.int64)
         own = (ends + _BESIDE > begin) & (starts - _BESIDE - 1 < begin + steps.size)
@@ -454,7 +432,7 @@ def _far_steps(view: RecordView, role: str, starts: IntArray, ends: IntArray) ->
     usual = max(usual, _QUANTA * float(np.median(sizes)) if sizes else 0.0)
     far = [
         begin + np.flatnonzero(np.abs(np.diff(block)) > usual)
-        for begin, block in _blocks(view, role, more=1)
+        for begin, block in view.blocks(role, more=1)
     ]
     return np.concatenate([np.empty(0, np.int64), *far]).astype(np.int64)
 
@@ -492,17 +470,14 @@ def starts_anew(view: RecordView, role: str) -> IntArray:
     least = _ACROSS * (levels.high - levels.low)
     found: list[IntArray] = [np.empty(0, dtype=np.int64)]
     large, rest = 0, 0.0
-    for number, (first, x) in enumerate(_blocks(view, role, _BESIDE, 1 + _BESIDE)):
+    around = view.blocks(role, size=_BLOCK, before=_BESIDE, more=1 + _BESIDE)
+    for number, (first, x) in enumerate(around):
         steps = np.abs(np.diff(x))
         rest = max(rest, float(steps[steps <= least].max(initial=0.0)))
         at = np.flatnonzero(steps > least) + 1
         at = at[(at >= _BESIDE) & (at < len(x) - _BESIDE) & (first + at <= (number + 1) * _BLOCK)]
-        step, before, after = (
-            x[at] - x[at - 1],
-            x[at - 1] - x[at - _BESIDE],
-            x[at + _BESIDE] - x[at],
-        )
-        on = (before * step < 0.0) & (after * step < 0.0)
+        step, before = x[at] - x[at - 1], x[at - 1] - x[at - _BESIDE]
+        on = (before * step < 0.0) & ((x[at + _BESIDE] - x[at]) * step < 0.0)
         large += at.size
         found.append(first + at[on])
     at = np.concatenate(found)

@@ -20,7 +20,7 @@ import sys
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from importlib import import_module
 from multiprocessing import Pipe
@@ -95,7 +95,7 @@ def refusal(error: Exception, name: str) -> tuple[str, str | None]:
 
 
 def _facts(source: Any) -> dict[str, Any]:
-    return {name: getattr(source, name) for name in Source.__annotations__ if name != "path"}
+    return {one.name: getattr(source, one.name) for one in fields(Source) if one.name != "path"}
 
 
 def _limit(seconds: int, memory: int) -> None:
@@ -190,9 +190,7 @@ class GuardedSource(Source):
         self._end = weakref.finalize(self, _finish, self._child, os.getpid())
         self._dead: RecordError | None = None
         self._streams = 0
-        facts = self._ask(("open",))
-        self.columns, self.format = facts["columns"], facts["format"]
-        vars(self).update(facts)
+        vars(self).update(self._ask(("open",)))
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""

@@ -64,12 +64,11 @@ def numbered(count: int) -> tuple[str, ...]:
     return tuple(str(k + 1) for k in range(count)) if count > 1 else ()
 
 
-def require_one(source: Any) -> None:
+def require_one(source: Source) -> None:
     """Refuse a file of several records of which none is named."""
-    parts: tuple[str, ...] = source.parts
+    parts, name = source.parts, source.path.name
     if not parts or part_of(source.path):
         return
-    name = source.path.name
     shown = ", ".join(f"{name}#{part}" for part in parts[:2])
     more = f" to {name}#{parts[-1]}" if len(parts) > 2 else ""
     raise RecordError(
@@ -137,7 +136,8 @@ def meant_by_single(interval: float) -> float:
     return float(np.format_float_scientific(np.float32(interval)))
 
 
-class Source(Protocol):
+@dataclass(eq=False)
+class Source:
     """An opened instrument file.
 
     Attributes
@@ -166,7 +166,8 @@ class Source(Protocol):
 
     path: Path
     format: str
-    columns: tuple[Column, ...]
+    _: KW_ONLY
+    columns: tuple[Column, ...] = ()
     sample_interval: float | None = None
     start: float = 0.0
     time_column: int | None = None
@@ -183,7 +184,7 @@ class Source(Protocol):
         RecordError
             A cell that is no number, with its line and column.
         """
-        ...
+        raise NotImplementedError
 
     def locate(self, row: int) -> str:
         """Where row `row` (from 0) stands, in the words of the format: ``"line 124"``."""
@@ -204,28 +205,18 @@ class TableSource(Source):
 
     Parameters
     ----------
-    path, format
+    path, format, sample_interval, start, time_column, stated_rows, parts, losses
         As in `Source`.
     table : sequence of pairs
         Each column with its samples, of any real type.
-    sample_interval, start, time_column, stated_rows, parts, losses
-        As in `Source`.
     first : int
         What the format calls its first sample: 0, or the line of a sheet.
     place : str
         What the format calls a sample: ``"sample"``, ``"row"``.
     """
 
-    path: Path
-    format: str
     table: Sequence[tuple[Column, Series]]
     _: KW_ONLY
-    sample_interval: float | None = None
-    start: float = 0.0
-    time_column: int | None = None
-    stated_rows: int | None = None
-    parts: tuple[str, ...] = ()
-    losses: tuple[str, ...] = ()
     first: int = 0
     place: str = "sample"
 

@@ -289,8 +289,8 @@ def campaign_text(step: str, campaign: Campaign) -> dict[str, str]:
 def row_text(campaign: Campaign, record: Record) -> dict[str, str]:
     """All that any step uses of a row, field by field; files as seen from the campaign folder."""
     found = {name: shortened(repr(of(record))) for name, of in _FIELDS.items()}
-    found["file"] = _place(record.file, campaign)
-    found["more_files"] = repr([_place(file, campaign) for file in record.more_files])
+    found["file"] = campaign.inside(record.file)
+    found["more_files"] = repr([campaign.inside(file) for file in record.more_files])
     return found
 
 
@@ -306,9 +306,3 @@ def rows_text(
 
 
 _FIELDS = {name: attrgetter(name) for _, row in _SEES.values() for name in row}
-
-
-def _place(file: Path, campaign: Campaign) -> str:
-    """A file as seen from the campaign folder, where it is inside."""
-    inside = file.is_relative_to(campaign.folder)
-    return (file.relative_to(campaign.folder) if inside else file).as_posix()

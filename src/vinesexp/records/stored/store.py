@@ -19,7 +19,7 @@ day and any machine.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,16 +64,11 @@ def long_name(role: str, quantity: str, state: str = "") -> str:
 
 def record_attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
     """About a record, from the campaign; paths relative, so that folders can move."""
-    folder = campaign.folder
-    names = [
-        (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
-        for path in record.files
-    ]
     return {
         "title": f"record {record.id} of a {record.test} test",
         "record": record.id,
         "test": record.test,
-        "source": ";".join(names),
+        "source": ";".join(campaign.inside(path) for path in record.files),
         "clearance_m": list(record.clearance) or None,
         "base_amplitude_m": record.base_amplitude,
         "frequency_hz": list(record.frequency) if record.frequency else None,
@@ -246,8 +241,7 @@ class RecordWriter:
         group = self._file.require_group(_MEASURED)
         for name, values in {"time": times, **block}.items():
             if name not in group:
-                kind = np.float64 if name == "time" else np.float32
-                group.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(_CHUNK,))
+                _dataset(group, name, np.float64 if name == "time" else np.float32)
             _extend(group[name], values if name == "time" else _rounded(values))
 
     def __enter__(self) -> RecordWriter:
@@ -268,30 +262,14 @@ class RecordWriter:
         self._open.__exit__(kind, error, trace)
 
     def _signal(self, role: str, *, first: int) -> Any:
-        data = self._file.create_dataset(
-            role,
-            shape=(0,),
-            maxshape=(None,),
-            chunks=(min(_CHUNK, max(first, 1)),),
-            dtype=np.float32,
-        )
-        quantity = self._quantities[role]
-        data.attrs["units"] = SI_UNITS[quantity]
-        data.attrs["quantity"] = quantity
-        data.attrs["long_name"] = long_name(role, quantity, self._state)
+        data = _dataset(self._file, role, np.float32, chunk=first)
+        _say_quantity(data, role, self._quantities[role], self._state)
         return data
 
     def _write_time(self) -> None:
-        time = self._file.create_dataset(
-            "time",
-            shape=(self.n,),
-            maxshape=(None,),
-            chunks=(min(_CHUNK, max(self.n, 1)),),
-            dtype=np.float64,
-            compression="gzip",  # a ramp shrinks to a sixth
-            compression_opts=1,
-            shuffle=True,
-        )
+        # a ramp shrinks to a sixth
+        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+        time = _dataset(self._file, "time", np.float64, size=self.n, chunk=self.n, **packed)
         for begin in range(0, self.n, _AT_ONCE):
             end = min(begin + _AT_ONCE, self.n)
             time[begin:end] = uniform_times(self.sample_rate, self.start, begin, end)
@@ -301,6 +279,20 @@ class RecordWriter:
         time.make_scale("time")
         for data in self._data.values():
             data.dims[0].attach_scale(time)
+
+
+def _dataset(
+    place: Any, name: str, kind: type, *, size: int = 0, chunk: int = _CHUNK, **packed: Any
+) -> Any:
+    """A new array that can grow, in pieces of at most 65536 samples."""
+    chunks = (min(_CHUNK, max(chunk, 1)),)
+    return place.create_dataset(name, (size,), kind, maxshape=(None,), chunks=chunks, **packed)
+
+
+def _say_quantity(data: Any, role: str, quantity: str, state: str) -> None:
+    """Have a channel say what it measures, and what was done to it."""
+    data.attrs["units"], data.attrs["quantity"] = SI_UNITS[quantity], quantity
+    data.attrs["long_name"] = long_name(role, quantity, state)
 
 
 def _extend(data: Any, values: NDArray[np.floating[Any]]) -> None:
@@ -377,6 +369,19 @@ class RecordView:
             last = min(first + _AT_ONCE, end)
             out[first - begin : last - begin] = data[first:last]  # numpy converts, not HDF5
         return out
+
+    def blocks(
+        self, role: str, begin: int = 0, end: int | None = None, *,
+        size: int = _AT_ONCE, before: int = 0, more: int = 0,
+    ) -> Iterator[tuple[int, FloatArray]]:  # fmt: skip
+        """Samples [begin, end) of one channel, `size` at once, with the number of the first.
+
+        Each with some of its neighbours: `before` it, and `more` behind it.
+        """
+        stop = self.n if end is None else end
+        for first in range(begin, stop, size):
+            low = max(first - before, 0)
+            yield low, self.read(role, low, min(first + size, stop) + more)
 
     def time(self, start: int = 0, stop: int | None = None) -> FloatArray:
         """Times of samples [start, stop), s: computed, so no file is read."""
@@ -481,8 +486,7 @@ def integrate(path: Path, role: str) -> None:
                 before = both[max(int(known_at[-1]) - 2 * REACH, 0) : done]
         if _MEASURED in file:
             del file[_MEASURED][role]  # the integral needs an even clock
-        data.attrs["units"], data.attrs["quantity"] = SI_UNITS["displacement"], "displacement"
-        data.attrs["long_name"] = long_name(role, "displacement", "integrated")
+        _say_quantity(data, role, "displacement", "integrated")
 
 
 def open_record(path: Path) -> RecordView:

@@ -9,13 +9,12 @@ in sight the highest is taken away first, then the next.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.signals.impacts.candidates import strongest
-from vinesexp.signals.impacts.detection import Detection, no_detection, normal_cdf
+from vinesexp.signals.impacts.detection import Detection, detection_at, no_detection, normal_cdf
 from vinesexp.signals.impacts.slopes import Coarse
 
 _HALF, _WIDE = 1.0 / 24.0, 1.0 / 6.0  # periods: half of a triangle; moving mean
@@ -70,14 +69,11 @@ def detect_bends(x: Coarse, *, frequency: float, resolution: float = 0.0) -> Det
     sine = _OFF * (2.0 * math.pi * frequency) ** 2 * swing * (1.0 - np.sinc(_WIDE))
     place, jump = _triangles(bent, one, m, wide, least=max(_THRESHOLD * noise, sine))
     strength = np.abs(jump) * top / max(noise, sine / _THRESHOLD)
-    unknown = np.full(place.size, np.nan)
-    none = np.zeros(place.size, dtype=bool)
     near = np.diff(place, prepend=-np.inf, append=np.inf) < 2 * m
-    return replace(
-        no_detection(step, noise), time=x.start + place * step,
-        time_error=np.full(place.size, m * step) / np.maximum(strength, 1.0), jump=jump,
-        jump_error=unknown, peak=unknown, strength=strength,
-        confidence=normal_cdf(strength - _THRESHOLD), crowded=near[1:] | near[:-1], clipped=none,
+    return detection_at(
+        x.start + place * step, step, noise, time_error=m * step / np.maximum(strength, 1.0),
+        jump=jump, strength=strength, confidence=normal_cdf(strength - _THRESHOLD),
+        crowded=near[1:] | near[:-1],
     )  # fmt: skip
 
 

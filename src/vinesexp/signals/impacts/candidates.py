@@ -148,27 +148,19 @@ def find_spikes(
         (max(0, begin - margin), begin, min(a.size, begin + STRETCH))
         for begin in range(0, max(a.size, 1), STRETCH)
     ]
-    noise = np.array(
-        [
-            [
-                noise_of(z, floor, width=width)
-                for z, floor, width in zip(
-                    _boxed(coarse[begin:end], widths), floors, widths, strict=True
-                )
-            ]
-            for _, begin, end in stretches
-        ]
-    )
+    noise = np.array([
+        [noise_of(z, floor, width=width)
+         for z, floor, width in zip(_boxed(coarse[i:k], widths), floors, widths, strict=True)]
+        for _, i, k in stretches
+    ])  # fmt: skip
     limits = np.stack([louder(column) for column in noise.T], axis=1)
-    found: list[tuple[IntArray, FloatArray, IntArray]] = []
+    found = []
     for (low, begin, end), limit in zip(stretches, limits, strict=True):
-        peaks = _stretch(coarse[low : min(a.size, end + margin)], widths, threshold, limit)
-        if peaks is not None:
-            keep = (peaks[0] + low >= begin) & (peaks[0] + low < end)
-            found.append((peaks[0][keep] + low, peaks[1][keep], peaks[2][keep]))
-    if not found:
-        none = np.empty(0, dtype=np.int64)
-        return Spikes(none, np.empty(0), none, noise[:, 0])
+        at, strength, width = _stretch(
+            coarse[low : min(a.size, end + margin)], widths, threshold, limit
+        )
+        keep = (at + low >= begin) & (at + low < end)
+        found.append((at[keep] + low, strength[keep], width[keep]))
     index, strengths, best_widths = (np.concatenate(part) for part in zip(*found, strict=True))
     return Spikes(index, strengths, best_widths, noise[:, 0])
 
@@ -185,8 +177,8 @@ def _boxed(a: NDArray[np.float32], widths: list[int]) -> Iterator[NDArray[np.flo
 
 def _stretch(
     a: NDArray[np.float32], widths: list[int], threshold: float, noise: FloatArray
-) -> tuple[IntArray, FloatArray, IntArray] | None:
-    """Peaks of one stretch: index, strength, width; None where nothing stands out."""
+) -> tuple[IntArray, FloatArray, IntArray]:
+    """Peaks of one stretch: index, strength, width."""
     best = np.zeros_like(a)
     sizes: list[NDArray[np.float32]] = []
     for width, total, sigma in zip(widths, _boxed(a, widths), noise, strict=True):
@@ -197,9 +189,7 @@ def _stretch(
         np.fmax(here, size, out=here)
         sizes.append(size)
     index = np.flatnonzero(best > threshold)
-    if not index.size:
-        return None
-    peaks = index[_peaks(index, best[index])]
+    peaks = index[_peaks(index, best[index])] if index.size else index
     shown = np.zeros((len(widths), peaks.size), dtype=np.float32)
     for row, width, size in zip(shown, widths, sizes, strict=True):
         at = peaks - (width - 1) // 2

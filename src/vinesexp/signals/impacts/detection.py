@@ -258,11 +258,17 @@ def _unevenness(place: FloatArray) -> float:
     return math.sqrt(max(float(np.var(off)) - 1.0 / (12.0 * n), 0.0))
 
 
+def detection_at(time: FloatArray, dt: float, noise: float, **known: Any) -> Detection:
+    """A detection without a template: what is not `known` of each contact is NaN, or false."""
+    unknown, no = np.full(time.size, np.nan), np.zeros(time.size, dtype=bool)
+    each: dict[str, Any] = {"time": time, **dict.fromkeys(_EACH[1:-2], unknown)}
+    each |= {"crowded": no, "clipped": no} | known
+    return Detection(**each, template=None, interval=dt, noise=noise)
+
+
 def no_detection(dt: float, noise: float) -> Detection:
     """Nothing found."""
-    none = np.empty(0)
-    flags = np.empty(0, dtype=bool)
-    return Detection(none, none, none, none, none, none, none, flags, flags, None, dt, noise)
+    return detection_at(np.empty(0), dt, noise)
 
 
 def normal_cdf(x: FloatArray) -> FloatArray:

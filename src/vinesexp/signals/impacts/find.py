@@ -39,6 +39,7 @@ from vinesexp.signals.impacts.slopes import (
 )
 from vinesexp.signals.impacts.template_learning import MEDIAN_OF_NORMAL
 
+_AS_BY_DEFAULT = Settings()
 _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
 _FEW = 0.02  # spikes that are no impacts, over those that are
 #: Channels of a drop test, the best first.
@@ -88,6 +89,10 @@ class _Beam:
     weight: FloatArray  # (histories,)
     labels: IntArray  # (histories, impacts)
 
+    def at(self, chosen: IntArray) -> _Beam:
+        """A copy of the chosen histories."""
+        return _Beam(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
 
 def attribute(
     impacts: Impacts, *, clearance: Sequence[float], nes_mass: Sequence[float] = (),
@@ -118,33 +123,24 @@ def attribute(
     nes, confidence = np.zeros(n, dtype=np.int64), np.zeros(n)
     if frequency and known.size >= 2:
         nes[known], confidence[known] = _labelled(
-            impacts, known, np.array(clearance), _relative_masses(nes_mass, len(clearance)),
-            frequency,
-        )  # fmt: skip
+            impacts, known, np.array(clearance), nes_mass, frequency
+        )
     return replace(impacts, nes=nes, nes_confidence=confidence)
 
 
-def _relative_masses(nes_mass: Sequence[float], count: int) -> FloatArray:
-    given = np.array(nes_mass if len(nes_mass) == count else [1.0] * count)
-    return np.asarray(given / given.mean())
-
-
 def _labelled(
-    impacts: Impacts,
-    known: IntArray,
-    b: FloatArray,
-    mass: FloatArray,
-    frequency: float,
+    impacts: Impacts, known: IntArray, b: FloatArray, nes_mass: Sequence[float], frequency: float
 ) -> tuple[IntArray, FloatArray]:
     """Labels (from 1) and their probabilities, r and mu learnt in passes."""
+    mass = np.array(nes_mass if len(nes_mass) == b.size else np.ones(b.size), dtype=np.float64)
+    mass /= mass.mean()
     jump = np.abs(impacts.velocity_jump_m_s[known])
     # Two impacts a cycle at speed 4 b f, relative velocity a quarter more: a place to begin.
     mu = float(np.median(jump)) / (5.0 * float(b.mean()) * frequency) * mass
     alike = bool(np.ptp(b) < 1e-9 and np.ptp(mass) < 1e-9)
     starts = [_Rig(b, np.full(b.size, r), mu, *_PASSES[0], alike=alike) for r in _FIRST_R]
-    found = [_search(impacts, known, rig) for rig in starts]
-    best = max(range(len(found)), key=lambda i: found[i][2])
-    rig, (labels, confidence, weight) = starts[best], found[best]
+    tried = ((rig, _search(impacts, known, rig)) for rig in starts)
+    rig, (labels, confidence, weight) = max(tried, key=lambda one: one[1][2])
     for spreads in _PASSES[1:]:
         closer = _learnt(impacts, known, labels, confidence, rig, spreads)
         again = _search(impacts, known, closer)
@@ -160,9 +156,9 @@ def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, Flo
     v, jump = impacts.v_before_m_s[known], impacts.velocity_jump_m_s[known]
     side = impacts.side[known].astype(np.float64)
     balls, n = rig.b.size, known.size
-    lost = np.full((1, balls), np.inf)
     nothing = np.zeros((1, balls))
-    beam = _Beam(nothing, nothing, nothing, lost, np.zeros(1), np.zeros((1, n), dtype=np.int64))
+    lost, labels = nothing + np.inf, np.zeros((1, n), dtype=np.int64)
+    beam = _Beam(nothing, nothing, nothing, lost, np.zeros(1), labels)
     confidence = np.zeros(n)
     for j in range(n):
         beam = _advanced(beam, rig, j, t[j], x[j], v[j], jump[j], side[j])
@@ -220,11 +216,8 @@ def _advanced(
     from_jump = rig.mu_spread * np.where(inlier[parent, ball], 0.0, rig.r[ball])
     new_spread = np.abs(rho[parent, ball]) * np.hypot(rig.r_spread, from_jump) + _SPEED_ERROR
     rows = np.arange(order.size)
-    new = _Beam(
-        beam.time[parent].copy(), beam.place[parent].copy(), beam.velocity[parent].copy(),
-        np.where(gone, np.inf, beam.spread)[parent], total[parent, ball],
-        beam.labels[parent].copy(),
-    )  # fmt: skip
+    new = beam.at(parent)
+    new.weight, new.spread = total[parent, ball], np.where(gone, np.inf, beam.spread)[parent]
     new.time[rows, ball], new.place[rows, ball] = t, wall[ball]
     new.velocity[rows, ball], new.spread[rows, ball] = after, new_spread
     new.labels[:, j] = ball
@@ -237,11 +230,7 @@ def _without_twins(beam: _Beam) -> _Beam:
     order = np.lexsort((np.arange(when.shape[0]), *np.sort(when, axis=1).T))
     rows = np.sort(when, axis=1)[order]
     new = np.concatenate([[True], (rows[1:] != rows[:-1]).any(axis=1)])
-    keep = np.sort(order[new])  # histories stand in the order of their weight
-    return _Beam(
-        beam.time[keep], beam.place[keep], beam.velocity[keep], beam.spread[keep],
-        beam.weight[keep], beam.labels[keep],
-    )  # fmt: skip
+    return beam.at(np.sort(order[new]))  # histories stand in the order of their weight
 
 
 def _learnt(
@@ -275,7 +264,7 @@ def _learnt(
 def impacts_of_record(
     record_nc: Path, conditioned_nc: Path, out_csv: Path, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (), test: str = "periodic",
-    settings: Settings | None = None, said: list[tuple[str, str, str]] | None = None,
+    settings: Settings = _AS_BY_DEFAULT, said: list[tuple[str, str, str]] | None = None,
 ) -> Impacts:  # fmt: skip
     """Find the impacts of one record and write them.
 
@@ -300,43 +289,39 @@ def impacts_of_record(
     -------
     Impacts
     """
+    said = [] if said is None else said
     with open_record(Path(record_nc)) as record, open_record(Path(conditioned_nc)) as conditioned:
         impacts = no_impacts()
-        wanted = bool(clearance)
         if record.refused is None and test == "drop":
-            impacts = find_drop(record, conditioned, settings=settings)
-        elif (
-            wanted and record.refused is None and {"acceleration", "displacement"} & {*record.roles}
-        ):
-            impacts = find_impacts(
-                record, conditioned, clearance=clearance, nes_mass=nes_mass,
-                test=test, settings=settings, said=said,
-            )  # fmt: skip
+            impacts = find_drop(record, conditioned, settings)
+        elif record.refused is None and clearance:
+            impacts = _struck(record, conditioned, clearance, nes_mass, test, settings, said)
     write_impacts(out_csv, impacts)
     return impacts
 
 
-def find_impacts(
-    record: RecordView, conditioned: RecordView, *,
-    clearance: Sequence[float] = (), nes_mass: Sequence[float] = (),
-    test: str = "periodic", settings: Settings | None = None,
-    said: list[tuple[str, str, str]] | None = None,
+def _struck(
+    record: RecordView, conditioned: RecordView, clearance: Sequence[float],
+    nes_mass: Sequence[float], test: str, settings: Settings, said: list[tuple[str, str, str]],
 ) -> Impacts:  # fmt: skip
-    """Impacts of an open record; see `impacts_of_record`."""
-    settings = Settings() if settings is None else settings
-    frequency = conditioned.attributes.get("oscillation_hz")
-    motion = float(frequency) if frequency else None
-    sign = 1.0
+    """Impacts of balls in an open record; none where no channel of the mass shows them."""
+    motion, sign = _motion_of(conditioned), 1.0
     if "acceleration" in record.roles:
         found, slopes, sign = _by_pulses(
             record, conditioned, motion, clearance, test, settings, said
         )
-    elif settings.slopes.use and motion:
+    elif "displacement" in record.roles and settings.slopes.use and motion:
         found, slopes = _where_it_bends(record, motion, clearance, said)
     else:
         return no_impacts()
     impacts = _table(found, slopes, sign=sign, start=record.start)
     return attribute(impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion)
+
+
+def _motion_of(conditioned: RecordView) -> float | None:
+    """Frequency of the oscillation, Hz; None where nothing oscillates."""
+    frequency = conditioned.attributes.get("oscillation_hz")
+    return float(frequency) if frequency else None
 
 
 #: Slopes of the displacement at impacts, fitted anew when some of them are left out.
@@ -345,7 +330,7 @@ _Fit = Callable[[Detection], SlopeChanges | None]
 
 def _by_pulses(
     record: RecordView, conditioned: RecordView, motion: float | None, clearance: Sequence[float],
-    test: str, settings: Settings, said: list[tuple[str, str, str]] | None,
+    test: str, settings: Settings, said: list[tuple[str, str, str]],
 ) -> tuple[Detection, SlopeChanges | None, float]:  # fmt: skip
     """Impacts by the acceleration, held against the displacement; its sign and scale beside it."""
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
@@ -371,12 +356,11 @@ def _by_pulses(
     # the release of a mass that was held is a spike as well
     free = float(conditioned.attributes.get(FREE_FROM, 0.0))
     others = others[(others > free + 0.5 / motion) | (free == 0.0)]
-    if others.size and said is not None:
+    if others.size:
         outcome = "warning" if others.size > max(_FEW * found.time.size, 2.0) else "ok"
         said.append(("knocks", outcome, _others_in_words(others, record.start)))
     if slopes is not None and _unresolved(found.jump, slopes):
-        if said is not None:
-            said.append(("aliased", "warning", _UNRESOLVED))
+        said.append(("aliased", "warning", _UNRESOLVED))
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     return found, slopes, sign
 
@@ -432,15 +416,14 @@ def _seen(found: Detection, fit: _Fit, doubt: BoolArray) -> SlopeChanges | None:
     sure = fit(found.keep(~doubt)) if doubt.any() else None
     if slopes is None or sure is None:
         return slopes
-    own = {f.name: getattr(slopes, f.name).copy() for f in fields(slopes)}
-    for name, values in own.items():
-        values[~doubt] = getattr(sure, name)
-    return SlopeChanges(**own)
+    for field in fields(slopes):
+        getattr(slopes, field.name)[~doubt] = getattr(sure, field.name)
+    return slopes
 
 
 def _where_it_bends(
     record: RecordView, frequency: float, clearance: Sequence[float],
-    said: list[tuple[str, str, str]] | None,
+    said: list[tuple[str, str, str]],
 ) -> tuple[Detection, SlopeChanges]:  # fmt: skip
     """Impacts by the displacement alone: bends that are surely there, once all are fitted."""
     x = coarse_displacement(record, frequency)
@@ -460,10 +443,10 @@ def _where_it_bends(
                 found.time, slopes.x, slopes.v_before, slopes.jump, slopes.jump_error,
                 clearance=clearance[0],
             )  # fmt: skip
-            if kept is None and said is not None:
+            if kept is None:
                 said.append(("impacts", "warning", _NO_FLIGHTS))
         if kept is None:
-            found = found.keep(np.zeros(found.time.size, dtype=bool))
+            found = found.keep(np.zeros_like(sure))
         elif kept.all():
             return found, slopes
         else:
@@ -479,30 +462,22 @@ _NO_FLIGHTS = (
 _SURE_BEND, _LOOK = 6.0, 1 << 16  # standard errors of a jump; samples that show a converter
 
 
-def count_impacts(
-    record: RecordView, conditioned: RecordView, *, settings: Settings | None = None
-) -> int:
+def count_impacts(record: RecordView, conditioned: RecordView, settings: Settings) -> int:
     """Impacts in an acceleration, whatever the row says of a ball; none where nothing shows them.
 
     For a record whose row has no clearance: impacts that are there say that a cell is missing.
     """
     if "acceleration" not in record.roles:
         return 0
-    settings = Settings() if settings is None else settings
-    frequency = conditioned.attributes.get("oscillation_hz")
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
-    found = detect(stream, settings.impacts, frequency=float(frequency) if frequency else None)
-    return int(found.time.size)
+    return int(detect(stream, settings.impacts, frequency=_motion_of(conditioned)).time.size)
 
 
-def find_drop(
-    record: RecordView, conditioned: RecordView, *, settings: Settings | None = None
-) -> Impacts:
+def find_drop(record: RecordView, conditioned: RecordView, settings: Settings) -> Impacts:
     """Hits of a dropped ball, in whichever channel there is: only times matter.
 
     Short contacts are found by their template; hits that ring for long, by their onsets.
     """
-    settings = Settings() if settings is None else settings
     role = next((role for role in _HEARD if role in record.roles), None)
     if role is None:
         return no_impacts()
@@ -519,7 +494,6 @@ def stream_of_channel(
 ) -> Stream:
     """The highpassed channel of a record, with what its sensor could not show left out."""
     limits = range_in(conditioned.attributes, role)
-
     kind = "acceleration" if role == "acceleration" else "displacement"
 
     def read(begin: int, end: int) -> FloatArray:

@@ -19,7 +19,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.settings.stages import DropSettings, ImpactSettings
 from vinesexp.signals.impacts.candidates import CHUNK, Stream
-from vinesexp.signals.impacts.detection import Detection, no_detection, normal_cdf
+from vinesexp.signals.impacts.detection import Detection, detection_at, no_detection, normal_cdf
 
 _QUIET = 0.1  # share of the record that is taken as quiet
 _EDGE = 5  # samples that Maeda's criterion keeps on either side
@@ -52,13 +52,10 @@ def detect_onsets(stream: Stream, settings: ImpactSettings, drop: DropSettings) 
     ]
     picked = [_picked(stream, i, int(k), hop) for i, k in zip(clear, tops, strict=True)]
     time, error = (np.array(values) for values in zip(*picked, strict=True))
-    unknown = np.full(time.size, np.nan)
     strength = level[tops] / noise
-    return Detection(
-        time=time, time_error=error, jump=unknown, jump_error=unknown, peak=level[tops],
+    return detection_at(
+        time, 1.0 / stream.sample_rate, noise, time_error=error, peak=level[tops],
         strength=strength, confidence=normal_cdf(strength - settings.threshold),
-        crowded=np.zeros(time.size, dtype=bool), clipped=np.zeros(time.size, dtype=bool),
-        template=None, interval=1.0 / stream.sample_rate, noise=noise,
     )  # fmt: skip
 
 

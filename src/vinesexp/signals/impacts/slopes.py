@@ -81,10 +81,8 @@ def smooth_slope(s: FloatArray, w: float, *, full: bool) -> FloatArray:
     zero, one = np.zeros_like(s), np.ones_like(s)
     columns = [zero, one, -np.sin(w * s), np.cos(w * s)]
     if full:
-        columns += [
-            np.cos(w * s) - w * s * np.sin(w * s),
-            np.sin(w * s) + w * s * np.cos(w * s),
-        ]
+        s = w * s
+        columns += [np.cos(s) - s * np.sin(s), np.sin(s) + s * np.cos(s)]
     return w * np.stack(columns, axis=-1)
 
 
@@ -305,19 +303,16 @@ def slope_changes(
         chosen = np.flatnonzero(fits)
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
-            windows = _windows(x, times, jumps, centre, group, reach, response, full=share > 0.3)
+            where = (times, jumps, centre, group, reach, share > 0.3)
+            windows = _windows(x, response, *where)
             if x.forced:
                 x, forced = _without_forced(x, times, windows, centre[group], reach)
-                windows = _windows(
-                    x, times, jumps, centre, group, reach, response, full=share > 0.3
-                )
+                windows = _windows(x, response, *where)
             if response.w_free is None:
                 # The longest windows there are show how the oscillator answers; twice converges.
                 for _ in range(2):
                     response = _refined(windows, response)
-                    windows = _windows(
-                        x, times, jumps, centre, group, reach, response, full=share > 0.3
-                    )
+                    windows = _windows(x, response, *where)
             _solve(windows, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
     return replace(out, x=out.x + forced[0], v_before=out.v_before + forced[1])
@@ -390,8 +385,8 @@ class _Windows:
 
 
 def _windows(
-    x: Coarse, times: FloatArray, jumps: FloatArray, centre: IntArray, group: IntArray,
-    reach: int, response: JumpResponse, *, full: bool,
+    x: Coarse, response: JumpResponse, times: FloatArray, jumps: FloatArray, centre: IntArray,
+    group: IntArray, reach: int, full: bool,
 ) -> _Windows:  # fmt: skip
     grid = np.arange(-reach, reach + 1)
     local = np.asarray(grid * x.step, dtype=np.float64)

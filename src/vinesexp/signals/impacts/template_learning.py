@@ -415,11 +415,17 @@ def _fit(
     windows: Windows, start: Shape, names: Sequence[str], table: Callable[[Shape], Template]
 ) -> Fit:
     """Gauss-Newton with step halving over the named parameters; chi^2, shape, windows."""
-    first, shape = table(start), start
-    now = place(windows, first, reach=max(math.ceil(start.duration) + 2, first.search))
-    rest, value, slope = residual(now, first)
-    chi2 = float((rest**2).sum())
+
+    def placed(shape: Shape, windows: Windows, reach: int) -> tuple[Fit, tuple[FloatArray, ...]]:
+        """The windows placed by a shape; misfit, template and slope."""
+        template = table(shape)
+        moved = place(windows, template, reach=max(reach, template.search) if reach else 0)
+        parts = residual(moved, template)
+        return (float((parts[0] ** 2).sum()), shape, moved), parts
+
+    best, (rest, value, slope) = placed(start, windows, math.ceil(start.duration) + 2)
     for _ in range(_STEPS):
+        chi2, shape, now = best
         columns = []
         for name in names:
             nudged = replace(shape, **{name: getattr(shape, name) + _NUDGE[name]})
@@ -428,31 +434,17 @@ def _fit(
         matrix = np.stack([column.ravel() for column in columns], axis=1)
         target = projected(rest, value, slope).ravel()
         step = np.asarray(np.linalg.lstsq(matrix, target, rcond=1e-8)[0], dtype=np.float64)
-        factor, improved = 1.0, False
         for _ in range(5):
-            trial = _moved(shape, names, factor * step)
-            template = table(trial)
-            placed = place(now, template, reach=0)
-            new_rest, new_value, new_slope = residual(placed, template)
-            new_chi2 = float((new_rest**2).sum())
-            if new_chi2 < chi2:
-                improved = True
+            best, parts = placed(_moved(shape, names, step), now, 0)
+            if best[0] < chi2:
                 break
-            factor *= 0.4
-        if not improved:
+            step = 0.4 * step
+        else:
+            return chi2, shape, now
+        rest, value, slope = parts
+        if chi2 - best[0] < 1e-3 * best[0]:
             break
-        gained = chi2 - new_chi2
-        shape, now, rest, value, slope, chi2 = (
-            trial,
-            placed,
-            new_rest,
-            new_value,
-            new_slope,
-            new_chi2,
-        )
-        if gained < 1e-3 * chi2:
-            break
-    return chi2, shape, now
+    return best
 
 
 def _moved(shape: Shape, names: Sequence[str], step: FloatArray) -> Shape:
