@@ -96,3 +96,14 @@ def test_contacts_in_the_ringing_of_one_another_keep_their_sizes(apart):
     assert found.place.size == places.size
     assert np.abs(found.place - places).max() < 0.5
     assert np.abs(found.height / heights - 1.0).max() < 0.1
+
+
+@pytest.mark.parametrize("ring", [0.0, 0.1])
+def test_a_stretch_in_which_nothing_stands_out_has_no_contacts(ring):
+    """A sensor that rings elsewhere in its record, and then shows nothing for half a minute."""
+    template = template_of(Shape(4.0, ring=ring), (-20, 60), highpass=100.0, dt=1e-4)
+    found = fit_contacts(
+        np.zeros(5000), np.empty(0, dtype=np.int64), template,
+        noise=np.ones(1), settings=ImpactSettings(),
+    )  # fmt: skip
+    assert (found.place.size, found.crowded.dtype, found.sure.dtype) == (0, bool, bool)

@@ -71,11 +71,6 @@ class Contacts:
     sure: BoolArray
 
 
-def explained_rest(a: FloatArray, contacts: Contacts, template: Template) -> FloatArray:
-    """What fitted contacts leave of an array."""
-    return less(a, contacts.place, contacts.height, template)
-
-
 def fit_contacts(
     a: FloatArray, start: IntArray, template: Template, *,
     noise: FloatArray, settings: ImpactSettings, valid: BoolArray | None = None,
@@ -144,8 +139,6 @@ def _quieter(state: State, rest: FloatArray, box: BoxNoise) -> bool:
 
 def _merge(state: State, threshold: float, seen: IntArray) -> None:
     """Drop contacts that became insignificant or that coincide with a stronger one."""
-    if not state.place.size:
-        return
     keep_only(state, np.argsort(state.place, kind="stable"))
     _, _, _, vv, _, _ = normal_equations(state, seen)
     norm = float(np.sqrt((state.template.at(seen.astype(np.float64))[0] ** 2).sum()))
@@ -167,10 +160,6 @@ def _merge(state: State, threshold: float, seen: IntArray) -> None:
 
 
 def _finished(state: State, seen: IntArray) -> Contacts:
-    if not state.place.size:
-        none = np.empty(0)
-        flags = none.astype(bool)
-        return Contacts(none, none, none, none, none, none, none, flags, flags)
     noise, template = state.noise_at(), state.template
     _, value, slope, vv, vs, ss = normal_equations(state, seen)
     determinant = np.maximum(vv * ss - vs * vs, 1e-300)
@@ -368,7 +357,7 @@ def align_in_turn(state: State, seen: IntArray, *, reach: int) -> None:
     keep_only(state, order)
     apart = np.diff(state.place) > reach + seen[-1] - seen[0]
     chains = np.split(np.arange(order.size), np.flatnonzero(apart) + 1)
-    alone = np.array([c.size == 1 or not state.template.rings for c in chains], dtype=bool)
+    alone = np.array([c.size < 2 or not state.template.rings for c in chains], dtype=bool)
     whole = np.repeat(alone, [c.size for c in chains])
     every = replace(state)
     align(every, seen, reach=reach)
@@ -398,8 +387,6 @@ def _refine(state: State, seen: IntArray) -> float:
 
     Contacts that overlap are moved together, all others each for itself. Returns the largest move.
     """
-    if not state.place.size:
-        return 0.0
     rest = state.residual()
     short = state.clipped & (rest * state.a > 0.0)  # the fit does not even reach the limit
     index, value, slope, vv, vs, ss = normal_equations(state, seen, also=short)
@@ -422,7 +409,7 @@ def _refine(state: State, seen: IntArray) -> float:
                 left -= step @ columns
     state.height = state.height + height_step
     state.place = state.place + np.clip(place_step, -0.5, 0.5)
-    return float(np.abs(place_step).max())
+    return float(np.abs(place_step).max(initial=0.0))
 
 
 def _overlapping(state: State) -> list[IntArray]:
@@ -537,15 +524,13 @@ def split(state: State, near: IntArray, tried: list[float]) -> bool:
 
 def model_errors(state: State) -> FloatArray:
     """Sum of what every contact may differ from the shape, at each sample."""
-    if not state.place.size:
-        return np.zeros(state.a.size)
     lags = np.arange(state.template.first, state.template.last + 1)
     index, _, inside = state.windows(lags)
     model_error = state.template.model_error * np.abs(state.height)[:, np.newaxis] * inside
-    total = np.bincount(index.ravel(), model_error.ravel(), state.a.size)
+    total = np.bincount(index.ravel(), model_error.ravel(), state.a.size).astype(np.float64)
     if state.template.rings:  # an impact just before the record would still ring in it
         tail = np.arange(state.template.core[1], state.template.last + 1)
         envelope = np.maximum.accumulate(np.abs(state.template.at(tail * 1.0)[0])[::-1])[::-1]
         n = min(tail.size, total.size)
-        total[:n] += np.abs(state.height).max() * envelope[:n]
+        total[:n] += np.abs(state.height).max(initial=0.0) * envelope[:n]
     return np.asarray(total)

@@ -628,8 +628,6 @@ def unmoved(
         The acceleration over that of the displacement, by its sign or a factor; s by which the
         displacement is late.
     """
-    if not found.time.size:
-        return np.zeros(0, dtype=bool)
     event = events_of(found.time, frequency=frequency)
     jumps = found.jump / sign
     size = np.maximum(np.bincount(event, np.abs(jumps)), 1e-300)

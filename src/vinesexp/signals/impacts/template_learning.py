@@ -23,7 +23,7 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import STRETCH, Grouped, Piece, Spikes, stretch_noise
-from vinesexp.signals.impacts.matching import Contacts, explained_rest, fit_contacts
+from vinesexp.signals.impacts.matching import Contacts, fit_contacts, less
 from vinesexp.signals.impacts.template import Shape, Template, neighbourhood, template_of
 
 FEW = 5  # whole impacts are enough; with fewer, clipped ones help
@@ -180,24 +180,6 @@ def learnt_alone(
     settings: ImpactSettings,
 ) -> Template:  # fmt: skip
     """The template, from clear impacts that stand alone; `start` itself where there are none."""
-    chosen = _alone(grouped, guesses, spikes, span, start, settings)
-    highpass = grouped.stream.highpass
-    if not chosen:
-        return template_of(start, span, highpass=highpass, dt=grouped.dt)
-    lags = np.arange(span[0], span[1] + 1)
-    stack = np.array([piece.a for piece, _ in chosen])
-    windows = Windows(
-        stack, lags, np.zeros(len(stack)), stack[:, -span[0]],
-        np.array([noise for _, noise in chosen]), np.array([piece.good for piece, _ in chosen]),
-    )  # fmt: skip
-    return learn_template(windows, start, highpass=highpass, dt=grouped.dt)
-
-
-def _alone(
-    grouped: Grouped, guesses: Guesses, spikes: Spikes, span: tuple[int, int], start: Shape,
-    settings: ImpactSettings,
-) -> list[tuple[Piece, float]]:  # fmt: skip
-    """Windows of clear impacts without a neighbour, each with its noise; whole ones preferred."""
     k, first, strength = grouped.k, guesses.index, guesses.strength
     lone = strongest_neighbour(guesses, reach=(span[1] - span[0]) * k) == 0.0
     inside = (first + span[0] * k > 0) & (first + (span[1] + 1) * k < grouped.stream.n)
@@ -206,7 +188,7 @@ def _alone(
     order = order[order.size // 50 :]  # the very strongest may be something else
     lags = np.arange(span[0], span[1] + 1)
     core = np.abs(lags) <= math.ceil(start.duration)
-    whole: list[tuple[Piece, float]] = []
+    whole: list[tuple[Piece, float]] = []  # with their noise
     damaged: list[tuple[Piece, float]] = []
     for i in order[: 4 * settings.learn_from]:
         begin = int(first[i] + span[0] * k)
@@ -217,7 +199,16 @@ def _alone(
             kind.append((piece, float(spikes.noise[stretch] / np.sqrt(k))))
         if len(whole) == settings.learn_from:
             break
-    return whole if len(whole) >= FEW else (whole + damaged)[: settings.learn_from]
+    chosen = whole if len(whole) >= FEW else (whole + damaged)[: settings.learn_from]
+    highpass = grouped.stream.highpass
+    if not chosen:
+        return template_of(start, span, highpass=highpass, dt=grouped.dt)
+    stack = np.array([piece.a for piece, _ in chosen])
+    windows = Windows(
+        stack, lags, np.zeros(len(stack)), stack[:, -span[0]],
+        np.array([noise for _, noise in chosen]), np.array([piece.good for piece, _ in chosen]),
+    )  # fmt: skip
+    return learn_template(windows, start, highpass=highpass, dt=grouped.dt)
 
 
 def learnt_among_neighbours(
@@ -243,7 +234,7 @@ def learnt_among_neighbours(
     best, least = template, math.inf
     for _ in range(_AGAIN):
         found = _fitted(part, template, settings)
-        rest = explained_rest(piece.a, found, template)
+        rest = less(piece.a, found.place, found.height, template)
         left = float((rest[piece.good] ** 2).sum())
         if left >= least:
             break
