@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from benchmarks.detection_scenes import FloatArray, Record
+from benchmarks.streams import stream_of
 
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import continued_line
 from vinesexp.signals.filters import butterworth, settling_samples, zero_phase
-from vinesexp.signals.impacts.candidates import stream_of
 from vinesexp.signals.impacts.detectors import detect
 
 LOW = 157.24  # Hz: twenty times the oscillator's frequency, as `signals.condition` takes it

@@ -37,9 +37,10 @@ from benchmarks.detection_scenes import (
 )
 from benchmarks.detection_score import Score, score
 from benchmarks.detectors_on_records import found_by, highpassed
+from benchmarks.streams import stream_of
 
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import find_spikes, stream_of
+from vinesexp.signals.impacts.candidates import find_spikes
 from vinesexp.signals.impacts.detection import detect_by_template
 
 ROOT = Path(__file__).resolve().parent.parent

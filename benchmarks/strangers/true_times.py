@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
@@ -20,8 +20,8 @@ def read_at_true_times(
     sample_rate: float | None = None,
 ) -> tuple[FloatArray, dict[str, FloatArray]]:  # fmt: skip
     """Times (s) and samples by role, SI; the integral of a velocity is on even times."""
-    rate, start, values = read_channels(path, channels, time=time, sample_rate=sample_rate)
-    samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+    rate, start, values = read_channels(path, Setup(channels, time=time, sample_rate=sample_rate))
+    samples = Samples(open_source(path), Setup(channels, time=time, sample_rate=sample_rate))
     samples.whole()  # whether the clock is even is known at its end
     if samples.uneven and "velocity" not in samples.quantities.values():
         blocks = list(samples.as_measured())

@@ -23,6 +23,20 @@ def runs_of(chosen: BoolArray) -> list[tuple[int, int]]:
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
+def add_run(runs: list[tuple[int, int]], first: int, end: int) -> None:
+    """Append a run that begins after all others, as one with the last where the two touch.
+
+    Examples
+    --------
+    >>> runs = [(0, 2)]
+    >>> add_run(runs, 2, 4), add_run(runs, 6, 7), runs
+    (None, None, [(0, 4), (6, 7)])
+    """
+    if runs and first <= runs[-1][1]:
+        first, end = runs[-1][0], max(end, runs.pop()[1])
+    runs.append((first, end))
+
+
 def usually_held(x: FloatArray) -> int:
     """For how many samples a channel usually keeps its value: 1, but of a sensor of its own rate.
 

@@ -8,7 +8,7 @@ import pytest
 from vinesexp.errors import RecordError, VinesexpError, shown
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.signals.channel_agreement import compare_channels
 
@@ -31,7 +31,7 @@ def test_a_text_file_is_looked_at_and_refused_in_a_line(name, tmp_path):
         view_file(path)
     for time in (None, TimeColumn(0, "s", 1.0)):
         with pytest.raises(RecordError):
-            read_channels(path, {"displacement": LASER}, time=time)
+            read_channels(path, Setup({"displacement": LASER}, time=time))
 
 
 def test_a_message_holds_nothing_that_a_console_obeys(tmp_path):

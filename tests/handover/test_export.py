@@ -12,7 +12,7 @@ import scipy.io
 
 from vinesexp.cli import main
 from vinesexp.records.campaign.load import load_campaign
-from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.campaign.schema import Channel, Setup
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.result_columns import IDENTIFIED, IMPACTS, RECORD_REGIMES
 from vinesexp.records.stored.store import RecordWriter, write_refused
@@ -112,7 +112,7 @@ def test_universal_files_come_back_through_the_reader(results, tmp_path):
     out = tmp_path / "out"
     assert main(["export", str(results), str(out), "--format", "uff"]) == 0
     channel = Channel("acceleration", 1, "acceleration", 1.0, unit="m/s^2", sensitivity=False)
-    rate, start, values = read_channels(out / "b34.uff", {"acceleration": channel})
+    rate, start, values = read_channels(out / "b34.uff", Setup({"acceleration": channel}))
     assert (rate, start) == (pytest.approx(RATE), pytest.approx(0.25))
     np.testing.assert_allclose(values["acceleration"], A, rtol=1e-6, atol=1e-5)
 

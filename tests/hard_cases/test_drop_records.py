@@ -9,7 +9,7 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
@@ -112,7 +112,7 @@ def test_noise_and_hum_hold_no_hit(tmp_path: Path) -> None:
 def test_a_real_shock_taken_for_a_drop_gives_no_r(name: str, column: str, tmp_path: Path) -> None:
     role = Channel("acceleration", column, "acceleration", 9.80665, unit="g", sensitivity=False)
     times = TimeColumn("time", "s", 1.0)
-    rate, _, values = read_channels(REAL / f"{name}.lvm", {"acceleration": role}, time=times)
+    rate, _, values = read_channels(REAL / f"{name}.lvm", Setup({"acceleration": role}, time=times))
     found = found_in(np.asarray(values["acceleration"]), tmp_path, rate=rate)
     with pytest.raises(AnalysisError):
         restitution_of_bounces(found.time_s, found.time_error_s)

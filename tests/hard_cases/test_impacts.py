@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.streams import stream_of
 from tests.signals.contacts import coarsen
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
@@ -15,7 +16,6 @@ from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.candidates import stream_of
 from vinesexp.signals.impacts.detection import Detection, detect_by_template
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts

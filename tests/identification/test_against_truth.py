@@ -112,10 +112,8 @@ def test_regimes_are_those_of_the_clearance(analysed):
 
 
 def test_a_release_reaches_its_levels_in_order(analysed):
-    rows = decay_times(
-        analysed.campaign.record("released"),
-        conditioned=analysed.folder / "conditioned/released.nc",
-    )
+    with open_record(analysed.folder / "conditioned/released.nc") as view:
+        rows = decay_times(analysed.campaign.record("released"), conditioned=view)
     assert [row["target_m"] for row in rows] == pytest.approx([0.01, 0.005, 0.003, 0.002])
     times = [row["time_s"] for row in rows[:3]]
     assert times == sorted(times)

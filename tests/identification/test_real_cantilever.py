@@ -11,7 +11,7 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.ringdown import fit_ringdown
-from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.campaign.schema import Channel, Setup
 from vinesexp.records.instrument.ingest import read_channels
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real/cantilever_lvm"
@@ -28,7 +28,7 @@ def acceleration(request):
     channel = Channel(
         "acceleration", "Accelerat*", "acceleration", 9.80665, unit="g", sensitivity=False
     )
-    rate, _, values = read_channels(path, {"acceleration": channel})
+    rate, _, values = read_channels(path, Setup({"acceleration": channel}))
     return rate, values["acceleration"]
 
 

@@ -8,7 +8,7 @@ from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers.unread import known_by_sight
 
@@ -149,7 +149,7 @@ def test_names_that_differ_in_case_are_one_channel(tmp_path):
     assert "optional" not in text
     channels = {"displacement": Channel("displacement", "Laser", "displacement", 1.0)}
     time = TimeColumn("T", "s", 1.0)
-    *_, values = read_channels(tmp_path / "b.csv", channels, time=time)
+    *_, values = read_channels(tmp_path / "b.csv", Setup(channels, time=time))
     np.testing.assert_allclose(values["displacement"], x, atol=1e-6)
 
 
@@ -378,6 +378,6 @@ def test_row_numbers_called_times_leave_the_rate_to_the_header(name, tmp_path):
     path.write_text(f"Sampling rate: 2000 Hz\n{name},x (mm)\n{rows}\n")
     seconds = TimeColumn(0, "s", 1.0)
     channel = {"displacement": Channel("displacement", 1, "displacement", 1e-3, unit="mm")}
-    rate, *_ = read_channels(path, channel, time=seconds)
+    rate, *_ = read_channels(path, Setup(channel, time=seconds))
     assert rate == pytest.approx(2000.0)
     assert view_file(path).rate == 2000.0

@@ -20,7 +20,7 @@ from vinesexp.records.campaign.description import (
 )
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.records_csv import COLUMNS, PEOPLE
-from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, TESTS, Channel, TimeColumn
+from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, TESTS, Channel, Setup, TimeColumn
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
@@ -65,7 +65,7 @@ def test_the_text_of_every_maker_is_read_as_said(columns, rate, text, tmp_path):
     time = None
     if rate == "time 0":
         time, rate = TimeColumn(source.columns[0].name, "s", 1.0), "1000 Hz"
-    found_rate, _, values = read_channels(path, {"displacement": channel}, time=time)
+    found_rate, _, values = read_channels(path, Setup({"displacement": channel}, time=time))
     assert f"{found_rate:.4g} Hz" == rate or f"{found_rate:.0f} Hz" == rate
     assert len(values["displacement"]) >= 3
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from benchmarks.streams import stream_of
+
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import stream_of
 from vinesexp.signals.impacts.detection import Detection, detect_by_template
 from vinesexp.signals.impacts.slopes import POINTS, Coarse
 from vinesexp.signals.means import block_means, group_size

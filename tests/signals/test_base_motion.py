@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import RecordWriter
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.base_motion import base_motion, base_rows
 
 RATE, F, G = 1000.0, 7.862, 0.25e-3
@@ -86,9 +86,10 @@ def test_row_of_a_record(tmp_path, monkeypatch):
     monkeypatch.setattr("vinesexp.signals.means._BLOCK", 700)  # read by blocks
     write(tmp_path / "a.nc", -(W**2) * sine(0.9 * G), "acceleration")
     write(tmp_path / "c.nc", np.zeros(10), "acceleration", oscillation_hz=F)
-    paths = {"measured": tmp_path / "a.nc", "conditioned": tmp_path / "c.nc"}
-    (row,) = base_rows(Record("a", tmp_path, "periodic"), **paths)
+    with open_record(tmp_path / "a.nc") as measured, open_record(tmp_path / "c.nc") as conditioned:
+        views = {"measured": measured, "conditioned": conditioned}
+        (row,) = base_rows(Record("a", tmp_path, "periodic"), **views)
+        assert base_rows(Record("a", tmp_path, "transient"), **views) == []
     assert row["record"] == "a"
     assert row["amplitude_m"] == pytest.approx(0.9 * G, rel=1e-3)
     assert row["frequency_hz"] == pytest.approx(F, rel=1e-6)
-    assert base_rows(Record("a", tmp_path, "transient"), **paths) == []

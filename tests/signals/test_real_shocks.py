@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.signals.contacts import detect_contacts
 
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.settings.stages import ImpactSettings
@@ -23,7 +23,9 @@ def conditioned(name: str, column: str, folder: Path) -> tuple[Path, Path]:
     """The record and its bandpassed twin; without displacement no oscillation is known."""
     role = Channel("acceleration", column, "acceleration", 9.80665, unit="g", sensitivity=False)
     times = TimeColumn("time", "s", 1.0)
-    rate, start, values = read_channels(REAL / f"{name}.lvm", {"acceleration": role}, time=times)
+    rate, start, values = read_channels(
+        REAL / f"{name}.lvm", Setup({"acceleration": role}, time=times)
+    )
     record, filtered = folder / "record.nc", folder / "conditioned.nc"
     kinds = {"acceleration": "acceleration"}
     with RecordWriter(record, sample_rate=rate, start=start, quantities=kinds) as writer:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import RecordWriter
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.impacts.impact_table import no_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.regimes import shown_by_record
@@ -78,7 +78,8 @@ def test_a_start_from_rest_does_not_count(tmp_path: Path) -> None:
         ) as writer:  # fmt: skip
             writer.append({"displacement": long[:25000]})
     record = Record("r", tmp_path / "r.csv", "periodic", (0.034,), base_amplitude=0.25e-3)
-    shown = shown_by_record(record, conditioned=tmp_path / "c.nc", impacts=no_impacts())
+    with open_record(tmp_path / "c.nc") as view:
+        shown = shown_by_record(record, conditioned=view, impacts=no_impacts())
     (row,) = shown["regime"]
     assert row["amplitude_mean_m"] == pytest.approx(settled, rel=0.005)
     assert abs(row["amplitude_mean_m"] - settled) < 2.5 * row["amplitude_error_m"]

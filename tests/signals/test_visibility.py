@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp import Harmonic
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import RecordWriter
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.regimes import shown_by_record
@@ -22,7 +22,8 @@ def regime(channels: dict[str, np.ndarray], rate: float, folder: Path, *, b: flo
     condition(folder / "r.nc", folder / "c.nc", f0_hint=F0)
     record = Record("r", folder / "r.csv", "periodic", clearance=(b,))
     found = impacts_of_record(folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(b,))
-    shown = shown_by_record(record, conditioned=folder / "c.nc", impacts=found)
+    with open_record(folder / "c.nc") as view:
+        shown = shown_by_record(record, conditioned=view, impacts=found)
     said[:] = [check for check, _, _ in shown["checks"]]
     return shown["regime"][0], found
 

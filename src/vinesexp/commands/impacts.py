@@ -16,7 +16,7 @@ from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.identification.bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.proposal.kind_of_test import oscillates
-from vinesexp.records.campaign.schema import Campaign, Channel, Record, TimeColumn
+from vinesexp.records.campaign.schema import Campaign, Channel, Record, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import (
     channel_of,
     instrument_rate,
@@ -149,7 +149,7 @@ def _test(
     if "displacement" in channels:
         return "periodic"
     only = {"acceleration": channels["acceleration"]}
-    found_rate, _, values = read_channels(path, only, time=time, sample_rate=rate)
+    found_rate, _, values = read_channels(path, Setup(only, time=time, sample_rate=rate))
     if bounces_heard(values["acceleration"], found_rate) is not None:
         return "drop"
     return "periodic" if oscillates(values["acceleration"]) else "drop"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.channel_section import read_channel_entry, read_time
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.campaign.yamltree import Section
 from vinesexp.whole_files import digest_of_file
 
@@ -80,7 +80,7 @@ class BaseRecord:
         path = self.folder / self.file
         try:
             rate, _, values = read_channels(
-                path, {"base": self.channel}, time=self.time, sample_rate=self.sample_rate
+                path, Setup({"base": self.channel}, time=self.time, sample_rate=self.sample_rate)
             )
         except RecordError as error:
             # The readers name the files of a measured campaign; here all is in the scene.

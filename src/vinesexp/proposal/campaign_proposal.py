@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from itertools import takewhile
 from pathlib import Path
 
 from vinesexp.proposal.file_names import Reading, read_name
@@ -283,17 +284,15 @@ def with_joined_channels(files: Sequence[FileView]) -> list[FileView]:
         groups.setdefault((file.path.parent, bare, file.path.suffix), []).append(file)
     found = []
     for group in groups.values():
-        labels = [
-            label_of(c) for f in group for c in f.columns if c.kind not in ("time", "counter")
-        ]
+        own = [[c for c in f.columns if c.kind not in ("time", "counter")] for f in group]
+        labels = [label_of(column) for some in own for column in some]
         same = len({file.rate for file in group}) == 1 and len(labels) == len(set(labels))
         if len(group) == 1 or not same:
             found += group
             continue
-        first = group[0]
-        more = [c for f in group[1:] for c in f.columns if c.kind not in ("time", "counter")]
+        columns = (*group[0].columns, *(column for some in own[1:] for column in some))
         paths = tuple(file.path for file in group[1:])
-        found.append(replace(first, columns=(*first.columns, *more), more_paths=paths))
+        found.append(replace(group[0], columns=columns, more_paths=paths))
     return sorted(found, key=lambda file: file.path)
 
 
@@ -301,10 +300,9 @@ def _pattern(names: Sequence[str], label: str = "", every: Sequence[Sequence[str
     """The shortest pattern that fits every name and, in each file, nothing else."""
     if len(names) == 1:
         return names[0]
-    if not label and not _shared(names):
-        ends = _shared([name[::-1] for name in names])[::-1]
-        return f"*{ends}"
     label = label or _shared(names)
+    if not label:
+        return f"*{_shared([name[::-1] for name in names])[::-1]}"
     for pattern in (f"{label}*", f"*{label}", f"*{label}*"):
         fits = all(fnmatchcase(name, pattern) for name in names)
         if fits and all(sum(fnmatchcase(n, pattern) for n in file) <= 1 for file in every):
@@ -313,10 +311,9 @@ def _pattern(names: Sequence[str], label: str = "", every: Sequence[Sequence[str
 
 
 def _shared(names: Sequence[str]) -> str:
-    first = min(names, key=len)
-    lengths = range(len(first), 0, -1)
-    length = next((k for k in lengths if all(n[:k] == first[:k] for n in names)), 0)
-    return first[:length]
+    """The letters that all names begin with."""
+    alike = takewhile(lambda letters: len({*letters}) == 1, zip(*names, strict=False))
+    return "".join(letters[0] for letters in alike)
 
 
 def _written(path: Path) -> str:

@@ -10,6 +10,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.identification.bounces import bounces_heard
 from vinesexp.proposal.roles import Guess, common_frequency, label_of, levels_of_pieces, stands_out
 from vinesexp.proposal.survey import ColumnView, FileView
+from vinesexp.signals.impacts.candidates import louder
 from vinesexp.units import UNITS
 
 OPEN = "?"  # stands where a person has to fill in; no value is read from it
@@ -238,11 +239,9 @@ def has_shocks(values: FloatArray, period: int = 0) -> bool:
     whole = len(second) // size * size
     parts = second[:whole].reshape(-1, size)
     spread = 1.4826 * np.median(parts, axis=1)
-    # A window that is quiet between two loud ones is no surrounding of its own.
-    padded = np.concatenate((spread[:1], spread, spread[-1:]))
-    around = np.maximum(np.maximum(padded[:-2], padded[2:]), spread)
     floor = max(1e-12 * float(np.ptp(values)), step)
-    tall = parts > _BRIEF * np.maximum(around, floor)[:, np.newaxis]
+    # A window that is quiet between two loud ones is no surrounding of its own.
+    tall = parts > _BRIEF * np.maximum(louder(spread), floor)[:, np.newaxis]
     return int(tall.any(axis=1).sum()) >= _SHOCKS or int(tall.sum()) >= 4 * _SHOCKS
 
 
@@ -285,7 +284,6 @@ def oscillates(values: FloatArray, share: float = 0.1) -> bool:
     frequencies, amplitudes = column.spectrum
     if not stands_out(column):
         return False
-    power = amplitudes**2
-    peak = column.peak()[0]
+    power, peak = amplitudes**2, column.peak()[0]
     near = np.abs(frequencies - peak) <= 0.05 * peak + 2.0 / len(values)
     return bool(power[near].sum() > share * power[1:].sum())

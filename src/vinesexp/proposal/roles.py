@@ -9,6 +9,7 @@ others decay and keeps its amplitude where they beat; a hammer's force is a puls
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -268,12 +269,9 @@ def _other_axes(places: Places) -> Iterator[Indication]:
 
 def _heard(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Indication]:
     """A microphone: WAV files in most of which a ball bounces."""
-    if "sound" in taken:
-        return []
+    heard = (label for label, at in rest.items() if "sound" not in taken and _is_heard(at))
     words = "it holds hits whose distances shrink"
-    return [Indication(label, "sound", _SHOWN, words) for label in rest if _is_heard(rest[label])][
-        :1
-    ]
+    return [Indication(label, "sound", _SHOWN, words) for label in itertools.islice(heard, 1)]
 
 
 def _is_heard(at: Sequence[tuple[FileView, ColumnView]]) -> bool:

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple, dataclass
-from pathlib import Path
 
 import numpy as np
 
 from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_columns import BASE
-from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import channel_means, group_size
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
@@ -181,26 +180,20 @@ def _line(phase: FloatArray) -> tuple[float, float]:
 
 
 def base_rows(
-    record: Record, *, measured: Path, conditioned: Path
+    record: Record, *, measured: RecordView, conditioned: RecordView
 ) -> list[dict[str, str | float | None]]:
     """The row of base.csv of a periodic test; none without a base channel, or for a base at rest.
 
     Parameters
     ----------
     record : Record
-    measured, conditioned : Path
-        records/<id>.nc and conditioned/<id>.nc.
+    measured, conditioned : RecordView
+        As measured, and bandpassed.
     """
-    if record.test != "periodic":
+    frequency = conditioned.oscillation
+    if record.test != "periodic" or not frequency or "base" not in measured.roles:
         return []
-    with open_record(conditioned) as view:
-        frequency = view.attributes.get("oscillation_hz")
-    if not frequency:
-        return []
-    with open_record(measured) as view:
-        if view.refused is not None or "base" not in view.roles:
-            return []
-        found = base_of(view, frequency=float(frequency))
+    found = base_of(measured, frequency=frequency)
     if found is None:
         return []
     return [{"record": record.id, **dict(zip(BASE.names[1:], astuple(found), strict=True))}]

@@ -12,6 +12,8 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.records.stored.store import RecordView
 
+#: Of a range what stands among the attributes of a file, and its name there.
+_STORED = {"resolution": "resolution", "low": "range_low", "high": "range_high"}
 _LOOK = 1 << 16  # samples whose differences show the resolution
 _MOVES = 3.0  # steps of the converter by which a signal goes on where it repeats no value by chance
 
@@ -23,7 +25,7 @@ class Range:
     `low` and `high` are infinite where nothing is clipped.
     """
 
-    resolution: float
+    resolution: float = 0.0
     low: float = -math.inf
     high: float = math.inf
 
@@ -37,18 +39,13 @@ class Range:
 
     def as_attributes(self, role: str) -> dict[str, object]:
         """For the attributes of a file; `range_in` reads them."""
-        names = ("resolution", "range_low", "range_high")
-        values = (self.resolution, self.low, self.high)
-        return {f"{role}_{name}": value for name, value in zip(names, values, strict=True)}
+        return {f"{role}_{name}": getattr(self, own) for own, name in _STORED.items()}
 
 
 def range_in(attributes: Mapping[str, Any], role: str) -> Range:
     """The range of a channel that was written into a file's attributes; unknown: not clipped."""
-    return Range(
-        float(attributes.get(f"{role}_resolution", 0.0)),
-        float(attributes.get(f"{role}_range_low", -math.inf)),
-        float(attributes.get(f"{role}_range_high", math.inf)),
-    )
+    stored = {own: attributes.get(f"{role}_{name}") for own, name in _STORED.items()}
+    return Range(**{own: float(value) for own, value in stored.items() if value is not None})
 
 
 def resolution_of(x: np.ndarray) -> float:

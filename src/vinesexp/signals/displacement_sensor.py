@@ -24,7 +24,7 @@ from scipy.special import ndtr
 
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.channel_agreement import PhaseLaw, law_in
 from vinesexp.signals.corrections import Correction, correct, samples_of
@@ -86,14 +86,16 @@ def set_right(path: Path, record: Record) -> list[Check]:
         Its row: id, test and frequency.
     """
     checks: list[Check] = []
-    left: list[Mend] = [_beside_base, _coupled, _slow]
+    coupled = partial(_coupled, released=record.test in _RELEASED)
+    left: list[Mend] = [_beside_base, coupled, _slow]
     while found := correct(path, record, partial(_correction, left)):
         checks += found
     return checks
 
 
-Mended = tuple[Check, Iterator[FloatArray]]
-Mend = Callable[[RecordView, Record, PhaseLaw | None, float], Mended | None]
+#: What is said (check, outcome, detail), and the displacement set right.
+Mended = tuple[tuple[str, Outcome, str], Iterator[FloatArray]]
+Mend = Callable[[RecordView, PhaseLaw | None, float], Mended | None]
 
 
 def _correction(
@@ -104,14 +106,12 @@ def _correction(
         return None
     law = law_in(view, frequency=frequency) if left else None
     while left:
-        if (found := left.pop(0)(view, record, law, frequency)) is not None:
-            return Correction([found[0]], {_DISPLACEMENT: found[1]})
+        if (found := left.pop(0)(view, law, frequency)) is not None:
+            return Correction([Check(record.id, *found[0])], {_DISPLACEMENT: found[1]})
     return None
 
 
-def _beside_base(
-    view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
-) -> Mended | None:
+def _beside_base(view: RecordView, law: PhaseLaw | None, frequency: float) -> Mended | None:
     """The displacement in space, of a sensor that stands on the table.
 
     The acceleration is that of displacement and base together, which differs at the oscillation
@@ -137,11 +137,11 @@ def _beside_base(
         "the displacement is that of the mass beside the table, not in space: the base was added. "
         "Put the sensor on the floor"
     )
-    return Check(record.id, "relative", "warning", detail), blocks
+    return ("relative", "warning", detail), blocks
 
 
 def _coupled(
-    view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
+    view: RecordView, law: PhaseLaw | None, frequency: float, *, released: bool
 ) -> Mended | None:
     """The displacement without its AC coupling.
 
@@ -150,7 +150,6 @@ def _coupled(
     accelerometer's axis, which is more common, looks the same at the oscillation: the lines above
     have to exclude it, as those of a motion that decays do not.
     """
-    released = record.test in _RELEASED
     corner = _of_release(view, frequency) if released else None
     if corner is None:
         if (
@@ -166,9 +165,8 @@ def _coupled(
         "integral of a velocity), which turns its phase and takes its middle away: put back. "
         "Record it DC-coupled"
     )
-    slight = corner <= _SLIGHT * frequency
-    check = Check(record.id, "coupling", "ok" if slight else "warning", detail)
-    return check, _without_coupling(view, corner)
+    outcome: Outcome = "ok" if corner <= _SLIGHT * frequency else "warning"
+    return ("coupling", outcome, detail), _without_coupling(view, corner)
 
 
 def _of_release(view: RecordView, frequency: float) -> float | None:
@@ -205,9 +203,7 @@ def _without_coupling(view: RecordView, corner: float) -> Iterator[FloatArray]:
         yield x + whole
 
 
-def _slow(
-    view: RecordView, record: Record, law: PhaseLaw | None, frequency: float
-) -> Mended | None:
+def _slow(view: RecordView, law: PhaseLaw | None, frequency: float) -> Mended | None:
     """The displacement as fast as the acceleration."""
     if law is None or law.spread < max(_SURE * law.spread_error, _LEAST**2):
         return None
@@ -216,7 +212,7 @@ def _slow(
         "average, a filter, or a sensor of its own rate): what it leaves out beside impacts was "
         "added from the acceleration"
     )
-    return Check(record.id, "slow sensor", "ok", detail), _quickened(view, law)
+    return ("slow sensor", "ok", detail), _quickened(view, law)
 
 
 def _quickened(view: RecordView, law: PhaseLaw) -> Iterator[FloatArray]:

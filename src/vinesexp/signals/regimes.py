@@ -18,7 +18,6 @@ import json
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -361,14 +360,16 @@ def largest_running_mean(
     return float(means.max()) if means.size else None
 
 
-def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> dict[str, list[Any]]:
+def shown_by_record(
+    record: Record, *, conditioned: RecordView, impacts: Impacts
+) -> dict[str, list[Any]]:
     """Regime and amplitude of a record; of a sweep its bands, of a release where balls are lost.
 
     Parameters
     ----------
     record : Record
-    conditioned : Path
-        conditioned/<id>.nc.
+    conditioned : RecordView
+        Bandpassed.
     impacts : Impacts
         Of the record.
 
@@ -390,16 +391,15 @@ def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> d
     row = unknown_regime(record)
     checks: list[Any] = []
     shown = {"regime": [row], "bands": [], "transitions": [], "checks": checks}
-    with open_record(conditioned) as view:
-        frequency = view.attributes.get("oscillation_hz")
-        if view.refused is not None or "displacement" not in view.roles or not frequency:
-            return shown
-        time, amplitude = _amplitudes(view, float(frequency))
-        length, start, free = view.n / view.sample_rate, view.start, _free(view)
-        base = swept(view, float(frequency)) if record.test == "sweep" else None
+    view, frequency = conditioned, conditioned.oscillation
+    if "displacement" not in view.roles or not frequency:
+        return shown
+    time, amplitude = _amplitudes(view, frequency)
+    length, start, free = view.n / view.sample_rate, view.start, _free(view)
+    base = swept(view, frequency) if record.test == "sweep" else None
     if amplitude.size == 0:
         return shown
-    period = 1.0 / float(frequency)
+    period = 1.0 / frequency
     settings = record.settings.regimes
     begin = settings.settling * length if record.test == "periodic" else free
     row["length_s"] = length
@@ -422,7 +422,7 @@ def shown_by_record(record: Record, *, conditioned: Path, impacts: Impacts) -> d
         row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
     if not record.clearance:
         return shown
-    if not _seen(record, conditioned, impacts, length / period):
+    if not _seen(record, view, impacts, frequency):
         if not impacts.n and record.test != "sweep":
             checks.append(_NOTHING_SEEN)
         return shown
@@ -499,14 +499,13 @@ _NOTHING_SEEN: Said = "ball", "warning", (
 )  # fmt: skip
 
 
-def _seen(record: Record, conditioned: Path, impacts: Impacts, cycles: float) -> bool:
+def _seen(record: Record, view: RecordView, impacts: Impacts, frequency: float) -> bool:
     """Whether the record would show impacts if there were any: what is not seen is unknown."""
+    cycles = view.n / view.sample_rate * frequency
     if impacts.n > record.settings.regimes.seen_share * cycles:
         return True
-    with open_record(conditioned) as view:
-        frequency = float(view.attributes["oscillation_hz"])
-        expected = expected_jump(min(record.clearance), frequency, record.settings)
-        return smallest_jump(view, record.settings) < expected
+    expected = expected_jump(min(record.clearance), frequency, record.settings)
+    return smallest_jump(view, record.settings) < expected
 
 
 def unknown_regime(record: Record) -> Row:
@@ -515,14 +514,14 @@ def unknown_regime(record: Record) -> Row:
     return {"record": record.id, **dict.fromkeys(columns)}
 
 
-def decay_times(record: Record, *, conditioned: Path) -> list[Row]:
+def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
     """Rows of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`.
 
     Parameters
     ----------
     record : Record
-    conditioned : Path
-        conditioned/<id>.nc.
+    conditioned : RecordView
+        Bandpassed.
 
     Returns
     -------
@@ -530,22 +529,20 @@ def decay_times(record: Record, *, conditioned: Path) -> list[Row]:
         ``record``, ``target_m`` and ``time_s`` (None: not reached within the record); none for a
         record that is no release.
     """
-    if record.test != "transient":
+    frequency = conditioned.oscillation
+    if record.test != "transient" or "displacement" not in conditioned.roles or not frequency:
         return []
-    with open_record(conditioned) as view:
-        frequency = view.attributes.get("oscillation_hz")
-        if view.refused is not None or "displacement" not in view.roles or not frequency:
-            return []
-        time, amplitude = _amplitudes(view, float(frequency))
-        time = time - _free(view)
+    time, amplitude = _amplitudes(conditioned, frequency)
+    time = time - _free(conditioned)
     if not np.isfinite(amplitude).any():
         return []
     # a release that was not written down has round levels, which others by the same hand share
     release = abs(record.release or float(f"{np.nanmax(amplitude):.2g}"))
-    reached = {share * release: time_to_level(time, amplitude, share * release) for share in LEVELS}
+    targets = [share * release for share in LEVELS]
+    reached = [time_to_level(time, amplitude, target) for target in targets]
     return [
         {"record": record.id, "target_m": target, "time_s": t if math.isfinite(t) else None}
-        for target, t in reached.items()
+        for target, t in zip(targets, reached, strict=True)
     ]
 
 
@@ -658,9 +655,8 @@ def rows_or_refuse(
             clearance=record.clearance, nes_mass=nes_mass, test=record.test,
             settings=record.settings, said=said,
         )  # fmt: skip
-        rows.update(
-            rows_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
-        )
+        with open_record(measured) as raw, open_record(conditioned) as view:
+            rows.update(rows_of_record(record, measured=raw, conditioned=view, impacts=impacts))
         rows["checks"] += said
     out = paths.regime(record.id)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -669,7 +665,7 @@ def rows_or_refuse(
 
 
 def rows_of_record(
-    record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
+    record: Record, *, measured: RecordView, conditioned: RecordView, impacts: Impacts
 ) -> dict[str, Any]:
     """What a record shows, by table: a list of rows each."""
     shown = shown_by_record(record, conditioned=conditioned, impacts=impacts)
@@ -677,18 +673,16 @@ def rows_of_record(
     return shown | {
         "base": base_rows(record, measured=measured, conditioned=conditioned),
         "times": decay_times(record, conditioned=conditioned),
-        "evidence": _evidence(record, measured=measured, conditioned=conditioned),
+        "evidence": _evidence(record, measured, conditioned),
         "checks": checks,
     }
 
 
-def _evidence(record: Record, *, measured: Path, conditioned: Path) -> dict[str, Any]:
+def _evidence(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, Any]:
     """What the record shows of cells that its row leaves empty (`missing_cells.py`)."""
-    with open_record(measured) as raw, open_record(conditioned) as view:
-        frequency = view.attributes.get("oscillation_hz")
-        shown: dict[str, Any] = {"frequency": float(frequency) if frequency else None}
-        if not record.clearance and record.test in WITH_BALL and raw.refused is None:
-            shown["impacts"] = count_impacts(raw, view, record.settings)
+    shown: dict[str, Any] = {"frequency": conditioned.oscillation}
+    if not record.clearance and record.test in WITH_BALL and measured.refused is None:
+        shown["impacts"] = count_impacts(measured, conditioned, record.settings)
     return shown
 
 

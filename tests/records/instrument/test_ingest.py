@@ -10,7 +10,7 @@ from scipy.io import wavfile
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.load import load_campaign
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse, read_channels
 from vinesexp.records.instrument.samples import find_column
 from vinesexp.records.readers import open_source
@@ -106,21 +106,23 @@ def test_the_size_of_the_blocks_plays_no_part(rows, tmp_path, monkeypatch):
     (tmp_path / "a.csv").write_text("\n".join(lines))
     blocks = TextSource.blocks
     monkeypatch.setattr(TextSource, "blocks", lambda self, c, rows=rows: blocks(self, c, rows))
-    rate, start, values = read_channels(tmp_path / "a.csv", campaign.channels, time=campaign.time)
+    rate, start, values = read_channels(
+        tmp_path / "a.csv", Setup(campaign.channels, time=campaign.time)
+    )
     assert (rate, start) == (RATE, 2 / RATE)
     np.testing.assert_allclose(values["displacement"], X[2:-1], rtol=1e-7, atol=1e-11)
     # A hole of one channel in the middle is a gap of this one, wherever the blocks end.
     for line in (70, 71, 72):
         lines[line] = lines[line].rsplit(",", 1)[0] + ","
     (tmp_path / "a.csv").write_text("\n".join(lines))
-    values = read_channels(tmp_path / "a.csv", campaign.channels, time=campaign.time)[2]
+    values = read_channels(tmp_path / "a.csv", Setup(campaign.channels, time=campaign.time))[2]
     empty = {role: np.flatnonzero(np.isnan(x)).tolist() for role, x in values.items()}
     assert empty == {"base": [], "displacement": [], "acceleration": [67, 68, 69]}
     # One of all channels is refused.
     lines[70] = lines[70].split(",", 1)[0] + ",,,"
     (tmp_path / "a.csv").write_text("\n".join(lines))
     with pytest.raises(RecordError, match="line 71, column CH1: empty or NaN"):
-        read_channels(tmp_path / "a.csv", campaign.channels, time=campaign.time)
+        read_channels(tmp_path / "a.csv", Setup(campaign.channels, time=campaign.time))
 
 
 def test_rows_missing_through_whole_blocks_are_trimmed(tmp_path, monkeypatch):
@@ -131,7 +133,7 @@ def test_rows_missing_through_whole_blocks_are_trimmed(tmp_path, monkeypatch):
     monkeypatch.setattr(TextSource, "blocks", lambda self, c, rows=10: blocks(self, c, rows))
     channel = Channel("displacement", "x", "displacement", 1.0, unit="m", sensitivity=False)
     rate, start, values = read_channels(
-        path, {"displacement": channel}, time=TimeColumn("t", "s", 1.0)
+        path, Setup({"displacement": channel}, time=TimeColumn("t", "s", 1.0))
     )
     assert (rate, start) == (1.0, 25.0)
     np.testing.assert_array_equal(values["displacement"], np.arange(25.0, 60.0))
@@ -140,7 +142,7 @@ def test_rows_missing_through_whole_blocks_are_trimmed(tmp_path, monkeypatch):
 def test_times_in_other_units_are_converted(tmp_path):
     write(tmp_path, "a.csv")
     campaign = make(tmp_path, "a.csv", YAML + "time: {column: Time, unit: ms}\n")
-    rate, _, _ = read_channels(tmp_path / "a.csv", campaign.channels, time=campaign.time)
+    rate, _, _ = read_channels(tmp_path / "a.csv", Setup(campaign.channels, time=campaign.time))
     assert rate == pytest.approx(1e3 * RATE)
 
 
@@ -157,7 +159,7 @@ def test_a_header_in_millivolts_counts(tmp_path):
     (tmp_path / "a.csv").write_text("CH1 (mV)\n" + rows)
     campaign = make(tmp_path, "a.csv", YAML.replace("*CH1", "CH1*"))
     channels = {"base": campaign.channels["base"]}
-    _, _, values = read_channels(tmp_path / "a.csv", channels, sample_rate=RATE)
+    _, _, values = read_channels(tmp_path / "a.csv", Setup(channels, sample_rate=RATE))
     np.testing.assert_allclose(values["base"], G, atol=1e-11)
 
 
@@ -169,7 +171,7 @@ def test_the_full_scale_of_a_wav_file_is_said_in_the_campaign(tmp_path):
         "file_unit: 10 V}\n"
     )
     campaign = make(tmp_path, "a.wav", yaml)
-    _, _, values = read_channels(tmp_path / "a.wav", campaign.channels)
+    _, _, values = read_channels(tmp_path / "a.wav", Setup(campaign.channels))
     np.testing.assert_allclose(
         values["acceleration"], A, atol=0.51 * 10.0 / 2**15 * 10 * STANDARD_GRAVITY
     )
@@ -191,9 +193,9 @@ def test_a_charge_amplifier_needs_its_unit_said(tmp_path):
     yaml = "channels:\n  acceleration: {column: Q, quantity: acceleration, sensitivity: 4 pC/g%s}\n"
     campaign = make(tmp_path, "a.csv", yaml % "")
     with pytest.raises(RecordError, match=r"column 'Q'.*acceleration\.file_unit, such as pC"):
-        read_channels(tmp_path / "a.csv", campaign.channels, sample_rate=RATE)
+        read_channels(tmp_path / "a.csv", Setup(campaign.channels, sample_rate=RATE))
     campaign = make(tmp_path, "a.csv", yaml % ", file_unit: pC")
-    _, _, values = read_channels(tmp_path / "a.csv", campaign.channels, sample_rate=RATE)
+    _, _, values = read_channels(tmp_path / "a.csv", Setup(campaign.channels, sample_rate=RATE))
     np.testing.assert_allclose(values["acceleration"], A / 4.0 * STANDARD_GRAVITY, atol=1e-5)
 
 
@@ -201,7 +203,7 @@ def test_no_times_at_all_are_reported(tmp_path):
     (tmp_path / "a.csv").write_text("Laser\n" + "\n".join(f"{value:.6f}" for value in X))
     channel = Channel("displacement", 0, "displacement", 1.0, unit="m", sensitivity=False)
     with pytest.raises(RecordError, match=r"no times.*'time' \(a column\) or 'sample_rate'"):
-        read_channels(tmp_path / "a.csv", {"displacement": channel})
+        read_channels(tmp_path / "a.csv", Setup({"displacement": channel}))
 
 
 def test_a_failure_leaves_nothing_and_a_refusal_replaces_the_old_record(tmp_path):

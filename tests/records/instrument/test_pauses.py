@@ -8,7 +8,7 @@ from vinesexp.errors import RecordError
 from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import load_campaign
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import ingest, read_channels
 from vinesexp.records.stored.store import open_record
 
@@ -48,7 +48,7 @@ def test_a_decay_is_followed_across_pauses_on_its_true_times(pauses, jitter, tmp
     for seed in range(3):
         t = written(tmp_path / "a.csv", pauses, jitter=jitter, seed=seed)
         rate, start, values = read_channels(
-            tmp_path / "a.csv", {"displacement": X}, time=TimeColumn(0, "s", 1.0)
+            tmp_path / "a.csv", Setup({"displacement": X}, time=TimeColumn(0, "s", 1.0))
         )
         x = values["displacement"]
         assert rate == pytest.approx(RATE, rel=1e-4)
@@ -107,7 +107,7 @@ def test_a_record_with_a_pause_is_marked_or_refused_by_its_test(test, word, tmp_
 def test_a_record_of_which_less_was_recorded_than_missed_is_refused(tmp_path):
     written(tmp_path / "a.csv", [(500, 3500)])
     with pytest.raises(RecordError, match=r"line 502: time steps by .* from 4.99 to"):
-        read_channels(tmp_path / "a.csv", {"displacement": X}, time=TimeColumn(0, "s", 1.0))
+        read_channels(tmp_path / "a.csv", Setup({"displacement": X}, time=TimeColumn(0, "s", 1.0)))
 
 
 def test_look_says_that_the_times_pause(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.load import load_campaign
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse, read_channels
 from vinesexp.records.readers import open_source
 from vinesexp.records.stored.store import open_record
@@ -83,7 +83,7 @@ def test_the_good_driven_runs_pass(name, tmp_path):
 @pytest.mark.parametrize("time", [None, TimeColumn("X", "s", 1.0)])
 def test_an_oscilloscope_that_counts_rows(name, n, interval, start, time):
     path = REAL / "scope_rigol" / name
-    rate, first, values = read_channels(path, {"displacement": volts("CH1")}, time=time)
+    rate, first, values = read_channels(path, Setup({"displacement": volts("CH1")}, time=time))
     assert rate == pytest.approx(1 / interval, rel=1e-12)
     assert first == start
     assert len(values["displacement"]) == n
@@ -94,21 +94,21 @@ def test_an_oscilloscope_that_counts_rows(name, n, interval, start, time):
 )
 def test_an_oscilloscope_that_prints_times(name, n, rate):
     path, channels = REAL / "scope_rigol" / name, {"displacement": volts("CH*1*")}
-    found, _, values = read_channels(path, channels, time=TimeColumn("X", "s", 1.0))
+    found, _, values = read_channels(path, Setup(channels, time=TimeColumn("X", "s", 1.0)))
     assert found == pytest.approx(rate, rel=1e-4)
     assert len(values["displacement"]) == n
     if name == "DS1102E-D.csv":  # the row of units says which column is of seconds
-        assert read_channels(path, channels)[0] == found
+        assert read_channels(path, Setup(channels))[0] == found
     else:
         with pytest.raises(RecordError, match="no times"):
-            read_channels(path, channels)
+            read_channels(path, Setup(channels))
 
 
 def test_a_column_without_any_time_is_refused_and_what_is_missing_named():
     path = REAL / "scope_rigol/rs_rtp_01.Wfm.csv"
     with pytest.raises(RecordError, match=r"no times.*'sample_rate' in campaign\.yaml"):
-        read_channels(path, {"displacement": volts(0)})
-    rate, _, values = read_channels(path, {"displacement": volts(0)}, sample_rate=1e9)
+        read_channels(path, Setup({"displacement": volts(0)}))
+    rate, _, values = read_channels(path, Setup({"displacement": volts(0)}, sample_rate=1e9))
     assert (rate, len(values["displacement"])) == (1e9, 4000)
 
 
@@ -117,7 +117,7 @@ def test_labview_times_win_over_the_header(number, tmp_path):
     path = REAL / f"cantilever_lvm/data_set_{number}_downsampled_by_64.lvm"
     source = open_source(path)
     assert [column.unit for column in source.columns] == ["s", "V", "lbf", "g"]
-    rate, _, values = read_channels(path, {"displacement": volts("Voltage")})
+    rate, _, values = read_channels(path, Setup({"displacement": volts("Voltage")}))
     assert rate == 800.0
     assert len(values["displacement"]) == 15761
 
@@ -134,7 +134,8 @@ def test_labview_times_win_over_the_header(number, tmp_path):
 def test_labview_with_ragged_columns_and_a_wrong_label(name):
     path = REAL / f"shock_in_vibration/{name}.lvm"
     rate, start, values = read_channels(
-        path, {"displacement": channel("accelerometer_board")}, time=TimeColumn("time", "s", 1.0)
+        path,
+        Setup({"displacement": channel("accelerometer_board")}, time=TimeColumn("time", "s", 1.0)),
     )
     # The header says 0.000586 s for this column and 1 s for the times themselves.
     assert rate == pytest.approx(1652.9, rel=1e-3)
@@ -155,7 +156,7 @@ def test_labview_with_ragged_columns_and_a_wrong_label(name):
 )
 def test_labview_variants(name, column, rate, values):
     found, _, read = read_channels(
-        REAL / "lvm" / name, {"displacement": channel(column, file_size=1.0)}
+        REAL / "lvm" / name, Setup({"displacement": channel(column, file_size=1.0)})
     )
     assert found == pytest.approx(rate, rel=1e-6)
     np.testing.assert_allclose(read["displacement"][:2], np.array(values) * 1e-3)
@@ -165,7 +166,7 @@ def test_labview_with_comments_and_uneven_times_is_refused_for_the_times():
     source = open_source(REAL / "lvm/with_comments.lvm")
     assert [column.name for column in source.columns][2] == "Temperatura (°C)"
     with pytest.raises(RecordError, match="line 31: time steps by"):
-        read_channels(source.path, {"displacement": channel(2, file_size=1.0)})
+        read_channels(source.path, Setup({"displacement": channel(2, file_size=1.0)}))
 
 
 def test_tdms_channels_are_scaled_and_know_their_rate():
@@ -174,7 +175,7 @@ def test_tdms_channels_are_scaled_and_know_their_rate():
     source = open_source(path)
     assert source.columns[0].name == "First  Channel"
     assert {column.unit for column in source.columns} == {"V"}
-    rate, _, values = read_channels(path, {"displacement": volts("First  Channel")})
+    rate, _, values = read_channels(path, Setup({"displacement": volts("First  Channel")}))
     assert rate == pytest.approx(50e3)
     assert len(values["displacement"]) == 2000
     assert np.abs(values["displacement"]).max() < 0.02  # 10 V at 1 mm/V
@@ -185,7 +186,7 @@ def test_universal_files_ascii_and_binary_agree():
     both = []
     for name in ("Sample_UFF58_ascii.uff", "Sample_UFF58b_bin.uff"):
         rate, start, values = read_channels(
-            REAL / "uff" / name, {"displacement": channel("Mic 01*", file_size=1.0)}
+            REAL / "uff" / name, Setup({"displacement": channel("Mic 01*", file_size=1.0)})
         )
         assert (rate, start) == (pytest.approx(65536.0, rel=1e-5), 0.0)
         both.append(values["displacement"])

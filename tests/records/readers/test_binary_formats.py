@@ -12,7 +12,7 @@ import scipy.io
 
 from vinesexp.errors import RecordError
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.campaign.schema import Channel, Setup
 from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
 from vinesexp.records.readers import parquet as parquet_reader
@@ -32,7 +32,7 @@ def values(source, name):
 def rate_of(source, name):
     """The rate that a campaign gets which names neither times nor a rate."""
     channel = Channel("displacement", name, "displacement", 1e-3, unit="mm", file_size=1.0)
-    samples = Samples(source, {"displacement": channel}, time=None, sample_rate=None)
+    samples = Samples(source, Setup({"displacement": channel}))
     assert sum(len(block["displacement"]) for block in samples.blocks()) == N
     return samples.sample_rate
 
@@ -135,7 +135,7 @@ def test_tdms(tmp_path):
     roles = {"displacement": "Laser", "acceleration": "slow/Acc"}
     channels = {r: Channel(r, n, r, 1.0, file_size=1.0) for r, n in roles.items()}
     with pytest.raises(RecordError, match="'Laser' 1000 Hz, 'slow/Acc' 500 Hz"):
-        Samples(source, channels, time=None, sample_rate=None)
+        Samples(source, Setup(channels))
 
 
 def test_a_tdms_file_with_the_high_byte_first_is_whole(tmp_path):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError
-from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.campaign.schema import Channel, Setup
 from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
 
@@ -161,8 +161,8 @@ def test_channels_of_two_rates_are_reported_and_one_alone_is_read(tmp_path):
     roles = {"displacement": "x", "acceleration": "a"}
     channels = {r: Channel(r, n, r, 1.0, unit="V") for r, n in roles.items()}
     with pytest.raises(RecordError, match="'x' 1000 Hz, 'a' 500 Hz"):
-        Samples(source, channels, time=None, sample_rate=None)
-    one = Samples(source, {"acceleration": channels["acceleration"]}, time=None, sample_rate=None)
+        Samples(source, Setup(channels))
+    one = Samples(source, Setup({"acceleration": channels["acceleration"]}))
     assert one.sample_rate == 500.0
 
 

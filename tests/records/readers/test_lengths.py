@@ -11,7 +11,7 @@ from tests.fuzz import seeds
 
 from vinesexp.errors import RecordError
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.campaign.schema import Channel, Setup
 from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
 
@@ -21,8 +21,8 @@ SHAPE = np.sin(np.arange(16000) / 20.0)
 def checked(path, column=0):
     """The samples of a file as a campaign reads them, and what is said of them."""
     channel = Channel("displacement", column, "displacement", 1e-3, unit=None)
-    samples = Samples(open_source(path), {"displacement": channel}, time=None, sample_rate=1000.0)
-    return np.concatenate([b["displacement"] for b in samples.whole()]), dict(samples.warnings)
+    samples = Samples(open_source(path), Setup({"displacement": channel}, sample_rate=1000.0))
+    return samples.whole()["displacement"], dict(samples.warnings)
 
 
 def test_a_wav_file_cut_in_half_is_reported(tmp_path):

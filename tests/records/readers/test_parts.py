@@ -12,7 +12,7 @@ from scipy.io import wavfile
 
 from vinesexp.cli import main
 from vinesexp.errors import RecordError
-from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import open_source
 from vinesexp.records.readers.source import file_of, part_of, require_one
@@ -157,8 +157,8 @@ def test_of_several_records_one_has_to_be_named(tmp_path):
     channels = {"displacement": Channel("displacement", "CH1*", "displacement", 1.0, unit="V")}
     time = TimeColumn("Time*", "s", 1.0)
     with pytest.raises(RecordError, match=r"holds 2 records; .* a.csv#1, a.csv#2"):
-        read_channels(tmp_path / "a.csv", channels, time=time)
-    _, _, found = read_channels(tmp_path / "a.csv#2", channels, time=time)
+        read_channels(tmp_path / "a.csv", Setup(channels, time=time))
+    _, _, found = read_channels(tmp_path / "a.csv#2", Setup(channels, time=time))
     assert len(found["displacement"]) == N
 
 

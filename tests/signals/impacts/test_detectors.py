@@ -4,12 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.streams import stream_of
 
 from vinesexp import Harmonic, analyse
 from vinesexp.errors import AnalysisError, ParameterError, VinesexpError
 from vinesexp.settings.stages import DETECTORS, ImpactSettings, Settings, changed_by_text
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.candidates import Stream, stream_of
+from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.detectors import detect, hand_over
 from vinesexp.signals.impacts.find import impacts_of_record
 

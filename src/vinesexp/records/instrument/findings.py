@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray, IntArray, usually_held
+from vinesexp.arrays import FloatArray, IntArray, add_run, usually_held
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import Channel, Record
 from vinesexp.records.instrument.samples import Samples
@@ -440,10 +440,7 @@ def _far_steps(view: RecordView, role: str, starts: IntArray, ends: IntArray) ->
 def _joined(stretches: list[tuple[int, int]]) -> Stretches:
     found: list[tuple[int, int]] = []
     for first, end in sorted(stretches):
-        if found and first <= found[-1][1]:
-            found[-1] = (found[-1][0], max(end, found[-1][1]))
-        else:
-            found.append((first, end))
+        add_run(found, first, end)
     return tuple(found)
 
 

@@ -17,10 +17,10 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, RecordError, naming, nearest
 from vinesexp.records.campaign.channel_section import of_sensitivity, of_unit
-from vinesexp.records.campaign.schema import ROLES, Campaign, Channel, Record, TimeColumn
+from vinesexp.records.campaign.schema import ROLES, Campaign, Channel, Record, Setup, TimeColumn
 from vinesexp.records.instrument.findings import look_over
 from vinesexp.records.instrument.joined import JoinedSamples
-from vinesexp.records.instrument.samples import Samples, has_column
+from vinesexp.records.instrument.samples import Samples, columns_fitting
 from vinesexp.records.instrument.timebase import UnevenClockError
 from vinesexp.records.readers import open_source
 from vinesexp.records.stored.checks import Check
@@ -93,12 +93,7 @@ def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     samples = (
         JoinedSamples(record.files, setup)
         if record.more_files
-        else Samples(
-            open_source(record.file),
-            setup.channels,
-            time=setup.time,
-            sample_rate=setup.sample_rate,
-        )
+        else Samples(open_source(record.file), setup)
     )
     attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
     with whole_file(out) as unseen:
@@ -141,13 +136,7 @@ def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
         writer.sample_rate, writer.start = samples.sample_rate, samples.start
 
 
-def read_channels(
-    path: Path,
-    channels: Mapping[str, Channel],
-    *,
-    time: TimeColumn | None = None,
-    sample_rate: float | None = None,
-) -> tuple[float, float, dict[str, FloatArray]]:
+def read_channels(path: Path, setup: Setup) -> tuple[float, float, dict[str, FloatArray]]:
     """Channels of one file in memory, without a campaign.
 
     Returns
@@ -163,9 +152,8 @@ def read_channels(
         As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
     """
     with naming(path):
-        samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
-        blocks = samples.whole()
-        values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+        samples = Samples(open_source(path), setup)
+        values = samples.whole()
         if out_of_range := next(filter(None, map(samples.overload, values)), None):
             raise RecordError(out_of_range)
     if samples.quantities.get("displacement") == "velocity":
@@ -230,7 +218,7 @@ def read_file(
     rate = None if sample_rate is None else instrument_rate(sample_rate, where="sample_rate")
     times = time_column(path, time, time_unit) if rate is None else None
     wanted = {role: channel_of(role, *given) for role, given in channels.items()}
-    found_rate, _, values = read_channels(path, wanted, time=times, sample_rate=rate)
+    found_rate, _, values = read_channels(path, Setup(wanted, times, rate))
     return Recording(values, found_rate)
 
 
@@ -265,7 +253,7 @@ def time_column(path: Path, asked: str | int | None, unit: str) -> TimeColumn | 
         return TimeColumn(named, unit, size)
     source = open_source(path)
     for pattern in ("Time*", "[Tt][Ii][Mm][Ee]*"):
-        if has_column(source, pattern):
+        if columns_fitting(source, pattern):
             return TimeColumn(pattern, unit, size)
     states_itself = source.time_column is not None or source.sample_interval is not None
     states_itself = states_itself or any(column.interval for column in source.columns)

@@ -18,7 +18,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, naming
 from vinesexp.records.campaign.channel_section import of_unit
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, Setup
-from vinesexp.records.instrument.samples import Samples, has_column
+from vinesexp.records.instrument.samples import Samples, columns_fitting
 from vinesexp.records.readers import Column, Source, open_source
 from vinesexp.records.readers.source import TableSource
 
@@ -58,29 +58,28 @@ class JoinedSamples(Samples):
         wanted: list[dict[str, Channel]] = [{} for _ in sources]
         said: list[tuple[str, str]] = []
         for role, channel in setup.channels.items():
-            named = [_named(source, channel) for source in sources]
-            places = [k for k, column in enumerate(named) if column is not None]
+            named = [(k, _named(source, channel)) for k, source in enumerate(sources)]
+            places = [(k, column) for k, column in named if column is not None]
             if len(places) > 1:
-                reported = ", ".join(files[k].name for k in places)
+                reported = ", ".join(files[k].name for k, _ in places)
                 raise RecordError(
                     f"column '{channel.column}' is in several files ({reported}); write it as "
-                    f"'{files[places[0]].stem}*:{channel.column}'",
+                    f"'{files[places[0][0]].stem}*:{channel.column}'",
                     where=f"channels.{role}",
                 )
-            for k, column in enumerate(named):
-                if column is not None:
-                    wanted[k][role] = replace(channel, column=column)
-            if not places and not channel.optional:
-                raise RecordError(
-                    f"no column '{channel.column}' in any of its {len(files)} files",
-                    where=f"channels.{role}",
-                )
+            for k, column in places:
+                wanted[k][role] = replace(channel, column=column)
             if not places:
+                if not channel.optional:
+                    raise RecordError(
+                        f"no column '{channel.column}' in any of its {len(files)} files",
+                        where=f"channels.{role}",
+                    )
                 said.append(("channels", f"no column '{channel.column}' for {role}"))
         pairs = zip(sources, wanted, strict=True)
         self._parts = [_read(source, channels, setup) for source, channels in pairs if channels]
         one, channels = _joined(self._parts, said) if self._parts else (sources[0], {})
-        super().__init__(one, channels, time=None, sample_rate=None)
+        super().__init__(one, Setup(channels))
         self.source, self.warnings = sources[0], said
 
     @property
@@ -135,24 +134,23 @@ def _joined(
 def _named(source: Source, channel: Channel) -> str | int | None:
     """The column of a channel in this file, or None where it is not in it."""
     column = channel.column
-    if isinstance(column, str) and ":" in column and not has_column(source, column):
+    if isinstance(column, str) and ":" in column and not columns_fitting(source, column):
         pattern, _, name = column.partition(":")
         if not fnmatchcase(source.path.name, pattern) and not fnmatchcase(
             source.path.stem, pattern
         ):
             return None
         column = int(name) if name.isdigit() else name
-    return column if has_column(source, column) else None
+    return column if columns_fitting(source, column) else None
 
 
 def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
     with naming(source.path):
-        samples = Samples(source, channels, time=setup.time, sample_rate=setup.sample_rate)
-        blocks = samples.whole()
+        samples = Samples(source, replace(setup, channels=channels))
+        values = samples.whole()
         samples.refuse_lost()
         if samples.gaps:
             raise RecordError(
                 f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there"
             )
-    values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
     return _Part(samples, values)

@@ -18,14 +18,14 @@ from functools import cached_property
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray, runs_of
+from vinesexp.arrays import BoolArray, FloatArray, add_run, runs_of
 from vinesexp.errors import RecordError, nearest
-from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
+from vinesexp.records.campaign.schema import SI_UNITS, Channel, Setup, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
 from vinesexp.records.readers import Column, Source
 from vinesexp.records.readers.labels import CODES, marks_to_infinity
 from vinesexp.records.readers.source import require_one
-from vinesexp.units import UNITS, measured_in
+from vinesexp.units import UNITS, counted, measured_in
 
 
 def find_column(source: Source, wanted: str | int, *, where: str) -> int:
@@ -36,7 +36,7 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
     RecordError
         None fits (the message lists those there are) or several do.
     """
-    columns, found = source.columns, _columns_fitting(source, wanted)
+    columns, found = source.columns, columns_fitting(source, wanted)
     if len(found) == 1:
         return found[0]
     if found:
@@ -58,12 +58,8 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
     raise RecordError(f"no column '{wanted}'; there are {_listed(columns)}{hint}", where=where)
 
 
-def has_column(source: Source, wanted: str | int) -> bool:
-    """Whether any column fits."""
-    return bool(_columns_fitting(source, wanted))
-
-
-def _columns_fitting(source: Source, wanted: str | int) -> list[int]:
+def columns_fitting(source: Source, wanted: str | int) -> list[int]:
+    """Numbers of the columns that fit; of none or several `find_column` says what is wrong."""
     if isinstance(wanted, int):
         return [wanted] if wanted < len(source.columns) else []
     return fitting([column.name.strip() for column in source.columns], wanted)
@@ -155,10 +151,9 @@ class Samples:
     ----------
     source : Source
         The opened file.
-    channels : mapping
-        Role to channel. Channels that are optional and absent are left out.
-    time, sample_rate : optional
-        As the campaign says; with neither, what the file itself states is used.
+    setup : Setup
+        Channels, of which those that are optional and absent are left out; times or a sample rate,
+        as the campaign says: with neither, what the file itself states is used.
 
     Raises
     ------
@@ -166,19 +161,13 @@ class Samples:
         A column that is not there, a unit that contradicts, nothing that gives the time.
     """
 
-    def __init__(
-        self,
-        source: Source,
-        channels: Mapping[str, Channel],
-        *,
-        time: TimeColumn | None,
-        sample_rate: float | None,
-    ) -> None:
+    def __init__(self, source: Source, setup: Setup) -> None:
+        time, sample_rate = setup.time, setup.sample_rate
         require_one(source)
         self.source = source
         self.warnings = [("length", loss) for loss in source.losses]
         self.rows = 0
-        self._conversions = list(self._found(channels))
+        self._conversions = list(self._found(setup.channels))
         if not self._conversions:
             raise RecordError("none of the campaign's channels is in it")
         columns = [source.columns[c.index] for c in self._conversions]
@@ -186,8 +175,7 @@ class Samples:
         self.quantities = {c.channel.role: c.channel.quantity for c in self._conversions}
         self._time = None if sample_rate is not None else self._time_index(time)
         size = time.size if time is not None else self._own_size()
-        self._resampler: Resampler | None = None
-        self._uneven: UnevenClockError | None = None
+        self._resampled: tuple[Resampler, UnevenClockError] | None = None
         self._twice = 0  # rows
         self._clock = None if self._time is None else Clock(source.locate, size, self._interval)
         indexes = [conversion.index for conversion in self._conversions]
@@ -202,12 +190,12 @@ class Samples:
     @property
     def uneven(self) -> bool:
         """Whether the samples of `blocks` are interpolated."""
-        return self._resampler is not None
+        return self._resampled is not None
 
     @property
     def gaps(self) -> tuple[tuple[int, int], ...]:
         """Samples on the uniform clock that the logger paused over: first, and one after last."""
-        return tuple(self._resampler.gaps) if self._resampler is not None else ()
+        return () if self._resampled is None else tuple(self._resampled[0].gaps)
 
     @property
     def trimmed(self) -> tuple[int, int]:
@@ -223,8 +211,8 @@ class Samples:
             After the last block: the times have no gap but are not uniform. `resample` and begin
             again.
         """
-        if self._resampler is not None:
-            yield from self._even_blocks(self._resampler)
+        if self._resampled is not None:
+            yield from self._even_blocks(*self._resampled)
             return
         for row, block in self._once():
             if self._clock is not None:
@@ -234,11 +222,9 @@ class Samples:
             yield self._si(block, row)
         self._compare_rows()
         if self._twice:
-            one = self._twice == 1
-            said = "stands" if one else "stand"
-            self.warnings.append(
-                ("time", f"{self._twice} row{'' if one else 's'} {said} twice, times and all")
-            )
+            stand = "stands" if self._twice == 1 else "stand"
+            said = f"{counted(self._twice, 'row')} {stand} twice, times and all"
+            self.warnings.append(("time", said))
         if self.rows < 2:
             raise RecordError(
                 f"holds {'no' if not self.rows else 'one'} complete row"
@@ -285,19 +271,18 @@ class Samples:
             runs = self.lost.setdefault(conversion.channel.role, [])
             for first, end in runs_of(np.isnan(block[:, k])):
                 block[first:end, k] = self._before[k] if first == 0 else block[first - 1, k]
-                if runs and runs[-1][1] == self.rows + first:
-                    first = runs.pop()[0] - self.rows
-                runs.append((self.rows + first, self.rows + end))
+                add_run(runs, self.rows + first, self.rows + end)
         self._before = block[-1]
         return block
 
-    def whole(self) -> list[dict[str, FloatArray]]:
-        """All blocks at once, resampled where the clock is uneven."""
+    def whole(self) -> dict[str, FloatArray]:
+        """All blocks as one, resampled where the clock is uneven."""
         try:
-            return list(self.blocks())
+            blocks = list(self.blocks())
         except UnevenClockError as uneven:
             self.resample(uneven)
-            return list(self.blocks())
+            blocks = list(self.blocks())
+        return {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
 
     def as_measured(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray]]]:
         """Times, s, and SI blocks at them where the clock is uneven: after `resample`."""
@@ -311,12 +296,13 @@ class Samples:
         assert clock is not None  # nothing else finds a clock uneven
         interval = uneven.interval
         n = round((clock.last - clock.first) / interval) + 1
-        self._resampler = Resampler(clock.first, interval, n)
-        self._uneven = uneven
+        self._resampled = Resampler(clock.first, interval, n), uneven
         self.refuse_lost()  # at even times nobody knows where they are
         self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
 
-    def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, FloatArray]]:
+    def _even_blocks(
+        self, resampler: Resampler, uneven: UnevenClockError
+    ) -> Iterator[dict[str, FloatArray]]:
         pairs = ((block[:, -1], block[:, :-1]) for _, block in self._once())
         for block in resampler.blocks(pairs):
             yield self._si(block, 0)
@@ -324,8 +310,6 @@ class Samples:
             f"{100 * error:.1g} % of {c.channel.role}"
             for c, error in zip(self._conversions, resampler.errors, strict=True)
         )
-        uneven = self._uneven
-        assert uneven is not None  # nothing else resamples
         said = uneven.said(self.source.locate)
         said += f"; resampled to {self.sample_rate:.9g} Hz, error of the interpolation {errors}"
         self.warnings.append(("time", said))
@@ -341,7 +325,7 @@ class Samples:
 
     def _found(self, channels: Mapping[str, Channel]) -> Iterator[_Conversion]:
         for role, channel in channels.items():
-            if channel.optional and not has_column(self.source, channel.column):
+            if channel.optional and not columns_fitting(self.source, channel.column):
                 self.warnings.append(("channels", f"no column '{channel.column}' for {role}"))
                 continue
             index = find_column(self.source, channel.column, where=f"channels.{role}")
@@ -356,7 +340,7 @@ class Samples:
         if time is None:
             own = source.time_column
             return None if own is not None and self._is_no_clock(own, self._own_size()) else own
-        if self._interval is not None and not has_column(source, time.column):
+        if self._interval is not None and not columns_fitting(source, time.column):
             return None
         index = find_column(source, time.column, where="time")
         label = source.columns[index].unit

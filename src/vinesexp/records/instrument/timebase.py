@@ -27,15 +27,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray, runs_of
+from vinesexp.arrays import BoolArray, FloatArray, add_run, runs_of
 from vinesexp.errors import RecordError
 
 _JITTER = 0.1  # of an interval: what impact timing needs
 _COARSE = 1e-3  # of an interval: printed times that are coarser round the interval, too
 _STAIRS = (1.25, 20.0)  # intervals in a printed step of times that stand still between its leaps
-_FLIGHTS = (
-    100  # printed steps at least of such a record: fewer leave its rate uncertain by a percent
-)
+#: Printed steps at least of such a record: fewer leave its rate uncertain by a percent.
+_FLIGHTS = 100
 _STILL = 0.02  # of the samples: so many may stand at the time of the one before
 _USUAL = 2.5  # times the median: steps among which an uneven clock goes
 
@@ -391,10 +390,6 @@ class Resampler:
     errors: list[float] = field(default_factory=list)
     gaps: list[tuple[int, int]] = field(default_factory=list)
 
-    @property
-    def _near(self) -> float:
-        return (2.0 - _GAP) * self.interval
-
     def blocks(self, uneven: Iterable[tuple[FloatArray, FloatArray]]) -> Iterator[FloatArray]:
         """Blocks of samples (rows) on the uniform clock from blocks of times and samples."""
         times = np.empty(0)
@@ -404,12 +399,10 @@ class Resampler:
         for more_times, more_values in uneven:
             # Polynomials through samples that nearly coincide would be steep between the others.
             apart = np.diff(more_times, prepend=times[-1:] if len(times) else -np.inf)
-            more_times, more_values = (
-                more_times[apart > self._near],
-                more_values[apart > self._near],
-            )
-            times = np.concatenate((times, more_times))
-            values = np.concatenate((values, more_values)) if len(values) else more_values
+            kept = apart > (2.0 - _GAP) * self.interval
+            more = more_values[kept]
+            times = np.concatenate((times, more_times[kept]))
+            values = np.concatenate((values, more)) if len(values) else more
             if len(times) <= _POINTS:
                 continue
             # Up to where eight samples stand around every time.
@@ -454,10 +447,7 @@ class Resampler:
                     left = np.clip(place - points // 2, first, end_of - points)[at]
                     found[at] = _through(times, values, left, points, wanted[at])
         for one, after in runs_of(~known):
-            if self.gaps and self.gaps[-1][1] == begin + one:
-                self.gaps[-1] = (self.gaps[-1][0], begin + after)
-            else:
-                self.gaps.append((begin + one, begin + after))
+            add_run(self.gaps, begin + one, begin + after)
         count = np.full(out.shape[1], float(max(known.sum(), 1)))
         seen, other = (out, fewer) if known.all() else (out[known], fewer[known])
         sums.append(np.array([((seen - other) ** 2).sum(0), seen.sum(0), (seen**2).sum(0), count]))

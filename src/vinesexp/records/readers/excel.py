@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import file_aside, file_of, part_of
-from vinesexp.records.readers.text import TextSource
+from vinesexp.records.readers.source import file_of, part_of
+from vinesexp.records.readers.text import TextSource, laid_aside
 from vinesexp.records.readers.unread import need
 
 NAME = "Excel (.xlsx, .xls)"
@@ -47,10 +47,8 @@ def open_file(path: Path) -> TextSource:
     if name not in sheets:
         names = ", ".join(f"'{one}'" for one in sheets)
         raise RecordError(f"no sheet '{wanted}'; there are {names}")
-    aside, text = file_aside()
-    rows = sheets[name].itertuples(index=False)
-    aside.writelines(f"{_line(row)}\n".encode() for row in rows)
-    source = TextSource(path, aside, text, of=f"sheet '{name}'", line="row")
+    lines = (f"{_line(row)}\n" for row in sheets[name].itertuples(index=False))
+    source = TextSource(path, *laid_aside(lines), of=f"sheet '{name}'", line="row")
     source.format = "Excel"
     alike = [one for one, rows in sheets.items() if _LIKE * len(rows) >= most]
     heads = {_line(next(sheets[one].itertuples(index=False), ())) for one in alike}

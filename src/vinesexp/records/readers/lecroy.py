@@ -26,7 +26,7 @@ from vinesexp.records.readers.source import (
 NAME = "LeCroy TRC"
 
 _MARK = b"WAVEDESC"
-_SOURCES = ("C1", "C2", "C3", "C4", "C5", "C6", "C7", "C8")
+_CHANNELS = 8  # C1 to C8; other numbers are memories and computed curves
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -75,7 +75,7 @@ def open_file(path: Path) -> TableSource:
     values = codes.astype(np.float64) * read("f", 156) - read("f", 160)
     label = raw[at + 196 : at + 244].split(b"\0")[0].decode("latin-1").strip()
     channel = int(read("h", 344))
-    name = _SOURCES[channel] if 0 <= channel < len(_SOURCES) else path.stem
+    name = f"C{channel + 1}" if 0 <= channel < _CHANNELS else path.stem
     losses = bytes_behind(len(raw), begin + size, least=2 * (1 + words))
     if stated and stated != size // (1 + words):
         losses += (f"states {stated} samples and {size} bytes of them",)

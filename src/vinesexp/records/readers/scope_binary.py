@@ -21,20 +21,13 @@ from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Tektronix and Rigol .wfm, Keysight and Rigol .bin"
 
-#: First bytes and what they are the beginning of.
-_MAGIC = (
-    (b"\x0f\x0f:WFM#", "Tektronix WFM"),
-    (b"\xf0\xf0:WFM#", "Tektronix WFM"),
-    (b"\xa5\xa5\x00\x00", "Rigol WFM"),
-    (b"\xa1\xa5\x00\x00", "Rigol WFM"),
-    (b"\xa5\xa5\xa4\x01", "Rigol WFM"),
-    (b"\xa5\xa5\x38\x00", "Rigol WFM"),
-    (b"RG01", "Rigol BIN"),
-    (b"RG03", "Rigol BIN"),
-    (b"AG01", "Keysight BIN"),
-    (b"AG03", "Keysight BIN"),
-    (b"AG10", "Keysight BIN"),
-)
+#: Kinds of files, each with the bytes that one of it begins with.
+_MAGIC = {
+    "Tektronix WFM": (b"\x0f\x0f:WFM#", b"\xf0\xf0:WFM#"),
+    "Rigol WFM": (b"\xa5\xa5\0\0", b"\xa1\xa5\0\0", b"\xa5\xa5\xa4\1", b"\xa5\xa5\x38\0"),
+    "Rigol BIN": (b"RG01", b"RG03"),
+    "Keysight BIN": (b"AG01", b"AG03", b"AG10"),
+}
 #: First bytes that are no sign of their own: the name has to end in .wfm, too.
 _RIGOL_BY_NAME = (b"\x01\xff\xff\xff", b"\x02\x00\x00\x00")
 _UNITS = {"w": "W", "a": "A", "v": "V"}
@@ -70,7 +63,7 @@ def open_file(path: Path) -> TableSource:
 
 
 def _kind(head: bytes) -> str | None:
-    return next((name for magic, name in _MAGIC if head.startswith(magic)), None)
+    return next((name for name, magic in _MAGIC.items() if head.startswith(magic)), None)
 
 
 def _channel(one: Any) -> tuple[Column, np.ndarray[Any, np.dtype[np.float64]]]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from io import StringIO
@@ -71,7 +71,7 @@ def open_file(path: Path) -> TextSource:
         return TextSource(path, *found)
     if blocks := find_blocks(text, layout):
         block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
-        source = TextSource(path, *_laid_aside(lines_of_block(text, layout, block)))
+        source = TextSource(path, *laid_aside(lines_of_block(text, layout, block)))
         source.shift = block[1] - source.layout.first
         source.parts = numbered(len(blocks))
         return source
@@ -80,9 +80,11 @@ def open_file(path: Path) -> TextSource:
     return TextSource(path, aside, text, layout=layout)
 
 
-def _laid_aside(lines: Iterator[str]) -> tuple[IO[bytes], Path]:
+def laid_aside(pieces: Iterable[str | bytes]) -> tuple[IO[bytes], Path]:
+    """A file of these pieces, gone when it is closed, and where this process can open it."""
     aside, text = file_aside()
-    aside.writelines(line.encode("utf-8", "replace") for line in lines)
+    for one in pieces:
+        aside.write(one.encode("utf-8", "replace") if isinstance(one, str) else one)
     aside.flush()
     return aside, text
 
@@ -90,7 +92,7 @@ def _laid_aside(lines: Iterator[str]) -> tuple[IO[bytes], Path]:
 def _narrow(file: Path) -> tuple[IO[bytes], Path]:
     """UTF-16 laid aside as UTF-8, of which a line end is one byte and a delimiter another."""
     with file.open(encoding="utf-16", errors="replace", newline="") as stream:
-        return _laid_aside(iter(lambda: stream.read(_CHUNK), ""))
+        return laid_aside(iter(lambda: stream.read(_CHUNK), ""))
 
 
 _FIGURE = re.compile(
@@ -114,16 +116,19 @@ def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, int] | None
     names = _names_of_form(form) if alike else None
     if names is None:
         return None
-    aside, text = file_aside()
-    named = not any(names)
     with file.open(encoding="utf-8", errors="replace") as stream:
-        for line in stream:
-            if _form(line) == form:
-                if not named:
-                    aside.write(("\t".join(names) + "\n").encode())
-                line, named = "\t".join(_FIGURE.findall(line)) + "\n", True
-            aside.write(line.encode())
-    return aside, text, -int(any(names))
+        return *laid_aside(_as_columns(stream, form, names)), -int(any(names))
+
+
+def _as_columns(lines: Iterable[str], form: tuple[str, ...], names: list[str]) -> Iterator[str]:
+    """Lines of a form by their numbers, below the names if there are any; others as they are."""
+    named = not any(names)
+    for line in lines:
+        if _form(line) == form:
+            if not named:
+                yield "\t".join(names) + "\n"
+            line, named = "\t".join(_FIGURE.findall(line)) + "\n", True
+        yield line
 
 
 def _form(line: str) -> tuple[str, ...]:
@@ -154,12 +159,8 @@ def _names_of_form(form: tuple[str, ...]) -> list[str] | None:
     names = []
     for before, behind in pairwise(words):
         named = [word for word in before if re.search(r"\w", word)]
-        if len(behind) == 1 or (behind and behind[1] not in ":="):
-            unit = behind[0] if unit_of_label(behind[0]) else ""
-        else:
-            unit = ""
-        if unit:
-            behind.pop(0)
+        alone = len(behind) == 1 or (behind and behind[1] not in ":=")
+        unit = behind.pop(0) if alone and unit_of_label(behind[0]) else ""
         names.append(" ".join(named) + (f" ({unit})" if unit else ""))
     if any(re.search(r"\w", word) for word in words[-1]):
         return None
@@ -198,8 +199,6 @@ class TextSource(Source):
     ) -> None:
         self.path, self._aside, self._text = path, aside, text or path
         self.shift, self._of, self._line = shift, of, line
-        if aside is not None:
-            aside.flush()
         with self._told():
             self.layout: Layout = layout or find_layout(self._text)
         layout = self.layout
@@ -367,12 +366,8 @@ class TextSource(Source):
 
 def _without_end(text: Path, end: int) -> tuple[IO[bytes], Path]:
     """The first bytes of a text laid aside, without the lines behind its rows."""
-    aside, copy = file_aside()
     with text.open("rb") as stream:
-        while piece := stream.read(min(_CHUNK, end - stream.tell())):
-            aside.write(piece)
-    aside.flush()
-    return aside, copy
+        return laid_aside(iter(lambda: stream.read(min(_CHUNK, end - stream.tell())), b""))
 
 
 #: Lines of one block, from 0: its own header, its first row, and the line after its last.

@@ -57,8 +57,7 @@ def unreadable(what: str, error: Exception, where: str | None = None) -> RecordE
 
 #: How a file begins after blanks, and what it is.
 _MAGIC = (
-    (b"CDF\x01", "a netCDF-3 file"),
-    (b"CDF\x02", "a netCDF-3 file"),
+    ((b"CDF\x01", b"CDF\x02"), "a netCDF-3 file"),
     (b"%PDF", "a PDF document"),
     (b"\x89PNG", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),
@@ -72,8 +71,7 @@ _MAGIC = (
     (b"MTrackJ ", "an MTrackJ file of tracks (in MTrackJ: Measure, and save its table)"),
     (b"<phyphox", "a phyphox state (in phyphox: Export data > CSV or Excel)"),
     (b"<?xml", "an XML document"),
-    (b"<!DOCTYPE", "a web page"),
-    (b"<html", "a web page"),
+    ((b"<!DOCTYPE", b"<html"), "a web page"),
 )
 
 _DEWESOFT = "a DEWESoft file (in DEWESoft: Analysis > Export > MATLAB, Universal file or CSV)"

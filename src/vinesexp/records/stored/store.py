@@ -326,6 +326,8 @@ class RecordView:
         What was stored about the record.
     refused : str or None
         Why the record cannot be used; such a record has no channels.
+    oscillation : float or None
+        Of a conditioned record, Hz; None where nothing oscillates.
     """
 
     def __init__(self, path: Path) -> None:
@@ -341,6 +343,7 @@ class RecordView:
             name: one.item() if isinstance(one, np.generic) else one for name, one in stored.items()
         }
         self.refused: str | None = self.attributes.get("refused")
+        self.oscillation: float | None = self.attributes.get("oscillation_hz")
         self.sample_rate = float(self.attributes.get("sample_rate_hz", np.nan))
         self.start = float(self.attributes.get("start_s", 0.0))
         self.n = len(held.pop("time", ()))
@@ -501,7 +504,4 @@ def open_dataset(path: Path) -> xarray.Dataset:
     try:
         return xarray.open_dataset(path, engine="h5netcdf")
     except (OSError, ValueError, KeyError, RuntimeError) as error:
-        said = " ".join(str(error).split())
-        raise RecordError(
-            f"cannot be read as a record ({said}); remove it and run again", file=path
-        ) from None
+        raise _unreadable(path, error) from None

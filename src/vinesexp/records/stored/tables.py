@@ -153,11 +153,6 @@ def _cell(value: Value, column: Column) -> str:
     return f"'{value}" if formula else str(value)
 
 
-def _as_written(cell: str) -> str:
-    """Text of a cell without the apostrophe that `_cell` put before it."""
-    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell.lstrip("'")) else cell
-
-
 def read_rows(path: Path, table: Table) -> list[dict[str, Any]]:
     """Rows of a table, cells as their columns say; columns beside those of the table are kept.
 
@@ -211,7 +206,8 @@ def _read(cell: str, column: Column) -> Value:
         return int(cell)
     if column.kind == "number":
         return float(cell) if cell else None
-    text = _as_written(cell)
+    escaped = cell.startswith("'") and _FORMULA.match(cell.lstrip("'"))  # by `_cell`
+    text = cell[1:] if escaped else cell
     if column.kind == "any":
         with suppress(ValueError):
             return float(text)
@@ -265,8 +261,7 @@ def read_frame(path: Path, table: Table | None) -> pandas.DataFrame:
     try:
         found = pandas.read_csv(path)
     except (ValueError, OSError) as error:
-        said = " ".join(str(error).split())
-        raise TableError(f"cannot be read ({said}); run the workflow again", file=path) from None
+        raise TableError(f"cannot be read ({error}); run the workflow again", file=path) from None
     if table is not None and table.columns[0].name not in found:
         missing = table.columns[0].name
         raise TableError(f"has no column '{missing}'; run the {table.step} step again", file=path)

@@ -279,18 +279,6 @@ class Stream:
         return self.clipped(begin, end)
 
 
-def stream_of(
-    acceleration: FloatArray, sample_rate: float, *, highpass: float | None = None,
-    noise_floor: float = 0.0, clipped: BoolArray | None = None,
-) -> Stream:  # fmt: skip
-    """A stream of an acceleration held in memory; see `Stream`."""
-    return Stream(
-        lambda begin, end: acceleration[begin:end], acceleration.size, sample_rate,
-        highpass, noise_floor,
-        None if clipped is None else lambda begin, end: clipped[begin:end],
-    )  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Grouped:
     """A stream of which `k` samples at a time are averaged: long contacts need no more."""

@@ -110,12 +110,13 @@ def detect_by_template(
 
     Examples
     --------
-    >>> from vinesexp.signals.impacts.candidates import stream_of
+
     >>> t, hits = np.arange(20000) / 1e4, (0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8)
     >>> a = 0.3 * np.random.default_rng(0).standard_normal(t.size)
     >>> for s in hits:
     ...     a += np.where(abs(t - s) < 2e-4, 60.0 * np.cos(np.pi * (t - s) / 4e-4), 0.0)
-    >>> found = detect_by_template(stream_of(a, 1e4), ImpactSettings())
+    >>> stream = Stream(lambda begin, end: a[begin:end], a.size, 1e4)
+    >>> found = detect_by_template(stream, ImpactSettings())
     >>> bool(np.abs(found.time - hits).max() < 5e-6)
     True
     """
@@ -125,7 +126,10 @@ def detect_by_template(
     if not (spikes.strength > settings.threshold).any():
         return no_detection(1.0 / stream.sample_rate, noise)
     width = _typical(spikes, reach=settings.apart * stream.sample_rate)
-    guesses = _first_guesses(spikes, reach=max(settings.apart * stream.sample_rate, 2.0 * width))
+    # One candidate for each contact and its ringing.
+    reach = max(settings.apart * stream.sample_rate, 2.0 * width)
+    index = strongest(spikes.index, spikes.strength, reach=reach)
+    guesses = Guesses(index, spikes.strength[np.searchsorted(spikes.index, index)])
     duration = _HALF_HEIGHT * width
     k = max(1, int(duration / _HALF_HEIGHT / _FINEST))
     grouped = Grouped(stream, k)
@@ -176,12 +180,6 @@ def _typical(spikes: Spikes, *, reach: float) -> float:
     tops = np.searchsorted(spikes.index, strongest(spikes.index, spikes.strength, reach=reach))
     clear = tops[spikes.strength[tops] >= _STRONG * spikes.strength.max()]
     return float(np.median(spikes.width[clear]))
-
-
-def _first_guesses(spikes: Spikes, *, reach: float) -> Guesses:
-    """One candidate for each contact and its ringing."""
-    index = strongest(spikes.index, spikes.strength, reach=reach)
-    return Guesses(index, spikes.strength[np.searchsorted(spikes.index, index)])
 
 
 def _fit_chunk(

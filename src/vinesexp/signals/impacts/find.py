@@ -305,7 +305,7 @@ def _struck(
     nes_mass: Sequence[float], test: str, settings: Settings, said: list[tuple[str, str, str]],
 ) -> Impacts:  # fmt: skip
     """Impacts of balls in an open record; none where no channel of the mass shows them."""
-    motion, sign = _motion_of(conditioned), 1.0
+    motion, sign = conditioned.oscillation, 1.0
     if "acceleration" in record.roles:
         found, slopes, sign = _by_pulses(
             record, conditioned, motion, clearance, test, settings, said
@@ -316,12 +316,6 @@ def _struck(
         return no_impacts()
     impacts = _table(found, slopes, sign=sign, start=record.start)
     return attribute(impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion)
-
-
-def _motion_of(conditioned: RecordView) -> float | None:
-    """Frequency of the oscillation, Hz; None where nothing oscillates."""
-    frequency = conditioned.attributes.get("oscillation_hz")
-    return float(frequency) if frequency else None
 
 
 #: Slopes of the displacement at impacts, fitted anew when some of them are left out.
@@ -470,7 +464,7 @@ def count_impacts(record: RecordView, conditioned: RecordView, settings: Setting
     if "acceleration" not in record.roles:
         return 0
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
-    return int(detect(stream, settings.impacts, frequency=_motion_of(conditioned)).time.size)
+    return int(detect(stream, settings.impacts, frequency=conditioned.oscillation).time.size)
 
 
 def find_drop(record: RecordView, conditioned: RecordView, settings: Settings) -> Impacts:

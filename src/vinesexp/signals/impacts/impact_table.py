@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.records.stored.result_columns import IMPACTS
-from vinesexp.records.stored.tables import read_rows, write_columns
+from vinesexp.records.stored.tables import Row, read_rows, write_columns
 
 
 @dataclass(frozen=True)
@@ -57,15 +58,12 @@ class Impacts:
         return self.time_s.size
 
 
-COLUMNS = tuple(field.name for field in fields(Impacts))
-_WHOLE = tuple(column.name for column in IMPACTS.columns if column.kind == "whole")
+COLUMNS = IMPACTS.names
 
 
 def no_impacts() -> Impacts:
     """The empty table."""
-    return Impacts(
-        **{name: np.empty(0, dtype=np.int64 if name in _WHOLE else float) for name in COLUMNS}
-    )
+    return _impacts_of([])
 
 
 def write_impacts(path: Path, impacts: Impacts) -> None:
@@ -81,11 +79,12 @@ def read_impacts(path: Path) -> Impacts:
     TableError
         A column is missing, or a cell is no number.
     """
-    rows = read_rows(path, IMPACTS)
-    found: dict[str, Any] = {}
-    for name in COLUMNS:
-        if name in _WHOLE:
-            found[name] = np.array([row[name] for row in rows], dtype=np.int64)
-        else:
-            found[name] = np.array([row[name] for row in rows], dtype=np.float64)
+    return _impacts_of(read_rows(path, IMPACTS))
+
+
+def _impacts_of(rows: Sequence[Row]) -> Impacts:
+    kinds = {one.name: np.int64 if one.kind == "whole" else np.float64 for one in IMPACTS.columns}
+    found: dict[str, Any] = {
+        name: np.array([row[name] for row in rows], dtype=kind) for name, kind in kinds.items()
+    }
     return Impacts(**found)
