@@ -19,6 +19,8 @@ from vinesexp.identification.joint.causes import (
     possible_causes,
     proposed,
     scores,
+    weighed,
+    with_unlike,
 )
 from vinesexp.identification.joint.observations import Observed
 from vinesexp.identification.joint.unknowns import (
@@ -427,6 +429,34 @@ def test_one_test_that_is_unlike_all_others_is_named_and_the_value_is_that_of_th
     (check,) = cause_checks(judged)
     assert "f0 of t5 differs by +0.20020 +- 0.00030 %" in check.detail
     assert called(judged.found[0].cause) == "f0 that is another in t5"
+
+
+def test_a_record_that_is_unlike_the_others_in_two_ways_has_no_cause_and_no_weight():
+    f0, data = steps([0.0] * 5 + [2e-3] + [0.0] * 2)
+    zeta, _ = steps([0.0] * 5 + [0.3] + [0.0] * 2, kind="own zeta")
+    names = {"ln_f0": "ln_zeta", **{f"own f0: t{i}": f"own zeta: t{i}" for i in range(N)}}
+    blocks = [replace(b, sums=(({names.get(n, n): f for n, f in b.sums[0][0].items()}, 0.0),))
+              for b in zeta.blocks]  # fmt: skip
+    priors = {names.get(n, n): p for n, p in zeta.beliefs.priors.items()}
+    both = replace(
+        f0, names=(*f0.names, *priors), blocks=(*f0.blocks, *blocks), kinds=f0.kinds | zeta.kinds,
+        beliefs=Beliefs({**f0.beliefs.priors, **priors}),
+    )  # fmt: skip
+    data = expand(both.blocks, both.names, np.zeros(len(both.names)))
+    causes = [c for c in possible_causes(both) if c.kind == "one test"]
+    chosen = proposed(data, both, causes)
+    assert {c.about for c in chosen} == {"f0", "zeta"}
+    (unlike,) = with_unlike(both, chosen)
+    assert set(unlike.wider) == {"own f0: t5", "own zeta: t5"}
+    judged = weighed(data, both, causes, [unlike])
+    (check,) = cause_checks(judged)
+    assert (check.record, check.outcome) == ("t5", "warning")
+    assert "not explained: this record differs from the others in" in check.detail
+    for name in ("ln_f0", "ln_zeta"):
+        value, error = judged.posterior.of({name: 1.0})
+        assert abs(value) < 4.0 * error < 1e-5
+    single = [c for c in chosen if c.about == "f0"]
+    assert with_unlike(both, single) == tuple(single)
 
 
 def test_a_change_far_beyond_that_of_most_labs_is_said_by_its_size_and_not_its_logarithm():

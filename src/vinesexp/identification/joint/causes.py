@@ -91,6 +91,7 @@ _ODDS = {
     "mistake": 0.01,
     "drift": 0.01,
     "one test": 0.01,
+    "unlike": 0.01,
     "scatter": 0.003,
 }
 _ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
@@ -115,14 +116,16 @@ class Cause:
     Attributes
     ----------
     key : unique name; its coefficient becomes an unknown of this name.
-    kind : ``effect``, ``remounting``, ``mistake``, ``drift``, ``one test`` or ``scatter``.
+    kind : ``effect``, ``remounting``, ``mistake``, ``drift``, ``one test``, ``unlike`` or
+        ``scatter``.
     about : what it concerns: an effect's name, ``clearance``, ``base amplitude``, ...
     direction : where it moves the unknowns; None for scatter.
     members : how many causes of this family there are: they share its prior odds.
     least : lowest possible value of its coefficient.
     wider : unknowns whose prior it widens, and by how much: all that a scatter does.
     records : those it concerns; empty: all.
-    stated : values of the test log that it concerns, as written there; empty: all.
+    stated : values of the test log that it concerns, as written there, or what is unlike; empty:
+        all.
     factor : stated over true, where it is a factor.
     spread : standard deviation over the tests with a ball of what it moves there, for a coefficient
         of 1.
@@ -838,6 +841,37 @@ def _of_order(o: Observed) -> list[Cause]:
                 for how, times, members in _AS_FAR
             ]  # fmt: skip
     return found
+
+
+def with_unlike(o: Observed, chosen: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Some causes, those of a record that differs in several respects replaced by one.
+
+    What is otherwise in one record in two ways or more was another test, or is a damaged record:
+    nothing in it is believed, and everything in it may be anything.
+    """
+    own: dict[str, list[Cause]] = {}
+    for cause in chosen:
+        if cause.direction is not None and len(cause.records) == 1 and cause.kind != "drift":
+            own.setdefault(cause.records[0], []).append(cause)
+    for record, several in own.items():
+        if len(several) > 1:
+            wider = {
+                name: width
+                for kind, width in _UNLIKE.items()
+                for name, of in o.kinds.get(kind, {}).items()
+                if of == record
+            }
+            abouts = tuple(dict.fromkeys(cause.about for cause in several))
+            unlike = Cause(f"unlike {record}", "unlike", "record", None, wider=wider,
+                           members=len(o.order), records=(record,), stated=abouts)  # fmt: skip
+            chosen = [*(cause for cause in chosen if cause not in several), unlike]
+    return tuple(chosen)
+
+
+_UNLIKE = {
+    **{kind: _AS_FAR[1][1] * width for kind, (_, width) in _DRIFTS.items()},
+    "clearance": 5e-3, "own base": 0.3, "own late": 1e-3, "own base late": 1e-3,
+}  # fmt: skip
 
 
 def _remounted(o: Observed) -> list[Cause]:

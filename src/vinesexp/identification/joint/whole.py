@@ -26,6 +26,7 @@ from vinesexp.identification.joint.causes import (
     possible_causes,
     proposed,
     weighed,
+    with_unlike,
 )
 from vinesexp.identification.joint.observations import Observed, observe
 from vinesexp.identification.joint.unknowns import (
@@ -275,6 +276,8 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
             queue.append((proposed(data, observed, causes, chosen), data))
             queue.append((proposed(data, observed, causes), data))
     _, chosen, data = max(fits.values(), key=lambda one: one[0])
+    if (merged := with_unlike(observed, chosen)) != chosen:
+        chosen, data = merged, _fitted(observed, data, believing(observed.beliefs, merged))
     while (kept := needed(data, observed, chosen)) != chosen:
         chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
     return weighed(data, observed, causes, chosen), data

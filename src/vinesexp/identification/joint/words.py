@@ -79,6 +79,13 @@ def cause_checks(judged: Judged) -> list[Check]:
                 f"the records differ a little from the plain model, as {names} would make them. "
                 "The difference is too small to be sure; the values and their errors include it"
             )
+        elif cause.kind == "unlike":
+            kind = "plain model"
+            respects = " and in ".join(cause.stated)
+            detail = (
+                f"not explained: this record differs from the others in {respects}: something was "
+                "otherwise in this test, or the record is damaged. It has no weight in the values"
+            )
         elif cause.direction is None:
             kind, detail, record = "plain model", _unexplained(weighed), ""
         elif weighed.sure and not weighed.rivals:
@@ -132,6 +139,8 @@ def called(cause: Cause) -> str:
     """
     if cause.kind == "effect":
         return _NAMES[cause.about]
+    if cause.kind == "unlike":
+        return f"{cause.records[0]} that is unlike the other records"
     if cause.kind == "remounting":
         return "ring-downs with a separate mounting each"
     if cause.kind == "scatter":
