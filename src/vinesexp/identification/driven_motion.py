@@ -44,6 +44,7 @@ _ARRAYS = ("values", "information")
 _SOUGHT = 5  # w0^2, 2 zeta w0, the base and its quadrature, friction
 _KNOWN, _BASE = [0, 1, 4], slice(2, 4)  # of these: those that decays know, the base
 _KNOWN_RATE = 0.3  # rad that the phase of a base that was not recorded may turn in a record
+_HARMONICS, _DISTORTED = (2, 3), 0.02  # of a base that was not recorded; their usual share of it
 _MODULATED = 2e-4  # error of f0, relative, from which on it is that of a motion that repeats
 _TURNS = 3  # of the fit: scatter of the times and, where it is not recorded, the base's frequency
 _TINY = 1e-12
@@ -402,7 +403,7 @@ def _fitted(
 ) -> DrivenMotion | None:
     """Regress x'' on x, x', base and quadrature, friction, a constant that drifts and a lag.
 
-    Where the base was not recorded its frequency is fitted too.
+    Where the base was not recorded its frequency is fitted too, and its harmonics.
     """
     # from the middle of the record: its frequency turns the base's phase as little as can be
     w, middle = 2.0 * math.pi * frequency, 0.5 * (x.size - 1)
@@ -438,7 +439,9 @@ def _fitted(
             base = [flights.moments(wave) for wave in waves]
             c, s = _ordinary(found, w)
             later = (c * waves[1] - s * waves[0]) * t * per
-            turning = [-rows.of(flights.moments(later))[:, 0]]
+            size = _DISTORTED * math.hypot(c, s)
+            harmonics = [size * turn(k * w * t) for k in _HARMONICS for turn in (np.cos, np.sin)]
+            turning = [-rows.of(flights.moments(one))[:, 0] for one in (later, *harmonics)]
     assert found is not None
     return DrivenMotion(found.values, found.information, w, scale, e is not None, found.flights)
 
@@ -511,7 +514,7 @@ def _solved(
     if _repeats(values, information):
         values, information = _of_base(own, left, values, rows.flight, w)
     times = _scatter_of_times(rows, y - design @ p)
-    turned = float(p[_SOUGHT]) * held
+    turned = float(p[_SOUGHT]) if held else 0.0
     return _Solved(values, information, turned, times, len(np.unique(rows.flight)))
 
 
