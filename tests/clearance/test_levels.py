@@ -68,8 +68,19 @@ def test_what_was_measured_wins_over_the_sheet():
 def test_what_all_records_together_show_wins_over_channel_and_sheet():
     found = Quantity(0.2601e-3, 1e-6)
     for rows in ([], [row()]):
-        base = base_of_level(0.25e-3, {7.862}, rows, inputs=Uncertainties(), found=found)
+        base = base_of_level(0.25e-3, {7.862}, rows, inputs=Uncertainties(), found=(found, None))
         assert found == base.G
+
+
+def test_a_frequency_that_the_mass_shows_wins_over_the_sheet_where_no_channel_does():
+    shown = Quantity(7.862, 1e-3)
+    base = base_of_level(0.25e-3, {7.94}, [], inputs=Uncertainties(), found=(None, shown))
+    assert base.frequency == shown
+    (check,) = base_checks("G = 0.25 mm", {7.94}, base, [])
+    assert "the mass shows 7.862 Hz, the test log says 7.94 Hz" in check.detail
+    assert base_checks("G = 0.25 mm", {7.863}, base, []) == []
+    by_channel = base_of_level(0.25e-3, {7.94}, [row()], inputs=EXACT, found=(None, shown))
+    assert by_channel.frequency == Quantity(7.862, by_channel.frequency.std_error)
 
 
 def test_a_stated_sensitivity_error_counts_and_an_unstated_one_is_assumed():

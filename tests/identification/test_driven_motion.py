@@ -65,6 +65,15 @@ def test_the_base_is_found_without_ball_or_clearance(tmp_path, seen, jump):
         assert found.values[1] / (2.0 * W0) == pytest.approx(ZETA, rel=0.02)
 
 
+@pytest.mark.parametrize("wrong", [0.99, 1.01, 1.3])
+def test_a_frequency_that_was_typed_wrong_is_that_of_the_motion(tmp_path, wrong):
+    """Without a channel of the base, b_c was predicted 16 % too small from a frequency 1 % off."""
+    _, x, _, impacts = motion(np.random.default_rng(3), jump=0.02)
+    with record(tmp_path / "a.nc", x) as view:
+        found = driven_motion(view, impacts, frequency=F, stated=wrong * F)
+    assert found.rate == pytest.approx(W, rel=2e-5)
+
+
 @pytest.mark.parametrize("share", [0.02, 0.1])
 def test_harmonics_of_a_base_that_was_not_recorded_are_no_base_and_no_f0(tmp_path, share):
     """A tenth of a third harmonic made the base 4 % larger than it was, by six errors."""

@@ -156,7 +156,7 @@ def periodic_levels(
             {record.frequency[0] for record in records if record.frequency},
             [measured[record.id] for record in records if record.id in measured],
             inputs=campaign.known.uncertainties,
-            found=found_length("base_amplitude", identified, {record.id for record in records}),
+            found=found_base(identified, {record.id for record in records}),
         )
         levels.append(PeriodicLevel(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
@@ -232,15 +232,25 @@ def found_length(what: str, identified: Rows, records: set[str]) -> Quantity | N
     return None
 
 
+def found_base(identified: Rows, records: set[str]) -> tuple[Quantity | None, Quantity | None]:
+    """Amplitude, m, and frequency, Hz, of the base of these records as the mass answers it."""
+    amplitude, frequency = (
+        found_length(f"base_{what}", identified, records) for what in ("amplitude", "frequency")
+    )
+    return amplitude, frequency
+
+
 def base_of_level(
     nominal: float,
     frequencies: set[float],
     rows: Rows,
     *,
     inputs: Uncertainties,
-    found: Quantity | None = None,
+    found: tuple[Quantity | None, Quantity | None] = (None, None),
 ) -> LevelBase:
     """Base of a level: its amplitude as all records show it, else of the channel or the test log.
+
+    Its frequency as the channel shows it; as the mass answers it where there is none.
 
     Parameters
     ----------
@@ -252,8 +262,8 @@ def base_of_level(
         Of base.csv, of the level's records.
     inputs : Uncertainties
         Of the base channel's sensitivity and of the clock.
-    found : Quantity, optional
-        The amplitude that the joint model found, m (`found_length`).
+    found : (Quantity or None, Quantity or None)
+        Amplitude, m, and frequency, Hz, that the joint model found (`found_base`).
 
     Examples
     --------
@@ -261,10 +271,13 @@ def base_of_level(
     >>> base.G.std_error, base.frequency.value
     (5e-06, 7.86)
     """
-    stated = frequencies.pop() if len(frequencies) == 1 else None
+    stated = next(iter(frequencies)) if len(frequencies) == 1 else None
+    amplitude, frequency = found
     if not rows:
-        at = None if stated is None else Quantity(stated, GENERATOR * inputs.clock.of(stated))
-        return LevelBase(found or Quantity(nominal, inputs.base_amplitude.of(nominal)), at)
+        if frequency is None and stated is not None:
+            frequency = Quantity(stated, GENERATOR * inputs.clock.of(stated))
+        amplitude = amplitude or Quantity(nominal, inputs.base_amplitude.of(nominal))
+        return LevelBase(amplitude, frequency)
     gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
     G, noise = _mean([(r["amplitude_m"], r["amplitude_error_m"]) for r in rows])
     f, f_noise = _mean([(r["frequency_hz"], r["frequency_error_hz"]) for r in rows])
@@ -272,7 +285,7 @@ def base_of_level(
     each = [r["frequency_hz"] for r in rows]
     shared = max(each) - min(each) < 1e-3 * f
     return LevelBase(
-        found or Quantity(G, math.hypot(noise, gain * G)),
+        amplitude or Quantity(G, math.hypot(noise, gain * G)),
         Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
     )
 
@@ -306,14 +319,14 @@ def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows)
             "the frequency and is predicted for resonance. Compare tests of one frequency"
         )
         checks.append(Check("", "base frequency", "warning", detail))
-    if rows and len(frequencies) == 1 and base.frequency is not None:
+    if len(frequencies) == 1 and base.frequency is not None:
         sheet, found = next(iter(frequencies)), base.frequency
         allowed = math.hypot(found.std_error, DISPLAY_ERROR * sheet)
         if abs(found.value - sheet) > DIFFERS * allowed:
             detail = (
-                f"{name}: the base channel shows {found.value:.6g} Hz, the test log says "
-                f"{sheet:.6g} Hz; predictions use what was measured; check frequency_hz and the "
-                "sample rate"
+                f"{name}: the {'base channel' if rows else 'mass'} shows {found.value:.6g} Hz, the "
+                f"test log says {sheet:.6g} Hz; predictions use what was measured; check "
+                "frequency_hz and the sample rate"
             )
             checks.append(Check("", "base frequency", "warning", detail))
     return checks + [check for row in rows for check in _steadiness(row)]

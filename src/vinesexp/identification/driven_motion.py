@@ -207,7 +207,7 @@ def driven_motion(
     flights = _flights(impacts, missing, begin, step, period=1.0 / frequency)
     if flights is None:
         return None
-    near = stated or frequency
+    near = stated if stated and abs(stated / frequency - 1.0) < _FAR else frequency
     if "base" in view.roles and view.quantity("base") == "displacement":
         e = channel_means(view, "base", k)[: x.size]
         moved = base_motion(e, step, frequency=near)

@@ -10,7 +10,7 @@ import numpy as np
 
 from vinesexp.identification.average import DISAGREES, mean_of, weighted_mean
 from vinesexp.identification.budget import Source
-from vinesexp.identification.driven_motion import DRIVEN, driven_from
+from vinesexp.identification.driven_motion import DRIVEN, DrivenMotion, driven_from
 from vinesexp.identification.estimate import (
     COMBINED,
     INTEGRATED,
@@ -417,7 +417,8 @@ def identify_campaign(
     rows += [source.total for source in sources]
     rows += _effects(answer, campaign)
     rows += _ball(answer, campaign)
-    rows += [*_bases(answer, campaign), *_releases(answer, campaign)]
+    rows += [*_bases(answer, campaign), *_frequencies(driven, campaign)]
+    rows += _releases(answer, campaign)
     levels: tuple[LevelValues, ...] = ()
     if answer.observed.law.free and {"ln_f0", "ln_zeta"} <= set(answer.posterior.names):
         law = law_found(answer.posterior, answer.observed.law)
@@ -721,6 +722,28 @@ def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
                 Estimate("base_amplitude", size, size * error, "m", "motion of the mass", own)
             )
     return rows
+
+
+def _frequencies(driven: Mapping[str, DrivenMotion], campaign: Campaign) -> list[Estimate]:
+    """Frequency of a base that was not recorded, of each level: as its tests show it, if alike."""
+    levels: dict[float, dict[str, float]] = {}
+    for record in campaign.records:
+        motion = driven.get(record.id)
+        if motion is not None and not motion.recorded and record.base_amplitude:
+            frequency = motion.rate / (2.0 * math.pi)
+            levels.setdefault(record.base_amplitude, {})[record.id] = frequency
+    rows = []
+    clock = campaign.known.uncertainties.clock.of(1.0)
+    for own in levels.values():
+        each = np.array(list(own.values()))
+        f = float(np.median(each))
+        if np.ptp(each) < _SHARED * f:
+            error = f * math.hypot(clock, float(np.std(each)) / f, _FREQUENCY)
+            rows.append(Estimate("base_frequency", f, error, "Hz", "motion of the mass", (*own,)))
+    return rows
+
+
+_SHARED, _FREQUENCY = 1e-3, 2e-5  # of a frequency: tests that share one; error of that of one test
 
 
 def _at_another_base(answer: Answer, ids: Sequence[str]) -> dict[str, str]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_length
+from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_base
 from vinesexp.clearance.predicted import OF_BALL, ball_of, cubic_stiffness
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
@@ -323,7 +323,7 @@ def _base(record: Record, bases: Mapping[str, Row], identified: Rows) -> LevelBa
         frequencies,
         [own] if own is not None else [],
         inputs=EXACT,
-        found=found_length("base_amplitude", identified, {record.id}),
+        found=found_base(identified, {record.id}),
     )
 
 
