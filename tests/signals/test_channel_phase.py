@@ -85,6 +85,24 @@ def test_a_decay_alone_knows_no_lag(tmp_path: Path) -> None:
     assert found.lag_error >= abs(found.lag)  # it may be a corner
 
 
+@pytest.mark.parametrize("begins", [0.40002, 0.40005, 0.40008])
+def test_a_release_within_one_sample_is_no_lag_and_no_motion_across(begins, tmp_path: Path) -> None:
+    """Its step fills all lines of one segment: eight segments were taken for as many witnesses."""
+    t = np.arange(70_000) / 1e4
+    s = -0.3 + 2j * np.pi * F0
+    z = np.where(t > begins, np.exp(s * (t - begins)), 0.0)
+    x = np.where(t > begins, z.real - (s.real / s.imag) * z.imag, 1.0)  # at rest before
+    a = (s**2 * z).real - (s.real / s.imag) * (s**2 * z).imag
+    rng = np.random.default_rng(2)
+    channels = {"displacement": 5e-3 * x + 1e-6 * rng.standard_normal(t.size),
+                "acceleration": 5e-3 * a + 0.05 * rng.standard_normal(t.size)}  # fmt: skip
+    with open_record(stored(tmp_path / "d.nc", channels)) as view:
+        found = agreement_of(view, frequency=F0)
+    assert found is not None
+    assert found.across == 0.0
+    assert abs(found.lag) < 3.0 * found.lag_error
+
+
 def test_places_at_impacts_are_right_behind_an_ac_coupled_sensor(measure, tmp_path: Path) -> None:
     record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0)
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}

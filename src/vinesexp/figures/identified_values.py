@@ -196,13 +196,14 @@ def _panel(axis: Axes, rows: Sequence[Row], combined: Row) -> None:
 
 #: Lines of the figure: those that are contradicted first.
 _MOST = 40
-_ORDER = {"off": 0, "ok": 1, "not tested": 2}
+_ORDER = {"off": 0, "doubtful": 1, "ok": 2, "not tested": 3}
 
 #: Beyond so many standard uncertainties the axis is logarithmic.
 _LINEAR = 30.0
 #: Verdict to its words and colour.
 _MARKS = {
     "off": ("contradicted", COLOURS["impact"]),
+    "doubtful": ("differs, not explained", COLOURS["published"]),
     "ok": ("agrees", COLOURS["displacement"]),
 }
 

@@ -86,6 +86,7 @@ _MOST_LOST = 0.05  # of the samples: more is no loss of the target, it is a bad 
 _MOST_DRIFT = 24  # cosines
 _OWN_LINES = 6.0  # line widths or Fourier lines from f0 that are the decay's own
 _FEWEST_LINES = 20
+_BELOW_HARMONIC = 1.9  # times f0: an oscillation that is no sine has a second harmonic
 _BEAT = 5e-3  # of the amplitude: weaker lines are not reported
 _SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may take
 _STRONG = 8.0  # times the median of the lines around
@@ -245,7 +246,8 @@ def _beat(
     power = np.abs(np.fft.rfft(rest * taper))
     frequency = np.fft.rfftfreq(rest.size, step)
     own = max(_OWN_LINES / (rest.size * step), _OWN_LINES * zeta * f0)
-    near = (frequency > 0.5 * f0) & (frequency < 2.0 * f0) & (np.abs(frequency - f0) > own)
+    near = (frequency > 0.5 * f0) & (frequency < _BELOW_HARMONIC * f0)
+    near &= np.abs(frequency - f0) > own
     if near.sum() < _FEWEST_LINES:
         return None
     peak = int(np.flatnonzero(near)[np.argmax(power[near])])

@@ -902,13 +902,12 @@ def _input(
         for n in w.cause.direction.terms
     }  # fmt: skip
     apart = abs(found - stated)
-    explained = not any(
-        not w.sure and not w.rivals for w in answer.judged.found
-    )  # else what was found may be made of something else
-    if (explained and apart > _OFF * math.hypot(stated_error, found_error)) or (
-        named & set(terms) and apart > _OFF * found_error
-    ):
+    far = apart > _OFF * math.hypot(stated_error, found_error)
+    if named & set(terms) and apart > _OFF * found_error:
         verdict = Verdict.OFF
+    elif far:  # unless something else may have made what was found
+        unexplained = any(not (w.sure or w.slight or w.rivals) for w in answer.judged.found)
+        verdict = Verdict.DOUBTFUL if unexplained else Verdict.OFF
     elif found_error > _SHOWN * stated_error:
         verdict = Verdict.NOT_TESTED
     return {

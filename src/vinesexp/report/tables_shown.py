@@ -135,6 +135,7 @@ def bands_in_words(rows: Sequence[Row]) -> str:
 _WORDS = {
     "ok": "agrees",
     "off": "contradicted: the analysis uses what was found",
+    "doubtful": "differs, and something in the records is not explained",
     "not tested": "not tested: the records do not determine this value",
 }
 
@@ -185,9 +186,13 @@ def stated_sentence(rows: Sequence[Row]) -> str:
     """
     if not rows:
         return ""
-    off, agree = (sum(row["verdict"] == verdict for row in rows) for verdict in ("off", "ok"))
-    untested = len(rows) - off - agree
-    verdicts = (("agree with", agree), ("contradict", off), ("do not test", untested))
+    kinds = ("ok", "off", "doubtful")
+    agree, off, doubtful = (sum(row["verdict"] == kind for row in rows) for kind in kinds)
+    untested = len(rows) - agree - off - doubtful
+    verdicts = (
+        *(("agree with", agree), ("contradict", off)),
+        *(("differ, not explained, from", doubtful), ("do not test", untested)),
+    )
     all_of_them = f"all {len(rows)}" if len(rows) > 1 else "it"
     said = [f"{verb} {n if n < len(rows) else all_of_them}" for verb, n in verdicts if n]
     *first, last = said

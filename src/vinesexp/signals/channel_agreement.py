@@ -35,6 +35,7 @@ _BAND = (0.8, 1.2)  # of the oscillation
 _CYCLES = (5.0, 12.0)  # periods in a segment, as the record allows: lines are f0 over these wide
 _RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
 _FEWEST = 8  # segments
+_GROUPS = 8  # of segments, each left out in turn
 _TOPS = 3  # lines of which a top is the highest; between tops the oscillation leaks in
 _LINES = 2  # tops, fewest
 _COHERENT = 0.5  # squared coherence that a line must have
@@ -298,8 +299,32 @@ def law_in(record: RecordView, *, frequency: float) -> PhaseLaw | None:
 
 
 def _law_beside(found: Agreement, lines: Lines | None, frequency: float) -> PhaseLaw | None:
+    """The law of all segments, as unsure as it is without some of them: jackknife.
+
+    The release of a mass, or one blow, fills all lines of one segment, and is one witness.
+    """
+    if lines is None:
+        return None
+    A, X, w = lines
     own = (found.lag, found.lag_error, found.gain)
-    return lines and law_of_lines(*lines, frequency=frequency, own=own)
+    law = law_of_lines(A, X, w, frequency=frequency, own=own)
+    group = np.arange(len(A)) * _GROUPS // len(A)
+    without = [
+        law and law_of_lines(A[group != k], X[group != k], w, frequency=frequency, own=own)
+        for k in range(_GROUPS)
+    ]
+    known = [one for one in without if one is not None]
+    if law is None or len(known) < _GROUPS:
+        return None
+
+    def error(name: str) -> float:
+        scatter = float(np.std([getattr(one, name) for one in known]))
+        return max(float(getattr(law, f"{name}_error")), math.sqrt(_GROUPS - 1.0) * scatter)
+
+    return replace(
+        law, lag_error=error("lag"), corner_error=error("corner"), above_error=error("above"),
+        spread_error=error("spread"),
+    )  # fmt: skip
 
 
 def _means(

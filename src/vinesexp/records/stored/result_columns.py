@@ -16,6 +16,7 @@ class Verdict(Enum):
     OK = "ok"
     NOT_TESTED = "not tested"
     OFF = "off"
+    DOUBTFUL = "doubtful"
     NOT_STATED = "not stated"
 
 
