@@ -11,14 +11,14 @@ import yaml
 from vinesexp.errors import RecordError
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.channel_section import CHANNEL_KEYS, SETUP_KEYS, SOUND_KEYS
-from vinesexp.records.campaign.description import (
+from vinesexp.records.campaign.load import (
     BAND_KEYS,
     KEYS,
     KNOWN_KEYS,
     PEOPLE_KEYS,
     SCHEMA,
+    load_campaign,
 )
-from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.records_csv import COLUMNS, PEOPLE
 from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, TESTS, Channel, Setup, TimeColumn
 from vinesexp.records.campaign.uncertainties import Uncertainties

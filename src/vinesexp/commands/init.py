@@ -24,7 +24,7 @@ from vinesexp.proposal.campaign_proposal import (
 )
 from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.survey import FileView, view_file
-from vinesexp.records.campaign.description import SCHEMA
+from vinesexp.records.campaign.load import SCHEMA
 from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.campaign.records_xlsx import new_workbook
 from vinesexp.records.campaign.schema import SHEETS

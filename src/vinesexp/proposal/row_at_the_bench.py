@@ -52,10 +52,8 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
     a_after, c_after = at_0.u_after, at_1.u_after - at_0.u_after
 
     def misfit(b: float, restitution: float) -> np.ndarray:
-        found = (v_after - a_after - c_after * b) + restitution * (
-            v_before - a_before - c_before * b
-        )
-        return np.asarray(found)
+        before, after = v_before - a_before - c_before * b, v_after - a_after - c_after * b
+        return np.asarray(after + restitution * before)
 
     known, slope = misfit(0.0, r.value), misfit(0.0, r.value) - misfit(1.0, r.value)
     answer = np.array([float(np.median(known / slope)), r.value])

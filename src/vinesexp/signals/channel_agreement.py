@@ -136,11 +136,9 @@ def compare_channels(
     n = min(acceleration.size, displacement.size)
     if n * step * frequency < 8.0:
         return None
-    f = np.fft.rfftfreq(n, step)
-    near = (f > _BAND[0] * frequency) & (f < _BAND[1] * frequency)
-    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
+    near, w = lines_between(n, step, _BAND, frequency)
     A, Y = second_derivative_beside(acceleration[:n], displacement[:n], step, w, near)
-    A = A * (1.0 - 1j * corner / f[near])
+    A = A * (1.0 - 2j * math.pi * corner / w)
     power = float((np.abs(Y) ** 2).sum())
     if power == 0.0 or near.sum() < 4:
         return None
@@ -181,9 +179,7 @@ def pulse_share(
     """
     k = group_size(record.sample_rate, frequency, points=_POINTS)
     x, step = channel_means(record, "displacement", k), k / record.sample_rate
-    f = np.fft.rfftfreq(x.size, step)
-    near = (f > _BAND[0] * frequency) & (f < _BAND[1] * frequency)
-    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
+    near, w = lines_between(x.size, step, _BAND, frequency)
     X = second_derivative_beside(x, x, step, w, near)[1]
     power = float((np.abs(X) ** 2).sum())
     if not power:
@@ -397,10 +393,8 @@ def expected_lead(corner: float, error: float, *, frequency: float) -> tuple[flo
     odds = odds / odds.sum()
     mean = float(odds @ means)
     spread = math.sqrt(max(float(odds @ (variances + (means - mean) ** 2)), 0.0))
-    turn = 2.0 * math.pi * frequency
-    return math.atan(mean / frequency) / turn, spread / (1.0 + (mean / frequency) ** 2) / (
-        turn * frequency
-    )
+    share, turn = mean / frequency, 2.0 * math.pi * frequency
+    return math.atan(share) / turn, spread / (1.0 + share**2) / (turn * frequency)
 
 
 @dataclass(frozen=True)
@@ -459,11 +453,10 @@ def _lines(
     begins = range(0, n - size + 1, size // 2)
     if len(begins) < _FEWEST or size < 16:
         return None
-    f = np.fft.rfftfreq(size, step)
-    near = (f > _RANGE[0] * frequency) & (f < min(_RANGE[1] * frequency, 0.4 / step))
+    band = _RANGE[0], min(_RANGE[1], 0.4 / step / frequency)
+    near, w = lines_between(size, step, band, frequency)
     if near.sum() < _LINES:
         return None
-    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
     parts = ([x[i : i + size] for x in (acceleration, displacement)] for i in begins)
     lines = [second_derivative_beside(a, x, step, w, near) for a, x in parts]
     A, X = (np.stack(each) for each in zip(*lines, strict=True))
@@ -566,6 +559,15 @@ def _of_the_mass(ratio: ComplexArray, w: FloatArray, use: BoolArray, *, usual: f
     late = float(np.median(np.angle(turned[near]) / w[near]))
     off = np.abs(np.angle(turned * np.exp(-1j * w * late)))
     return np.asarray(near & (off < max(_TURNED, _OUTLYING * float(np.median(off[near])))))
+
+
+def lines_between(
+    n: int, step: float, band: tuple[float, float], frequency: float
+) -> tuple[BoolArray, FloatArray]:
+    """Fourier lines of n samples between two multiples of a frequency (Hz): which, and rad/s."""
+    f = np.fft.rfftfreq(n, step)
+    near = (f > band[0] * frequency) & (f < band[1] * frequency)
+    return near, np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
 
 
 def second_derivative_beside(

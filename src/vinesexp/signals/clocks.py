@@ -25,7 +25,7 @@ from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RECORDERS, RecordView
 from vinesexp.signals.base_motion import sine_windows
-from vinesexp.signals.channel_agreement import second_derivative_beside
+from vinesexp.signals.channel_agreement import lines_between, second_derivative_beside
 from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.free_from import free_sample
 from vinesexp.signals.means import channel_means, fill_gaps, group_size
@@ -141,7 +141,7 @@ class Start:
 Fault = Part | OtherClock | Start
 
 
-def law_of(series: Course) -> Law | None:
+def law_of(series: Course | None) -> Law | None:
     """A straight line with at most one step through a series; None where it is too short.
 
     Errors are those of the scatter about the law, with as many independent windows as the
@@ -155,10 +155,9 @@ def law_of(series: Course) -> Law | None:
     >>> law.steps, law.slopes, 40.0 <= law.at <= 41.0, abs(law.step - 0.1) < 2e-3
     (True, False, True, True)
     """
-    t, y = series.time, series.value
-    n = t.size
-    if n < _FEWEST:
+    if series is None or series.time.size < _FEWEST:
         return None
+    t, y, n = series.time, series.value, series.time.size
     s = (t - t.mean()) / (t[-1] - t[0])
     weight = np.ones(n) if series.weight is None else series.weight / np.median(series.weight)
     columns = np.stack([np.ones(n), s], axis=1)
@@ -298,11 +297,9 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     begins = np.arange(0, n - size + 1, max(size // 2, 1))
     if begins.size < _FEWEST:
         return None
-    f = np.fft.rfftfreq(size, step)
-    near = (f > _NEAR[0] * frequency) & (f < _NEAR[1] * frequency)
+    near, w = lines_between(size, step, _NEAR, frequency)
     if not near.any():
         return None
-    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
     ratio, changes = (np.zeros(begins.size, dtype=np.complex128) for _ in range(2))
     size_of = np.zeros(begins.size)
     for k, i in enumerate(begins):
@@ -458,9 +455,8 @@ def _between_channels(view: RecordView, frequency: float) -> Part | OtherClock |
     step = k / view.sample_rate
     free = free_sample(view, frequency=frequency) // k
     a, x = (channel_means(view, role, k)[free:] for role in ("acceleration", "displacement"))
-    series = lag_over_time(a, x, step, frequency=frequency)
-    law = None if series is None else law_of(series)
-    if series is None or law is None:
+    law = law_of(lag_over_time(a, x, step, frequency=frequency))
+    if law is None:
         return None
     rate, length = view.sample_rate, view.n / view.sample_rate
     if law.steps and abs(law.step) * rate > 1.0 - _WHOLE:

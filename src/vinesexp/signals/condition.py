@@ -179,13 +179,8 @@ def _swing_is_clipped(record: RecordView, limits: Range, settings: Settings) -> 
 
 def _swings(record: RecordView, bands: Bands) -> bool:
     """Whether the displacement in its band is that of the accelerometer, integrated twice."""
-    return (
-        "displacement" not in record.roles
-        and "acceleration" in record.roles
-        and record.quantity("acceleration") == "acceleration"
-        and bands.frequency is not None
-        and bool(bands.displacement[0])
-    )
+    alone = "displacement" not in record.roles and "acceleration" in record.roles
+    return alone and bands.frequency is not None and bool(bands.displacement[0])
 
 
 def _filtered(

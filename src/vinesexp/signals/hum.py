@@ -84,8 +84,8 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
         if line > 0.4 / step:
             continue
         near = _alone(whole, seconds, line, frequency)
-        hum = None if near is None else _steady(x, step, near)
-        found += [] if hum is None else [hum]
+        if near is not None and (hum := _steady(x, step, near)) is not None:
+            found.append(hum)
     return found
 
 

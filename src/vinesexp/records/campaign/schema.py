@@ -1,7 +1,7 @@
 """What a campaign is: rig as known, channels, records.
 
 The vocabulary of campaign.yaml and records.csv. Everything is SI here; the text of the two
-files is converted by `description` and `records_csv`.
+files is converted by `load` and `records_csv`.
 """
 
 from __future__ import annotations
@@ -130,12 +130,7 @@ class Channel:
 
     def to_si(self, numbers: FloatArray, size: float) -> FloatArray:
         """Samples of numbers of the file, each of which is so many units of output."""
-        values = numbers * size if size != 1.0 else numbers.copy()
-        if self.offset != 0.0:
-            values -= self.offset
-        if self.scale != 1.0:
-            values *= self.scale
-        return values
+        return (numbers * size - self.offset) * self.scale
 
 
 @dataclass(frozen=True)

@@ -99,8 +99,7 @@ class Runs:
 
     def stretches(self, chosen: NDArray[np.bool_]) -> list[Stretch]:
         """The chosen ones, one by one."""
-        pairs = zip(self.starts[chosen].tolist(), self.ends[chosen].tolist(), strict=True)
-        return [Stretch(*pair) for pair in pairs]
+        return [*map(Stretch, self.starts[chosen].tolist(), self.ends[chosen].tolist())]
 
 
 @dataclass(frozen=True)

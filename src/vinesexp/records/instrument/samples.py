@@ -263,9 +263,6 @@ class Samples:
 
     def _held(self, block: FloatArray) -> FloatArray:
         """The block with the sample before them in the place of empty cells, which are noted."""
-        if np.isfinite(block).all():
-            self._before = block[-1]
-            return block
         block = block.copy()
         for k, conversion in enumerate(self._conversions):
             runs = self.lost.setdefault(conversion.channel.role, [])

@@ -443,9 +443,8 @@ class Resampler:
                 own = left_over & (size >= points)
                 left_over &= ~own
                 if own.any():
-                    at = slice(None) if own.all() else own
-                    left = np.clip(place - points // 2, first, end_of - points)[at]
-                    found[at] = _through(times, values, left, points, wanted[at])
+                    left = np.clip(place - points // 2, first, end_of - points)[own]
+                    found[own] = _through(times, values, left, points, wanted[own])
         for one, after in runs_of(~known):
             add_run(self.gaps, begin + one, begin + after)
         count = np.full(out.shape[1], float(max(known.sum(), 1)))

@@ -97,12 +97,7 @@ class _Series:
             raw = self.item[rows if self.across is None else place]
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
             raise unreadable("HDF5", error, f"sample {rows.start}") from None
-        values: FloatArray = raw.astype(np.float64)
-        if self.scale != 1.0:
-            values *= self.scale
-        if self.offset != 0.0:
-            values += self.offset
-        return values
+        return np.asarray(raw.astype(np.float64) * self.scale + self.offset)
 
 
 class _Contents:

@@ -437,15 +437,9 @@ def seconds_since(cells: Sequence[str], first: str) -> NDArray[np.float64]:
     """
     day_first = _day_first([first, *cells[-1:]])
     origin_day, origin = _parts(first, day_first)
-    out = np.empty(len(cells))
-    for k, cell in enumerate(cells):
-        text = cell.strip()
-        if not text:
-            out[k] = np.nan
-            continue
-        day, second = _parts(text, day_first)
-        out[k] = (day - origin_day) * 86400.0 + (second - origin)
-    return out
+    texts = map(str.strip, cells)
+    parts = [_parts(text, day_first) if text else (np.nan, np.nan) for text in texts]
+    return np.array([(day - origin_day) * 86400.0 + (second - origin) for day, second in parts])
 
 
 def _day_first(cells: Sequence[str]) -> bool:

@@ -312,7 +312,7 @@ def _unreadable(path: Path, error: Exception) -> RecordError:
 
 
 class RecordView:
-    """A record on disk, read by slices. Made by `open_record`; close it or use `with`.
+    """A record on disk, read by slices. Made by `open_record`, whose `with` closes it.
 
     Attributes
     ----------
@@ -412,14 +412,11 @@ class RecordView:
         """What the channel measures: ``displacement``, ``acceleration``."""
         return str(self._channels[role].attrs["quantity"])
 
-    def close(self) -> None:
-        self._file.close()
-
     def __enter__(self) -> RecordView:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        self._file.close()
 
 
 def uniform_times(sample_rate: float, start: float, begin: int, end: int) -> FloatArray:
@@ -430,10 +427,7 @@ def uniform_times(sample_rate: float, start: float, begin: int, end: int) -> Flo
     >>> uniform_times(10.0, 5.0, 0, 3)
     array([5. , 5.1, 5.2])
     """
-    times = np.arange(begin, end, dtype=np.float64)
-    times /= sample_rate
-    times += start
-    return times
+    return np.arange(begin, end, dtype=np.float64) / sample_rate + start
 
 
 def leave_out(

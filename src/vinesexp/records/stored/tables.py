@@ -223,10 +223,8 @@ def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[st
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not text"
         raise _damaged(path, table, f"cannot be read ({reason})") from None
-    if not text:
-        raise _damaged(path, table, f"is empty, expected the columns {','.join(table.names)}")
     lines = text.splitlines(keepends=True)
-    if not lines[-1].endswith("\n"):
+    if lines and not lines[-1].endswith("\n"):
         raise _damaged(path, table, "is cut off: the last line does not end", line=len(lines))
     reader = csv.reader(lines)
     body = []

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.signals.means import block_means
@@ -106,8 +107,7 @@ def louder(noise: FloatArray) -> FloatArray:
     >>> louder(np.array([1.0, 1.0, 1.0, 3.0, 1.0])).tolist()
     [1.0, 1.0, 3.0, 3.0, 3.0]
     """
-    padded = np.concatenate([noise[:1], noise, noise[-1:]])
-    return np.asarray(np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:]))
+    return np.asarray(maximum_filter1d(noise, 3, mode="nearest"))
 
 
 def find_spikes(
@@ -269,8 +269,7 @@ class Stream:
     def samples(self, begin: int, end: int) -> FloatArray:
         """Samples, NaN where there are none."""
         raw = self.read(begin, end)
-        good = np.isfinite(raw)
-        return raw if good.all() else np.where(good, raw, np.nan)
+        return np.where(np.isfinite(raw), raw, np.nan)
 
     def beyond(self, begin: int, end: int) -> BoolArray:
         """Which samples are clipped."""

@@ -178,8 +178,6 @@ def _tops(
     peaks = find_peaks(np.abs(score), height=limit, distance=apart)[0]
     size = np.abs(shown)
     around = np.clip(peaks[:, np.newaxis] + np.arange(-near, near + 1), 1, max(size.size - 2, 1))
-    if not peaks.size:
-        return np.empty(0)
     top = around[np.arange(peaks.size), np.argmax(size[around], axis=1)]
     left, middle, right = size[top - 1], size[top], size[top + 1]
     bend = np.minimum(left - 2.0 * middle + right, -1e-300)

@@ -492,9 +492,7 @@ def stream_of_channel(
 
     def read(begin: int, end: int) -> FloatArray:
         raw = read_unstuck(record, role, limits, begin, end, stuck=settings.stuck)
-        known = np.isfinite(raw)
-        a = conditioned.read(role, begin, end)
-        return a if known.all() else np.where(known, a, np.nan)
+        return np.where(np.isfinite(raw), conditioned.read(role, begin, end), np.nan)
 
     def clipped(begin: int, end: int) -> BoolArray:
         return limits.beyond(record.read(role, begin, end))

@@ -273,14 +273,12 @@ class State:
 
 def less(a: FloatArray, place: FloatArray, height: FloatArray, template: Template) -> FloatArray:
     """The array less contacts of given places (samples) and heights."""
-    if not place.size:
-        return a.copy()
     lags = np.arange(template.first, template.last + 1)
     centre = np.rint(place)
     index = centre.astype(np.int64)[:, np.newaxis] + lags
     model = template.around(place - centre, lags)[0]
     model *= height[:, np.newaxis]
-    if index.min() < 0 or index.max() >= a.size:
+    if index.min(initial=0) < 0 or index.max(initial=0) >= a.size:
         model *= (index >= 0) & (index < a.size)
         index = np.clip(index, 0, a.size - 1)
     return a - np.bincount(index.ravel(), model.ravel(), a.size)

@@ -69,21 +69,14 @@ class JumpResponse:
         return x, fall * np.cos(w * s) - self.rate * x
 
 
-def smooth(s: FloatArray, w: float, *, full: bool) -> FloatArray:
-    """What the motion without the jump is made of: drift, oscillation, its slow change."""
-    columns = [np.ones_like(s), s * w, np.cos(w * s), np.sin(w * s)]
+def smooth(s: FloatArray, w: float, *, full: bool) -> tuple[FloatArray, FloatArray]:
+    """What the motion without the jump is made of (drift, oscillation, its slow change); slopes."""
+    p, one, c, d = w * s, np.ones_like(s), np.cos(w * s), np.sin(w * s)
+    columns = [(one, 0.0 * one), (p, one), (c, -d), (d, c)]
     if full:
-        columns += [w * s * np.cos(w * s), w * s * np.sin(w * s)]
-    return np.stack(columns, axis=-1)
-
-
-def smooth_slope(s: FloatArray, w: float, *, full: bool) -> FloatArray:
-    zero, one = np.zeros_like(s), np.ones_like(s)
-    columns = [zero, one, -np.sin(w * s), np.cos(w * s)]
-    if full:
-        s = w * s
-        columns += [np.cos(s) - s * np.sin(s), np.sin(s) + s * np.cos(s)]
-    return w * np.stack(columns, axis=-1)
+        columns += [(p * c, c - p * d), (p * d, d + p * c)]
+    values, slopes = (np.stack(each, axis=-1) for each in zip(*columns, strict=True))
+    return values, w * slopes
 
 
 @dataclass(frozen=True)
@@ -390,7 +383,7 @@ def _windows(
 ) -> _Windows:  # fmt: skip
     grid = np.arange(-reach, reach + 1)
     local = np.asarray(grid * x.step, dtype=np.float64)
-    q, upper = np.linalg.qr(smooth(local, response.w, full=full))
+    q, upper = np.linalg.qr(smooth(local, response.w, full=full)[0])
     index = centre[group, np.newaxis] + grid
     others, place, velocity = _neighbours(x, times, jumps, index, group, response)
     samples = x.values[index] - others
@@ -476,10 +469,9 @@ def _solve(
     w = windows.response.w
     blurred = np.ones(q.shape[1])  # block means shrink an oscillation a little
     blurred[2:] = np.sinc(0.5 * w * step / np.pi)
-    offset, full = windows.offset, windows.full
-    for rows, others, value in (
-        (smooth(offset, w, full=full), windows.place, out.x),
-        (smooth_slope(offset, w, full=full), windows.velocity, out.v_before),
+    both = smooth(windows.offset, w, full=windows.full)
+    for rows, others, value in zip(
+        both, (windows.place, windows.velocity), (out.x, out.v_before), strict=True
     ):
         functional = np.linalg.solve(upper.T, (rows / blurred).T).T
         value[group] = (functional * amplitude).sum(axis=1) + others

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from vinesexp.arrays import FloatArray, IntArray
 
@@ -222,11 +223,7 @@ def neighbourhood(values: FloatArray, size: int) -> FloatArray:
     """Largest size of a tabulated template within two samples of each whole lag."""
     padded = np.append(np.abs(values), np.zeros(size * FINE - values.size))
     top = padded.reshape(size, FINE).max(axis=1)
-    wide = top.copy()
-    for shift in (1, 2):
-        wide[shift:] = np.maximum(wide[shift:], top[:-shift])
-        wide[:-shift] = np.maximum(wide[:-shift], top[shift:])
-    return np.asarray(wide)
+    return np.asarray(maximum_filter1d(top, 5, mode="nearest"))
 
 
 @lru_cache(maxsize=8)  # a fit changes the resonance alone twice in three times

@@ -19,6 +19,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
@@ -344,10 +345,7 @@ def _without_outliers(windows: Windows, fit: Fit, table: Callable[[Shape], Templ
     rest = rest * (windows.noise / placed.height)[:, np.newaxis]
     off = np.abs(rest - np.median(rest, axis=0))
     usual = np.median(off, axis=0) / MEDIAN_OF_NORMAL
-    outlying: BoolArray = off > _OUTLYING * usual
-    wide = outlying.copy()
-    wide[:, 1:] |= outlying[:, :-1]
-    wide[:, :-1] |= outlying[:, 1:]
+    wide = maximum_filter1d(off > _OUTLYING * usual, 3, axis=1, mode="nearest")
     own = np.abs(windows.lags) <= fit[1].duration + 1.0  # there nothing parts the two
     return replace(placed, good=windows.good & (own | ~wide))
 
@@ -460,9 +458,8 @@ def _model_error(windows: Windows, template: Template) -> FloatArray:
     # Medians: another contact somewhere in some of the windows is no error of the template.
     spread = (np.median(np.abs(rest), axis=0) / MEDIAN_OF_NORMAL) ** 2
     excess = np.sqrt(np.maximum(spread - expected, 0.0))
-    wide = excess.copy()  # an impact half a sample off shows its misfit one lag farther
-    wide[1:] = np.maximum(wide[1:], excess[:-1])
-    wide[:-1] = np.maximum(wide[:-1], excess[1:])
+    # an impact half a sample off shows its misfit one lag farther
+    wide = maximum_filter1d(excess, 3, mode="nearest")
     later = np.maximum.accumulate(around[wide.size - 1 :][::-1])[::-1]
     wide = np.append(wide, wide[-1] * later[1:] / max(float(later[0]), 1e-300))
     return np.asarray(wide + (0.2 if few else 0.01) * around)
