@@ -282,8 +282,11 @@ def test_a_contact_is_looked_for_about_as_long_as_its_pulses():
     flights = SimpleNamespace(pulse=np.array([2.9e-4, 3e-4, 3.2e-4]))
     names = ("contact", "friction")
     of_pulse, unseen = (
-        {c.about: c for c in _effects(SimpleNamespace(names=names, collisions=collisions))}
-        for collisions in ({"b34": SimpleNamespace(flights=flights)}, {})
+        {
+            c.about: c
+            for c in _effects(SimpleNamespace(names=names, collisions=collisions, releases={}))
+        }
+        for collisions in ({"b34": SimpleNamespace(flights=flights, x=np.array([0.01]))}, {})
     )
     prior = of_pulse["contact"].direction.prior
     assert prior.value - prior.error < 2.5e-4 < prior.value + prior.error
@@ -379,12 +382,32 @@ def steps(of, *, tests=(4, 5, 6, 7), kind="own f0"):
         for i, (name, id) in enumerate(own.items())
     )  # fmt: skip
     priors = {name: Prior(0.0, 1.0 if name == "ln_f0" else 1e-6) for name in names}
-    seen = SimpleNamespace(flights=SimpleNamespace(pulse=np.array([1e-3])))
+    seen = SimpleNamespace(flights=SimpleNamespace(pulse=np.array([1e-3])), x=np.array([0.01]))
     observed = Observed(
         names, Beliefs(priors), blocks, np.zeros(N + 1), {}, {}, {}, {}, {}, {},
         {(f"t{i}", 0): seen for i in tests}, tuple(ids), {kind: own},
     )  # fmt: skip
     return observed, expand(blocks, names, np.zeros(N + 1))
+
+
+@pytest.mark.parametrize("clearances", [(20, 26, 22, 24), (20, 22, 24, 26)])
+def test_what_changes_with_the_clearance_is_no_drift_and_its_rival_in_rows_of_that_order(
+    clearances,
+):
+    """Spacers are mass: f0 was said to drift, as a fact, in the order of records.csv."""
+    observed, _ = steps([0.0] * 4 + [-1e-4 * b for b in clearances])
+    names = {(f"t{i}", 0): (f"clearance: t{i}", 1e-3 * b)
+             for i, b in enumerate(clearances, start=4)}  # fmt: skip
+    observed = replace(observed, clearances=names)
+    data = fit(observed.blocks, observed.names, observed.beliefs, observed.start)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    (found,) = judged.found
+    assert found.cause.key == "drift of f0 with the clearance"
+    assert found.sure
+    assert found.value == pytest.approx(-6e-4, rel=0.01)
+    (check,) = cause_checks(judged)
+    assert "f0 changes by -0.05998" in check.detail
+    assert "from the smallest clearance to the largest" in check.detail
 
 
 def test_what_changed_before_the_tests_with_a_ball_holds_as_it_is_in_them():

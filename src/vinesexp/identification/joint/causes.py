@@ -57,9 +57,9 @@ _WIDTHS = {
     "contact": 1e-3,
     "hollow": 10.0,
     "drag": 0.1,
-    "even": 0.3,
-    "odd": 30.0,
 }
+#: Share of the largest displacement by which a sensor that is not linear reads it wrong.
+_BENT = 0.01
 #: Laws of the same effect, of which one is enough.
 _ABOUT = {"fade": "slope"}
 #: Effects and changes are as small as in most labs or, more rarely, far larger: walls of steel and
@@ -576,6 +576,9 @@ def _effects(o: Observed) -> list[Cause]:
     of_all = [float(np.median(c.flights.pulse)) for c in o.collisions.values()]
     pulses = [one for one in of_all if math.isfinite(one)]  # an accelerometer shows them
     priors = {name: Prior(0.0, width) for name, width in _WIDTHS.items()}
+    reach = max((float(np.abs(c.x).max()) for c in o.collisions.values()), default=0.0)
+    if reach := max(reach, *o.releases, 0.0):
+        priors |= {"even": Prior(0.0, _BENT / reach), "odd": Prior(0.0, _BENT / reach**2)}
     if pulses:
         priors["contact"] = Prior(*(share * float(np.median(pulses)) for share in _OF_PULSE))
     found = [
@@ -805,9 +808,19 @@ _DRIFTS = {"own r": ("r", 0.05), "own f0": ("f0", 5e-3), "own momentum": ("ball 
            "own friction": ("friction", 0.3), "own tilt": ("slope of the cavity", 0.1)}  # fmt: skip
 
 
+#: End of the key of what changes with the clearance, and not along the campaign.
+WITH_CLEARANCE = " with the clearance"
+
+
 def _of_order(o: Observed) -> list[Cause]:
-    """What drifts along the campaign, changes after a record, or is another in one record."""
+    """What drifts along the campaign or with the clearance, changes after a record, or is another
+    in one record.
+
+    Where the rows are in the order of the clearance, nobody can tell the first two apart.
+    """
     found = []
+    lengths = {record: stated for (record, _), (_, stated) in o.clearances.items()}
+    range_of = max(lengths.values(), default=0.0) - min(lengths.values(), default=0.0)
     place = {record: i for i, record in enumerate(o.order)}
     with_ball = {record for record, _ in o.collisions}
     for kind, (about, width) in _DRIFTS.items():
@@ -823,6 +836,10 @@ def _of_order(o: Observed) -> list[Cause]:
         shares: list[tuple[str, str, FloatArray, tuple[str, ...]]] = [
             ("drift", f"drift of {about}", line - line[tests].mean(), ())
         ]
+        if range_of:
+            b = np.array([lengths.get(record, 0.0) for _, record in own])
+            key = f"drift of {about}{WITH_CLEARANCE}"
+            shares.append(("drift", key, (b - b[tests].mean()) / range_of, ()))
         for id in ids[2:-1]:
             after = (at >= place[id]).astype(np.float64)
             key = f"change of {about} from {id}"

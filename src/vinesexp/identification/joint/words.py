@@ -5,7 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from vinesexp.identification.joint.causes import FACTORS, Cause, Judged, Weighed
+from vinesexp.identification.joint.causes import (
+    FACTORS,
+    WITH_CLEARANCE,
+    Cause,
+    Judged,
+    Weighed,
+)
 from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.units import COVERAGE_95, with_error
 
@@ -64,14 +70,16 @@ def cause_checks(judged: Judged) -> list[Check]:
     for weighed in judged.found:
         cause = weighed.cause
         record = cause.records[0] if len(cause.records) == 1 else ""
-        names = " or ".join(dict.fromkeys(called(c) for c in (cause, *weighed.rivals[:3])))
+        offered = (cause, *weighed.rivals)
+        names = " or ".join(dict.fromkeys(called(c) for c in offered[:4]))
         outcome: Outcome = "warning"
-        if cause.kind == "remounting":
-            kind, outcome = "remounting", "ok"
+        if any(c.kind == "remounting" for c in offered):  # nothing that contradicts the test log
+            kind, outcome, record = "remounting", "ok", ""
+            others = [called(c) for c in offered[:4] if c.kind != "remounting"]
             detail = (
                 "f0 and zeta of ring-downs with the same load differ as they do after separate "
                 "mountings. Each ring-down counts as its own mounting, and the errors include this "
-                "scatter"
+                f"scatter{''.join(f'; or it is {one}' for one in others)}"
             )
         elif weighed.slight:
             kind, outcome = "slight", "ok"
@@ -147,6 +155,8 @@ def called(cause: Cause) -> str:
         return f"an unexplained cause ({_SCATTERED[cause.about]})"
     place = _PLACES.get(cause.about, f"the {cause.about}")
     if cause.kind == "drift":
+        if WITH_CLEARANCE in cause.key:
+            return f"{cause.about} that changes{WITH_CLEARANCE}"
         after = f" from {cause.records[0]} on" if cause.records else " along the campaign"
         return f"{cause.about} that changes{after}"
     if cause.kind == "one test":
@@ -254,6 +264,12 @@ def _drift(cause: Cause, value: float, error: float) -> str:
             f"{name} changes by {size} with record {cause.records[0]} and stays there, in the "
             "order of records.csv: something was changed, came loose or warmed up; the errors of "
             "the values include both states"
+        )
+    if WITH_CLEARANCE in cause.key:
+        return (
+            f"{name} changes by {size} from the smallest clearance to the largest: look for what "
+            "is set with it (spacers, another part of the floor); the values hold for the middle "
+            "of the tests with a ball, and their errors include the change over these"
         )
     why = "wear, or dirt" if name in _UNITS else "temperature, or something that comes loose"
     return (
