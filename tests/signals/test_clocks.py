@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vinesexp.signals.clocks import Course, _error_of_phase, law_of
+from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.signals.clocks import Course, Part, _error_of_phase, fault_of, law_of
 
 
 def scatter(n: int, seed: int) -> np.ndarray:
@@ -68,3 +69,35 @@ def test_the_phase_of_a_mass_that_comes_to_rest_is_as_uncertain_as_it_scatters()
     ])  # fmt: skip
     assert 0.6 < np.median(found[:, 26:] / true[26:]) < 1.6
     assert 0.6 < np.median(found[:, :20] / true[:20]) < 3.0
+
+
+RATE, F = 1000.0, 6.0
+
+
+def fault(path, base):
+    noisy = base + 1e-7 * np.random.default_rng(0).standard_normal(base.size)
+    with RecordWriter(path, sample_rate=RATE, quantities={"base": "displacement"}) as writer:
+        writer.append({"base": noisy})
+    with open_record(path) as view:
+        return fault_of(view, frequency=1.002 * F, driven=True)
+
+
+@pytest.mark.parametrize(("on", "off"), [(0.0, 9.3), (2.2, 12.0), (3.1, 8.4)])
+def test_only_the_part_in_which_the_base_moves_is_used(tmp_path, on, off):
+    """A shaker that was off before the recorder: its noise has any phase, "samples are lost"."""
+    t = np.arange(12_000) / RATE
+    moves = np.clip((t - on) / 0.1, 0.0, 1.0) if on else np.ones(t.size)
+    moves = moves * np.clip((off - t) / 0.1, 0.0, 1.0)
+    found = fault(tmp_path / "a.nc", 2e-4 * moves * np.sin(2.0 * np.pi * F * t))
+    assert isinstance(found, Part)
+    assert found.ordinary
+    assert on * RATE <= found.begin <= (on + 0.5) * RATE * (on > 0.0)
+    assert found.end == t.size if off == 12.0 else (off - 0.5) * RATE <= found.end <= off * RATE
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.3, 0.8])
+def test_a_base_that_beats_is_used_whole(tmp_path, depth):
+    t = np.arange(12_000) / RATE
+    beats = 1.0 + depth * np.cos(2.0 * np.pi * 0.4 * t)
+    found = fault(tmp_path / "a.nc", 2e-4 * beats * np.sin(2.0 * np.pi * F * t))
+    assert not getattr(found, "ordinary", False)

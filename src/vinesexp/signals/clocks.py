@@ -24,7 +24,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RECORDERS, RecordView
-from vinesexp.signals.base_motion import sine_windows
+from vinesexp.signals.base_motion import sine_windows, sines_of_windows
 from vinesexp.signals.channel_agreement import lines_between, second_derivative_beside
 from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.free_from import free_sample
@@ -112,6 +112,7 @@ class Part:
     begin, end : the part.
     seen : what shows that the rest is not to be used, in words.
     late : the channel that alone lost samples before it ('' where none), by `count` samples.
+    ordinary : the rest is another test, and nothing is wrong with the recorder.
     """
 
     begin: int
@@ -119,6 +120,7 @@ class Part:
     seen: str
     late: str = ""
     count: int = 0
+    ordinary: bool = False
 
 
 @dataclass(frozen=True)
@@ -373,7 +375,9 @@ def fault_of(
     start = None if together else _start_of_recorders(view, frequency)
     if start is not None:
         return start
-    every = _lost_by_all(view, frequency) if driven and "base" in view.roles else None
+    every = None
+    if driven and "base" in view.roles:
+        every = _driven_part(view, frequency) or _lost_by_all(view, frequency)
     return every or _between_channels(view, frequency) or _jump(view, frequency)
 
 
@@ -390,6 +394,30 @@ def _long_gaps(view: RecordView, frequency: float) -> Part | None:
     times = "once" if len(gaps) == 1 else f"{len(gaps)} times"
     seen = f"a channel shows nothing for longer than half a period of the motion, {times}"
     return Part(*longest, seen) if gaps else None
+
+
+def _driven_part(view: RecordView, frequency: float) -> Part | None:
+    """The part of a record in which the base moves, of a shaker that is switched within it."""
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
+    step = k / view.sample_rate
+    base = channel_means(view, "base", k)
+    size = round(1.0 / (frequency * step))
+    windows = base[: base.size // size * size].reshape(-1, size)
+    if len(windows) < _FEWEST:
+        return None
+    moved = np.abs(sines_of_windows(windows, step, frequency)[0][:, 0])
+    moves = np.flatnonzero(moved > _STILL * float(np.quantile(moved, 0.9)))
+    begin, end = int(moves[0]), int(moves[-1]) + 1
+    # the cycle in which it is switched belongs to neither
+    begin = begin + 1 if begin > _SWITCHED else 0
+    end = end - 1 if len(windows) - end > _SWITCHED else len(windows)
+    if (begin, end) == (0, len(windows)) or end - begin < _FEWEST:
+        return None
+    last = view.n if end == len(windows) else end * size * k
+    return Part(begin * size * k, last, "the base stands still before or after", ordinary=True)
+
+
+_STILL, _SWITCHED = 0.1, 2  # of its usual amplitude, below which a base is at rest; cycles
 
 
 def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
@@ -608,6 +636,8 @@ def _correction(
         return None
     name = _STARTED if isinstance(found, Start) else "clock"
     check = Check(record.id, name, "warning", _in_words(found, view))
+    if isinstance(found, Part) and found.ordinary:
+        check = Check(record.id, "base motion", "ok", _in_words(found, view))
     return Correction([check], *_mended(view, found))
 
 
@@ -626,10 +656,10 @@ def _in_words(found: Fault, view: RecordView) -> str:
             f"together: the motion comes {found.late / view.sample_rate:+.4g} s later in the "
             "first; they are aligned by the motion. Start both with one trigger"
         )
-    return (
-        f"{found.seen}; only the longest part, from {view.moment(found.begin)} to "
-        f"{view.moment(found.end - 1)}, is used. Look at the recorder"
-    )
+    span = f"from {view.moment(found.begin)} to {view.moment(found.end - 1)}"
+    if found.ordinary:
+        return f"{found.seen}: only the part in which it moves, {span}, is used"
+    return f"{found.seen}; only the longest part, {span}, is used. Look at the recorder"
 
 
 def _mended(view: RecordView, found: Fault) -> tuple[Mapping[str, Iterator[FloatArray]], float]:
