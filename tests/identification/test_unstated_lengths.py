@@ -34,6 +34,13 @@ def test_tests_that_moved_alike_are_one_level():
     assert "0.2 mm by the base channel" in first.detail
 
 
+def test_a_base_that_nobody_recorded_is_as_the_mass_answers_it():
+    by_mass = [Estimate("base_seen", 2.5e-4, 1e-7, "m", "motion of the mass", ("a",))]
+    found, (check,) = as_shown(campaign(driven("a")), by_mass)
+    assert found.records[0].base_amplitude == 2.5e-4
+    assert "0.25 mm by the motion of the mass" in check.detail
+
+
 def test_a_test_belongs_to_the_level_of_those_it_moved_like():
     found, _ = as_shown(campaign(driven("a", 2.4e-4), driven("b")), seen(a=2.5e-4, b=2.52e-4))
     assert [(r.base_amplitude, r.shown) for r in found.records] == [(2.4e-4, ()), (2.4e-4, ())]

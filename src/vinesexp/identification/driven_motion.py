@@ -103,6 +103,14 @@ class DrivenMotion:
     recorded: bool
     flights: int
 
+    @property
+    def oscillator(self) -> dict[str, float]:
+        """f0, Hz, and zeta, where nothing else says them; 0 for what the motion does not show."""
+        w0 = math.sqrt(max(float(self.values[0]), 0.0))
+        return {
+            "f0": w0 / (2.0 * math.pi), "zeta": 0.5 * float(self.values[1]) / w0 if w0 else 0.0
+        }  # fmt: skip
+
     def driven(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The five for ln f0, ln zeta, ln of the base's amplitude, its phase, the friction.
 

@@ -398,14 +398,21 @@ def identify_campaign(
     checks += [*_silent(used, campaign), *_begun_later(used, campaign)]
     switched = list(_switched(used, campaign))
     left = {check.record for check in checks if check.check == "copy"}
-    left |= {check.record for check in switched}
+    other = {check.record for check in switched}
     checks += switched
     used = [e for e in used if not left & set(e.records)]
+    # of another range: f0 and zeta are in no unit of the channel
+    used = [
+        replace(e, data=None) if e.records[0] in other else e
+        for e in used
+        if not other & set(e.records) or e.parameter.removesuffix("_added") in ("f0", "zeta")
+    ]
+    left |= other
     used, impossible = possible([e for e in used if e.parameter != NOTHING])
     checks += impossible
-    campaign, filled = as_shown(campaign, used)
-    checks += filled
     driven = {e.records[0]: driven_from(e.data) for e in used if e.parameter == DRIVEN and e.data}
+    campaign, filled = as_shown(campaign, [*used, *_unseen_bases(used, driven)])
+    checks += filled
     own = {name: table for name, table in impacts.items() if name not in left | excluded}
     answer = answer_of(used, campaign, own, driven)
     rows = _by_method(used, answer.observed.law if answer else NO_LAW)
@@ -459,8 +466,9 @@ def _switched(found: Sequence[Estimate], campaign: Campaign) -> Iterator[Check]:
                 "gain",
                 "warning",
                 f"the acceleration is {math.exp(off):.4g} times as large beside the displacement "
-                "as in the other records: one of the two was recorded in another range. The "
-                "record is left out; give it a setup of its own with its sensitivities",
+                "as in the other records: one of the two was recorded in another range. Only "
+                "f0 and zeta of this record are used; give it a setup of its own with its "
+                "sensitivities",
             )
 
 
@@ -478,6 +486,21 @@ def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
     ]  # fmt: skip
 
 
+def _unseen_bases(
+    found: Sequence[Estimate], driven: Mapping[str, DrivenMotion]
+) -> Iterator[Estimate]:
+    """Base amplitudes of tests without a base channel, as the mass answers them."""
+    f0, zeta = (
+        [e.value for e in found if e.parameter == name]
+        or [motion.oscillator[name] for motion in driven.values()]
+        for name in ("f0", "zeta")
+    )
+    for record, motion in driven.items():
+        if not motion.recorded:
+            value, error, _ = motion.base(f0=float(np.median(f0)), zeta=float(np.median(zeta)))
+            yield Estimate("base_seen", value, error, "m", "motion of the mass", (record,))
+
+
 def as_shown(campaign: Campaign, found: Sequence[Estimate]) -> tuple[Campaign, list[Check]]:
     """Base amplitudes and releases that records.csv leaves empty, as the records show them.
 
@@ -492,25 +515,25 @@ def as_shown(campaign: Campaign, found: Sequence[Estimate]) -> tuple[Campaign, l
     checks = []
     for name, (parameter, test, shown_by) in _SHOWN_LENGTHS.items():
         seen = sorted(
-            (abs(e.value), e.records[0]) for e in found
+            (abs(e.value), e.records[0], e.method) for e in found
             if e.parameter == parameter and records[e.records[0]].test == test
             and abs(e.value) > _SURE * e.std_error
         )  # fmt: skip
         while seen:
             level = [one for one in seen if one[0] <= _ALIKE * seen[0][0]]
             seen = seen[len(level) :]
-            empty = [id for _, id in level if getattr(records[id], name) is None]
+            empty = [id for _, id, _ in level if getattr(records[id], name) is None]
             if not empty:
                 continue
-            stated = sorted(abs(getattr(records[id], name) or 0.0) for _, id in level)
-            middle = float(f"{np.median([length for length, _ in level]):.3g}")
+            stated = sorted(abs(getattr(records[id], name) or 0.0) for _, id, _ in level)
+            middle = float(f"{np.median([length for length, _, _ in level]):.3g}")
             length = stated[-1] or middle
             for id in empty:
                 records[id] = _with_length(records[id], name, length, stated=stated[-1] > 0.0)
             more = f" and {len(empty) - 1} more" if len(empty) > 1 else ""
             detail = (
                 f"{name}_mm of {empty[0]}{more} is empty in records.csv: {1e3 * length:.3g} mm by "
-                f"{shown_by}"
+                f"the {shown_by or level[0][2]}"
             )
             checks.append(Check(empty[0] if len(empty) == 1 else "", "test log", "ok", detail))
     return replace(campaign, records=tuple(records.values())), checks
@@ -524,10 +547,11 @@ def _with_length(record: Record, name: str, length: float, *, stated: bool) -> R
     return replace(record, base_amplitude=length, shown=shown)
 
 
-#: Lengths of records.csv: the estimate that shows them, in which test, and what shows it.
+#: Lengths of records.csv: the estimate that shows them, in which test, and what shows it, unless
+#: it is the method of the estimate.
 _SHOWN_LENGTHS = {
-    "base_amplitude": ("base_seen", "periodic", "the base channel"),
-    "release": ("release_seen", "transient", "the displacement"),
+    "base_amplitude": ("base_seen", "periodic", ""),
+    "release": ("release_seen", "transient", "displacement"),
 }
 _ALIKE = 1.05  # largest over smallest of one level
 
@@ -781,11 +805,16 @@ def _released(stated: float, campaign: Campaign) -> tuple[str, ...]:
     )
 
 
+_NO_DECAY = (
+    "no free decay, no sweep without NES, and no periodic test with a laser that could be used"
+)
+
+
 def _absent(rows: Sequence[Estimate], found: Posterior | None = None) -> list[Check]:
     """What is not in the table, and what it would take."""
     reasons = {
-        "f0": "no free decay and no sweep without NES that could be used",
-        "zeta": "no free decay and no sweep without NES that could be used",
+        "f0": _NO_DECAY,
+        "zeta": _NO_DECAY,
         "M": (
             "not weighed (known.mass), no pair of ring-downs with and without added mass, no "
             "impacts of a ball of known mass (known.nes_mass)"

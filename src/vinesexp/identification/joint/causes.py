@@ -805,7 +805,8 @@ def _of_gains(o: Observed) -> list[Cause]:
 _DRIFTS = {"own r": ("r", 0.05), "own f0": ("f0", 5e-3), "own momentum": ("ball mass", 0.1),
            "own displacement gain": ("displacement gain", 0.05),
            "own zeta": ("zeta", 0.1), "own acceleration gain": ("acceleration gain", 0.05),
-           "own friction": ("friction", 0.3), "own tilt": ("slope of the cavity", 0.1)}  # fmt: skip
+           "own friction": ("friction", 0.3), "own tilt": ("slope of the cavity", 0.1),
+           "clearance": ("clearance", 1e-3)}  # fmt: skip
 
 
 #: End of the key of what changes with the clearance, and not along the campaign.
@@ -836,7 +837,7 @@ def _of_order(o: Observed) -> list[Cause]:
         shares: list[tuple[str, str, FloatArray, tuple[str, ...]]] = [
             ("drift", f"drift of {about}", line - line[tests].mean(), ())
         ]
-        if range_of:
+        if range_of and kind != "clearance":  # that all are wrong, or one, is a mistake
             b = np.array([lengths.get(record, 0.0) for _, record in own])
             key = f"drift of {about}{WITH_CLEARANCE}"
             shares.append(("drift", key, (b - b[tests].mean()) / range_of, ()))
@@ -848,6 +849,7 @@ def _of_order(o: Observed) -> list[Cause]:
         shares += [
             ("one test", f"other {about} in {id}", (at == place[id]).astype(np.float64), (id,))
             for id in ids
+            if kind != "clearance"
         ]
         for kind_of, key, share, of in shares:
             terms = {name: one for (name, _), one in zip(own, share.tolist(), strict=True)}

@@ -224,7 +224,7 @@ def observe(
         Record id to its impact table, and to its motion between impacts.
     """
     b = _Builder(campaign, law_asked(found, campaign))
-    _rig(b, found)
+    _rig(b, found, driven)
     _decays(b, [e for e in found if e.method != "sweep"])
     _start_mass(b, found)
     _start_law(b)
@@ -263,7 +263,7 @@ class _Single:
         return np.array([[w]]), np.array([w * rest]), -0.5 * w * rest * rest
 
 
-def _rig(b: _Builder, found: Sequence[Estimate]) -> None:
+def _rig(b: _Builder, found: Sequence[Estimate], driven: Mapping[str, DrivenMotion]) -> None:
     known = b.campaign.known
     inputs = known.uncertainties
     alone = {
@@ -272,7 +272,7 @@ def _rig(b: _Builder, found: Sequence[Estimate]) -> None:
     }
     for name in ("f0", "zeta"):
         values = [e.value for e in alone[name]] or [e.value for e in alone[f"{name}_added"]]
-        values = [v for v in values if v > 0.0]
+        values = [v for v in values or [d.oscillator[name] for d in driven.values()] if v > 0.0]
         if values:
             start = math.log(float(np.median(values)))
             b.add(f"ln_{name}", start, _WIDE)

@@ -237,13 +237,16 @@ def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
     )
 
 
-#: Unit of what changes along a campaign; all others are logarithms, and said in per cent.
-_UNITS = {"r": "", "friction": " m/s^2", "slope of the cavity": " m/s^2"}
+#: Unit of what changes along a campaign, and how many of it are one in SI; all others are
+#: logarithms, and said in per cent.
+_UNITS = {"r": ("", 1.0), "friction": (" m/s^2", 1.0), "slope of the cavity": (" m/s^2", 1.0),
+          "clearance": (" mm", 1e3)}  # fmt: skip
 
 
 def _size(name: str, value: float, error: float) -> str:
     if name in _UNITS:
-        return f"{_signed(value, error)}{_UNITS[name]}"
+        unit, size = _UNITS[name]
+        return f"{_signed(size * value, size * error)}{unit}"
     share = 100.0 * math.exp(value)  # of a logarithm
     return f"{_signed(share - 100.0, share * error)} %"
 
