@@ -49,6 +49,8 @@ def test_nothing_that_shows_results_takes_words_apart():
             continue
         if name in ("figures/style.py", "figures/numbers.py"):  # SVG text; digits of one number
             continue
+        if not any(f".{word}" in text for word in parting):  # parsing all takes a second
+            continue
         found |= {
             f"{name}:{node.lineno}"
             for node in ast.walk(ast.parse(text))
