@@ -4,6 +4,7 @@ import gc
 import os
 import sys
 from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 
@@ -29,3 +30,17 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.freeze()
         gc.set_threshold(100_000)
         gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(
+    file_path: Path,
+) -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+    """Search for doctests only where one can be: the search imports and takes apart each module."""
+    found = yield
+    if (
+        any(type(one) is not pytest.Module for one in found)
+        and b">>>" not in file_path.read_bytes()
+    ):
+        return [one for one in found if type(one) is pytest.Module]
+    return found
