@@ -109,6 +109,27 @@ def test_a_file_that_is_no_record_is_reported(tmp_path):
         open_record(tmp_path / "a.nc")
 
 
+def test_a_damaged_text_about_a_record_is_reported(tmp_path):
+    path = tmp_path / "a.nc"
+    attributes = {"test": "ringdown", "rows": 3}
+    with RecordWriter(
+        path, sample_rate=1.0, quantities={"base": "displacement"}, attributes=attributes
+    ) as writer:
+        writer.append({"base": np.ones(3)})
+    with open_record(path) as record:
+        assert record.attributes.get("none") is None
+        assert attributes.items() <= dict(record.attributes).items()
+        assert len(record.attributes) == len(dict(record.attributes))
+    whole = path.read_bytes()
+    assert b"GCOL" in whole  # where HDF5 keeps texts
+    path.write_bytes(whole.replace(b"GCOL", b"gone"))
+    with (
+        pytest.raises(RecordError, match=r"cannot be read as a record.*remove it and run again"),
+        open_record(path) as record,
+    ):
+        record.attributes.get("test")
+
+
 def test_sampling_may_be_known_at_the_end_only(tmp_path):
     with RecordWriter(tmp_path / "a.nc", sample_rate=np.nan, quantities=QUANTITIES) as writer:
         writer.append({"base": np.ones(3), "acceleration": np.ones(3)})
