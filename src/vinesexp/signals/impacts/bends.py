@@ -3,7 +3,8 @@
 At an impact the velocity of the mass jumps, so that its second difference over m means, added to
 w^2 times the displacement over the same time, is a triangle of 2 m means and nothing else: the
 oscillation, whatever its amplitude, leaves none. A moving mean takes what is slow. Of the triangles
-in sight the highest is taken away first, then the next.
+in sight the highest is taken away first, then the next. Short triangles part impacts that follow
+one another; in longer ones, without the impacts that the short ones showed, noise is less.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from vinesexp.signals.impacts.candidates import strongest
 from vinesexp.signals.impacts.detection import Detection, detection_at, no_detection, normal_cdf
 from vinesexp.signals.impacts.slopes import Coarse
 
-_HALF, _WIDE = 1.0 / 24.0, 1.0 / 6.0  # periods: half of a triangle; moving mean
+_HALVES, _WIDE = (1.0 / 24.0, 1.0 / 10.0), 4.0  # periods: of triangles; moving mean over these
 _THRESHOLD = 6.0  # standard deviations of the noise
 _ROUNDS, _HIGHEST = 10, 0.5  # of the highest near it, that a triangle needs to be taken away
-_OFF = 0.04  # of w^2 times the displacement: damping, and the drive beside the resonance
+_OFF = 0.05  # of w^2 times the displacement: damping, and the drive beside the resonance
 _FOURTH = math.sqrt(70.0)  # noise of a fourth difference, over that of a value
 _FIFTH = 1.2816  # standard deviations that a fifth of all are beyond
 
@@ -54,20 +55,33 @@ def detect_bends(x: Coarse, *, frequency: float, resolution: float = 0.0) -> Det
     >>> found.time.size == hits.size, bool(np.abs(found.time - hits).max() < 1e-3)
     (True, True)
     """
+    found = no_detection(x.step, 0.0)
+    for half in _HALVES:
+        found = _at_scale(x, found, half, frequency, resolution).beside(found)[0]
+    return found
+
+
+def _at_scale(
+    x: Coarse, known: Detection, half: float, frequency: float, resolution: float
+) -> Detection:
+    """Impacts that triangles of one length show beside those known, half of it in periods."""
     step = x.step
-    m, wide = max(2, round(_HALF / (frequency * step))), round(_WIDE / (frequency * step)) | 1
+    m, wide = max(2, round(half / (frequency * step))), round(_WIDE * half / (frequency * step)) | 1
     if x.values.size < 8 * wide:
         return no_detection(step, 0.0)
     filter_, one = _filter(m, wide, step, 2.0 * math.pi * frequency)
     edge, top = filter_.size // 2, float(one.max())
     away = x.values - np.median(x.values)
-    bent = np.convolve(away, filter_, mode="same")
+    bent = np.convolve(away, filter_, mode="same") - _of_known(known, x, one)
     bent[:edge] = bent[-edge:] = 0.0
     noise = _noise(x.values, resolution) * math.sqrt(float(filter_ @ filter_))
     # of an oscillation that is damped or detuned by a few per cent a sine is left, its top a bend
     swing = float(np.percentile(np.abs(away), 99.0))
-    sine = _OFF * (2.0 * math.pi * frequency) ** 2 * swing * (1.0 - np.sinc(_WIDE))
+    sine = _OFF * (2.0 * math.pi * frequency) ** 2 * swing * (1.0 - np.sinc(_WIDE * half))
     place, jump = _triangles(bent, one, m, wide, least=max(_THRESHOLD * noise, sine))
+    known_at = (known.time - x.start) / step
+    apart = np.abs(np.subtract.outer(place, known_at)).min(axis=1, initial=np.inf) > 2 * m
+    place, jump = place[apart], jump[apart]  # beside one that is known its own error is a bend
     strength = np.abs(jump) * top / max(noise, sine / _THRESHOLD)
     near = np.diff(place, prepend=-np.inf, append=np.inf) < 2 * m
     return detection_at(
@@ -75,6 +89,14 @@ def detect_bends(x: Coarse, *, frequency: float, resolution: float = 0.0) -> Det
         jump=jump, strength=strength, confidence=normal_cdf(strength - _THRESHOLD),
         crowded=near[1:] | near[:-1],
     )  # fmt: skip
+
+
+def _of_known(known: Detection, x: Coarse, one: FloatArray) -> FloatArray:
+    """What impacts that are known make of a filtered displacement."""
+    heights = np.zeros(x.values.size)
+    at = np.clip(np.rint((known.time - x.start) / x.step).astype(np.int64), 0, heights.size - 1)
+    np.add.at(heights, at, known.jump)
+    return np.asarray(np.convolve(heights, one, mode="same"))
 
 
 def _noise(values: FloatArray, resolution: float) -> float:
