@@ -1,7 +1,7 @@
 """`vinesexp look`: every column, and what it may be."""
 
+import io
 import os
-import subprocess
 import sys
 from itertools import pairwise
 
@@ -91,18 +91,19 @@ def test_times_may_stand_in_the_last_of_columns_without_names(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
-def test_any_console_shows_it(encoding, tmp_path):
+def test_any_console_shows_it(encoding, tmp_path, monkeypatch):
     name = tmp_path / "Weg 5 µm → \udcfc.csv"
     t = np.arange(800) / 100.0
     rows = "\n".join(f"{s:.2f},{np.cos(5.0 * s):.5f}" for s in t)
     name.write_text(f"Time (s),Weg → (µm)\n{rows}\n", encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-m", "vinesexp.cli", "look", os.fspath(name)],
-        capture_output=True, check=False, env={**os.environ, "PYTHONIOENCODING": encoding},
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"strongest at" in done.stdout
-    assert b"@" in done.stdout  # for the blocks that such a console does not have
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding=encoding) for _ in range(2))
+    monkeypatch.setattr(sys, "stdout", out)
+    monkeypatch.setattr(sys, "stderr", err)
+    code = main(["look", os.fspath(name)])
+    shown, wrong = (stream.detach().getvalue() for stream in (out, err))
+    assert (code, wrong) == (0, b"")
+    assert b"strongest at" in shown
+    assert b"@" in shown  # for the blocks that such a console does not have
 
 
 def test_the_picture_has_spectrum_and_phase_plane_of_each_channel(file):
