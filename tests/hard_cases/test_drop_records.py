@@ -40,13 +40,12 @@ def heard(
     sound += hum * np.sin(2 * np.pi * 50.0 * t) + 0.4 * hum * np.sin(2 * np.pi * 150.0 * t + 1.0)
     size = fade ** (-np.arange(times.size) / max(times.size - 1, 1))
     for time, one in zip(times, size, strict=True):
-        s = t - time
-        on = (s >= 0.0) & (s < 0.6)
-        late = s[on]
+        on = slice(*np.searchsorted(t, (time, time + 0.6)))
+        late = t[on] - time
+        rise = 1.0 - np.exp(-late / 1e-4)
         for frequency, decay in modes:
             share = one * random.uniform(0.4, 1.0)
             phase = random.uniform(0.0, 2 * np.pi)
-            rise = 1.0 - np.exp(-late / 1e-4)
             ring = rise * np.exp(-late / decay) * np.sin(2 * np.pi * frequency * late + phase)
             sound[on] += share * ring
     return sound

@@ -23,7 +23,7 @@ def trace(times: np.ndarray, *, seconds: float, noise: float = 0.3, seed: int = 
     a = noise * np.random.default_rng(seed).standard_normal(t.size)
     w = np.pi / CONTACT
     for k, time in enumerate(times):
-        near = np.abs(t - time) < CONTACT
+        near = slice(*np.searchsorted(t, (time - CONTACT, time + CONTACT)))
         edges = np.clip(np.stack([t[near] - 0.5 / RATE, t[near] + 0.5 / RATE]) - time, -2e-4, 2e-4)
         a[near] += (-1) ** k * 60.0 * RATE * (np.sin(w * edges[1]) - np.sin(w * edges[0])) / w
     return a
