@@ -217,6 +217,18 @@ def test_pulses_that_were_sampled_too_slowly_count_for_nothing_and_are_said(
     assert np.median(np.abs(late)) < 3e-4
 
 
+def test_what_an_accelerometer_hides_the_displacement_shows(measure, store, tmp_path):
+    """Its mount rings from one impact into the next: "the ball did not move"."""
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=6.0)
+    t = np.arange(record.channels["acceleration"].size) / 1e4
+    rings = 3.0 * np.sin(2.0 * np.pi * 570.0 * t)  # and nothing else
+    store(tmp_path / "r.nc", record.channels | {"acceleration": rings}, 1e4)
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
+    found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
+                              clearance=(0.03,), said=[])  # fmt: skip
+    assert abs(found.n - record.time.size) <= 0.03 * record.time.size
+
+
 def test_pulses_that_a_slow_filter_spreads_count_for_nothing_and_are_said(measure, store, tmp_path):
     """Their areas read a third too large, all alike."""
     record = measure(b=[0.03], drive=G25, start=10.0, duration=6.0)
