@@ -169,7 +169,7 @@ def _across(across: Sequence[Estimate]) -> list[Check]:
         f"the displacement (median of {len(across)} records), but not at the impacts: a delay "
         "cannot explain this, and none was removed. The accelerometer shows a motion across its "
         f"axis (cross-axis sensitivity of {abs(middle):.1%} or more), or a filter turns its phase "
-        "at low frequency"
+        "at low frequency, or the displacement sensor moves a little with the base"
     )
     return [Check("", "cross-axis", "warning", detail)]
 
