@@ -37,3 +37,6 @@ def test_the_rig_is_known_without_a_ring_down(tmp_path, recorded):
                              ("M", 4.7, 3e-2), ("k1", 1.147e4, 3e-2)):  # fmt: skip
         value = found.combined(name)
         assert abs(value.value - true) < 3.5 * value.std_error < 3.5 * most * true, name
+    frequency = [e for e in found.rows if e.parameter == "base_frequency"]
+    assert bool(frequency) == (not recorded)
+    assert all(abs(e.value - 7.862) < 3.5 * e.std_error < 3e-3 for e in frequency)
