@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.whole_campaign import remarks
+from vinesexp.identification.joint.causes import Cause, Weighed
+from vinesexp.identification.joint.unknowns import Direction, Prior
+from vinesexp.identification.whole_campaign import _input, remarks
 
 
 def estimate(parameter: str, value: float, error: float, record: str = "a") -> Estimate:
@@ -58,3 +62,35 @@ def test_one_wrong_sensitivity_is_said_once():
 def test_times_in_ms_make_a_million(gain, said):
     (check,) = remarks([estimate("accelerometer_gain", gain, 1e-3 * gain)])
     assert ("the times are in ms" in check.detail) == said
+
+
+def scatter(log_odds: float) -> Weighed:
+    cause = Cause("scatter of own r", "scatter", "own r", None, wider={"own r: a": 1e-2})
+    return Weighed(cause, log_odds, 0.0, 0.0, (), False)
+
+
+def wrong(log_odds: float) -> Weighed:
+    gain = Direction({"gain": 1.0}, Prior(0.0, 0.2))
+    return Weighed(Cause("gain +", "mistake", "gain", gain), log_odds, -0.05, 1e-3, (), True)
+
+
+@pytest.mark.parametrize(
+    ("value", "found", "verdict"),
+    [
+        (-0.054, (), "off"),
+        (-0.054, (scatter(5.0),), "off"),  # too little of the records asks for it
+        (-0.054, (scatter(50.0),), "doubtful"),
+        (-0.054, (scatter(50.0), wrong(50.0)), "off"),
+        (-0.03, (scatter(50.0),), "ok"),
+        (0.0, (), "ok"),
+    ],
+)
+def test_a_value_far_from_what_was_stated_is_never_ok(value, found, verdict):
+    """A sensitivity 5 % off was "ok" as soon as something else was not explained."""
+    answer = SimpleNamespace(
+        posterior=SimpleNamespace(of=lambda terms, constant=0.0: (value, 1.4e-3)),
+        observed=SimpleNamespace(beliefs=SimpleNamespace(priors={"gain": Prior(0.0, 0.01)})),
+        judged=SimpleNamespace(found=found),
+    )
+    row = _input(answer, "gain", (), "1", 1.0, 1.0, {"gain": 1.0}, log=True)
+    assert row["verdict"] == verdict

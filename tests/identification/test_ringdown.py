@@ -222,3 +222,17 @@ def test_a_hand_that_goes_along_is_no_law_of_damping(times, where):
     z = z + 1e-6 * (noise[0] + 1j * noise[1])
     begin, end = free_part(z, 0, 81)
     assert (begin, end) == ((10, 81) if where == "before" else (0, 71))
+
+
+@pytest.mark.parametrize("softens", [0.0, -40.0])
+def test_the_second_harmonic_of_a_spring_that_is_not_symmetric_is_no_second_mode(softens) -> None:
+    """It was "another mode, or a mode of the table", in all ring-downs at twice their frequency."""
+    rate, w = 2000.0, 2.0 * np.pi * 7.9
+    t = np.arange(40_000) / rate
+    A = 0.02 * np.exp(-0.0065 * w * t)
+    phase = np.cumsum(w * (1.0 + softens * A**2)) / rate
+    x = A * np.cos(phase) + 1.5 * A**2 * np.cos(2.0 * phase)
+    x += 5e-6 * np.random.default_rng(0).standard_normal(t.size)
+    best = ring_down(x, 1.0 / rate, frequency=7.9)[-1]
+    assert best.beat is None
+    assert best.f0 == pytest.approx(7.9, rel=5e-3)

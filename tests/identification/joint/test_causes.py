@@ -277,6 +277,27 @@ def test_a_contact_that_lasts_is_told_and_is_no_warning(about, outcome):
     assert (said.check, said.outcome) == ("cause", outcome)
 
 
+def test_what_separate_mountings_explain_as_well_contradicts_nothing():
+    """0.01 % between two ring-downs, as after any touch of a rig, was a warning beside a rival."""
+    moved = Cause("drift of f0", "drift", "f0", Direction({"ln_f0": 1.0}, Prior(0.0, 5e-3)))
+    mounted = Cause("remounted", "remounting", "remounting", None, wider={"own f0: a": 1e-4})
+    for cause, rival in ((moved, mounted), (mounted, moved)):
+        weighed = Weighed(cause, 50.0, 1e-4, 1e-6, (rival,), False)
+        (check,) = cause_checks(SimpleNamespace(found=(weighed,)))
+        assert (check.check, check.outcome) == ("remounting", "ok")
+        assert check.detail.endswith("or it is f0 that changes along the campaign")
+
+
+@pytest.mark.parametrize("reach", [0.005, 0.05])
+def test_a_sensor_bends_by_a_share_of_what_it_reads(reach):
+    """3 % at the ends of 14 mm is 155 1/m^2, of 50 mm 12: one width of both refused the first."""
+    seen = SimpleNamespace(flights=SimpleNamespace(pulse=np.array([1e-3])), x=np.array([-reach]))
+    o = SimpleNamespace(names=("even", "odd"), collisions={"a": seen}, releases={})
+    widths = {c.about: c.direction.prior.error for c in _effects(o)}
+    assert widths["even"] * reach == pytest.approx(0.01)
+    assert widths["odd"] * reach**2 == pytest.approx(0.01)
+
+
 def test_a_contact_is_looked_for_about_as_long_as_its_pulses():
     """Every contact lasts: 0.3 ms that no record shows alone left r of real balls 0.4 % off."""
     flights = SimpleNamespace(pulse=np.array([2.9e-4, 3e-4, 3.2e-4]))
