@@ -42,11 +42,13 @@ def test_a_record_that_shows_them_has_its_regime(measure, tmp_path: Path) -> Non
     assert row["regime"] == "two symmetric"
 
 
-@pytest.mark.parametrize("rate", [100.0, 200.0])
-def test_sampled_too_slowly(rate: float, measure, tmp_path: Path) -> None:
+def slow(channels: dict[str, np.ndarray], rate: float) -> dict[str, np.ndarray]:
     step = round(1e4 / rate)
-    slow = {role: x.reshape(-1, step).mean(axis=1) for role, x in driven(measure).items()}
-    row, found = regime(slow, rate, tmp_path)
+    return {role: x.reshape(-1, step).mean(axis=1) for role, x in channels.items()}
+
+
+def test_sampled_too_slowly(measure, tmp_path: Path) -> None:
+    row, found = regime(slow(driven(measure), 100.0), 100.0, tmp_path)
     assert found.n < 30
     assert row["regime"] is None
     assert row["amplitude_mean_m"] == pytest.approx(5.8e-3, rel=0.03)
@@ -54,12 +56,30 @@ def test_sampled_too_slowly(rate: float, measure, tmp_path: Path) -> None:
 
 def test_hidden_in_noise(measure, tmp_path: Path) -> None:
     channels = driven(measure)
-    noise = np.random.default_rng(1).standard_normal(channels["acceleration"].size)
-    channels["acceleration"] = channels["acceleration"] + 60.0 * noise
+    noise = np.random.default_rng(1).standard_normal((2, channels["acceleration"].size))
+    channels["acceleration"] = channels["acceleration"] + 60.0 * noise[0]
+    channels["displacement"] = channels["displacement"] + 2e-3 * noise[1]
     row, found = regime(channels, 1e4, tmp_path)
     assert found.n < 30
     assert row["regime"] is None
     assert ("ball" in said) == (found.n == 0)
+
+
+@pytest.mark.parametrize("rate", [1e4, 200.0])
+def test_what_is_hidden_in_one_channel_the_other_shows(
+    rate: float, measure, tmp_path: Path
+) -> None:
+    """An acceleration in noise, or sampled too slowly for its pulses; 25 places a cycle bend."""
+    channels = driven(measure)
+    _, heard = regime(channels, 1e4, tmp_path)
+    if rate == 1e4:
+        noise = np.random.default_rng(1).standard_normal(channels["acceleration"].size)
+        channels["acceleration"] = channels["acceleration"] + 60.0 * noise
+    row, found = regime(slow(channels, rate), rate, tmp_path)
+    assert row["regime"] == "two symmetric"
+    assert abs(found.n - heard.n) <= 0.02 * heard.n
+    jumps = [np.median(np.abs(one.velocity_jump_m_s)) for one in (found, heard)]
+    assert jumps[0] == pytest.approx(jumps[1], rel=0.02)
 
 
 def test_without_an_acceleration(measure, tmp_path: Path) -> None:
