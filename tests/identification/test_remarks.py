@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -9,7 +10,8 @@ import pytest
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.joint.causes import Cause, Weighed
 from vinesexp.identification.joint.unknowns import Direction, Prior
-from vinesexp.identification.whole_campaign import _input, remarks
+from vinesexp.identification.whole_campaign import _input, identify_campaign, remarks
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 
 
 def estimate(parameter: str, value: float, error: float, record: str = "a") -> Estimate:
@@ -94,3 +96,31 @@ def test_a_value_far_from_what_was_stated_is_never_ok(value, found, verdict):
     )
     row = _input(answer, "gain", (), "1", 1.0, 1.0, {"gain": 1.0}, log=True)
     assert row["verdict"] == verdict
+
+
+def test_a_ring_down_in_another_range_keeps_its_f0_and_no_length():
+    """All of them were left out where the laser's range was switched for them: no f0, no b_c."""
+    names = ("ring", "a", "b", "c", "d")
+    rows = tuple(
+        Record(name, Path("x"), "ringdown" if name == "ring" else "transient",
+               () if name == "ring" else (0.03,), release=0.02)
+        for name in names
+    )  # fmt: skip
+    whole = Campaign(Path(), "c", "C", Known(), {}, None, None, None, rows)
+    found = [
+        Estimate("accelerometer_gain", 2.0 if name == "ring" else 1.0, 1e-3, "1", "x", (name,))
+        for name in names
+    ]
+    found += [
+        Estimate("f0", 7.9, 1e-4, "Hz", "likelihood", ("ring",)),
+        Estimate("zeta", 6e-3, 1e-5, "1", "likelihood", ("ring",)),
+        Estimate("release_seen", 0.04, 1e-5, "m", "displacement", ("ring",)),
+    ]
+    told = identify_campaign(found, whole, {})
+    combined = {e.parameter: e.value for e in told.rows if e.method == "combined"}
+    assert combined["f0"] == pytest.approx(7.9)
+    assert combined["zeta"] == pytest.approx(6e-3)
+    (check,) = [c for c in told.checks if c.check == "gain"]
+    assert (check.record, "Only f0 and zeta of this record are used" in check.detail) == (
+        "ring", True,
+    )  # fmt: skip
