@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.signal import butter, lfilter
 
 from vinesexp import Harmonic, Release
 from vinesexp.errors import TableError
@@ -227,23 +226,6 @@ def test_what_an_accelerometer_hides_the_displacement_shows(measure, store, tmp_
     found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
                               clearance=(0.03,), said=[])  # fmt: skip
     assert abs(found.n - record.time.size) <= 0.03 * record.time.size
-
-
-def test_pulses_that_a_slow_filter_spreads_count_for_nothing_and_are_said(measure, store, tmp_path):
-    """Their areas read a third too large, all alike."""
-    record = measure(b=[0.03], drive=G25, start=10.0, duration=6.0)
-    b, a = butter(1, 200.0, fs=1e4)
-    slow = record.channels | {"acceleration": lfilter(b, a, record.channels["acceleration"])}
-    store(tmp_path / "r.nc", slow, 1e4)
-    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
-    said: list[tuple[str, str, str]] = []
-    found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
-                              clearance=(0.03,), said=said)  # fmt: skip
-    assert [check for check, _, _ in said] == ["aliased"]
-    assert not np.isfinite(found.jump_acceleration_m_s).any()
-    assert np.nanmedian(np.abs(found.velocity_jump_m_s)) == pytest.approx(
-        np.median(np.abs(record.jump)), rel=0.02
-    )
 
 
 def test_pulses_beside_a_noisy_displacement_are_not_called_aliased(measure, store, tmp_path):

@@ -338,7 +338,7 @@ def _by_pulses(
         found, slopes, _ = _of_the_ball(found, integral, clearance)
         return found, slopes, 1.0
     x = coarse_displacement(record, motion)
-    sign, lag, gain = _beside(agreement_in(conditioned.attributes), settings)
+    sign, lag = _beside(agreement_in(conditioned.attributes), settings)
     knocked = np.zeros(found.time.size, dtype=bool)
     if len(clearance) == 1:
         knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)
@@ -353,7 +353,7 @@ def _by_pulses(
     if others.size:
         outcome = "warning" if others.size > max(_FEW * found.time.size, 2.0) else "ok"
         said.append(("knocks", outcome, _others_in_words(others, record.start)))
-    if slopes is not None and _unresolved(found.jump / gain, slopes):
+    if slopes is not None and _unresolved(found.jump, slopes):
         said.append(("aliased", "warning", _UNRESOLVED))
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     return found, slopes, sign
@@ -504,21 +504,19 @@ def stream_of_channel(
     )  # fmt: skip
 
 
-def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, float, float]:
-    """Acceleration over that of the displacement, by how much the latter is late (s), and the gain.
+def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, float]:
+    """Acceleration over that of the displacement, and by how much the latter is late, s.
 
-    The first is a sign; a factor as well where it is no matter of a calibration: a wrong unit, a
-    decimal point.
+    A sign; a factor as well where it is no matter of a calibration: a wrong unit, a decimal point.
     """
-    sign, lag, gain = 1.0, 0.0, 1.0
+    sign, lag = 1.0, 0.0
     sure = settings.channels.gain_sure
     if agreement is not None and abs(agreement.gain) > sure * agreement.gain_error:
-        gain = agreement.gain
-        near = 1.0 / _CALIBRATED < abs(gain) < _CALIBRATED
-        sign = math.copysign(1.0 if near else abs(gain), gain)
+        near = 1.0 / _CALIBRATED < abs(agreement.gain) < _CALIBRATED
+        sign = math.copysign(1.0 if near else abs(agreement.gain), agreement.gain)
         if agreement.lag_error < settings.channels.lag_known:
             lag = agreement.lag
-    return sign, lag, gain
+    return sign, lag
 
 
 def _others_in_words(times: FloatArray, start: float) -> str:
@@ -543,16 +541,16 @@ _UNRESOLVED = (
 )
 _CALIBRATED = 1.2  # a sensitivity may be off by as much
 _CUT_UP = 0.05  # of the contacts of either wall, that are in parts
-_SCATTERS = 0.2  # of a pulse's area from the jump of the displacement; good sensors have 0.03
+_SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
 _FEWEST, _SHOWN_JUMP = 10, 5.0  # jumps; standard errors of one that the displacement shows
 
 
 def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
-    """Whether areas of pulses differ from the jumps that the displacement shows by a fifth.
+    """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth.
 
-    Or scatter about them by as much: a pulse that is filtered, or rings, has another area than its
-    jump. Only jumps that it surely shows count, and not what its own errors scatter them by.
-    Contacts in parts (NaN) are a soft wall where they are at one wall, else pulses that scatter.
+    Off by as much, all alike, they may be a local mode's, which the displacement shows wrong, too.
+    Only jumps that it surely shows count, and not what its own errors scatter them by. Contacts in
+    parts (NaN) are a soft wall where they are at one wall, else pulses that scatter.
     """
     jumps = slopes.jump
     known, parts = np.abs(jumps) > _SHOWN_JUMP * slopes.jump_error, np.isnan(pulses)
@@ -568,7 +566,7 @@ def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
     middle = float(np.nanmedian(ratio))
     off = np.hypot(_SCATTERS, MEDIAN_OF_NORMAL * slopes.jump_error[both] / np.abs(jumps[both]))
     scatter = np.where(parts[both], np.inf, np.abs(ratio / middle - 1.0) / off)
-    return bool(np.median(scatter) > 1.0) or abs(middle - 1.0) > _SCATTERS
+    return bool(np.median(scatter) > 1.0)
 
 
 def _by_displacement(
