@@ -74,6 +74,35 @@ def test_lanes_say_what_the_scalar_loop_says_start_by_start(cycles, share):
     assert np.quantile(off[:, :2].max(axis=1), share) < 1e-12
 
 
+@pytest.mark.parametrize(("ratio", "b", "r"), [(1 / 3, 7e-6, 0.6), (0.9, 1e-3, 0.0)])
+def test_amplitude_while_a_ball_rests_is_that_of_the_motion(ratio, b, r):
+    """A ball rests for a part of every cycle: the oscillator is then heavier, and moves on."""
+    rig = Rig(TABLE_2, nes=[NES(m=0.4, b=b, r=r)])
+    base, start = Harmonic(0.25e-3, ratio * TABLE_2.f0), Release(y0=[0.3 * b])
+    settle, duration = 20.0 / base.frequency, 60.0 / base.frequency
+    motion = simulate(rig, base, start, duration)
+    x, v = motion.at(np.linspace(settle, duration, 40_001))
+    amplitude = np.hypot(x, v / TABLE_2.w0)
+    row = row_of(rig, base, start, settle=settle, duration=duration)
+    in_lanes = found(np.array([row]))[0]
+    for mean, largest, *_ in (amplitudes_of(motion, settle), in_lanes):
+        assert mean == pytest.approx(amplitude.mean(), rel=2e-3)
+        assert largest == pytest.approx(amplitude.max(), rel=1e-2)
+
+
+def test_amplitude_while_one_of_two_balls_rests():
+    """Each adds its own mass while it rests, and is taken off again."""
+    rig = Rig(TABLE_2, nes=[NES(m=0.6, b=1e-5, r=0.5), NES(m=0.2, b=2e-4, r=0.0)])
+    base = Harmonic(0.25e-3, 0.35 * TABLE_2.f0)
+    settle, duration = 20.0 / base.frequency, 60.0 / base.frequency
+    motion = simulate(rig, base, Release(y0=[3e-6, 1e-4]), duration)
+    x, v = motion.at(np.linspace(settle, duration, 40_001))
+    amplitude = np.hypot(x, v / TABLE_2.w0)
+    mean, largest, *_ = amplitudes_of(motion, settle)
+    assert mean == pytest.approx(amplitude.mean(), rel=2e-3)
+    assert largest == pytest.approx(amplitude.max(), rel=1e-2)
+
+
 def test_regular_motion_stays_the_same_for_a_thousand_impacts():
     """Two impacts a cycle forget their errors: the last impact agrees to rounding of the time."""
     rig, base = Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.6)]), Harmonic(0.25e-3, TABLE_2.f0)

@@ -88,14 +88,14 @@ REBASE = PER_CYCLE  # pieces: at most two cycles of the base, within the table o
 @apart
 def sum_amplitudes(
     response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
-    node: FloatArray, settle: float, sums: FloatArray,
+    node: FloatArray, shares: FloatArray, settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, the last one (s).
 
-    A = hypot(x, x'/w0). `node` (t, x, v, balls at rest) is where the last stretch ended; the log
-    rows and then `state` carry it on. From `settle` on, A is taken every `spacing_of` seconds after
-    an event, and at the ends of the spells in which a ball rests (the closed form is that of the
-    bare oscillator).
+    A = hypot(x, x'/w0). `node` (t, x, v, mass at rest over M) is where the last stretch ended; the
+    log rows and then `state` carry it on. `shares` are the masses of the balls over M. From
+    `settle` on, A is taken every `spacing_of` seconds after an event, of the oscillator with the
+    balls that rest on it.
     """
     w0, w = math.sqrt(response[H_W0SQ]), response[H_W]
     h = spacing_of(response)
@@ -107,10 +107,12 @@ def sum_amplitudes(
         t1 = state[0] if last else numbers[row, 0]
         x1, v1 = (state[2], state[3]) if last else (numbers[row, 1], numbers[row, 2])
         if t1 > node[0]:
-            pieces = 1 if node[3] > 0.0 else max(math.ceil((t1 - node[0]) / h), 1)
+            pieces, at_rest = max(math.ceil((t1 - node[0]) / h), 1), node[3]
             counts = t1 > settle
             if pieces > 1 and counts and not known:
                 cr, ci = phasor(response, node[0], 0.0)
+                if at_rest > 0.0:
+                    cr, ci = heavier(response, at_rest, cr, ci)
             known = pieces > 1 and counts
             xh, vh, done = node[1] - cr, node[2] + w * ci, 0
             for i in range(1, pieces + 1):
@@ -120,7 +122,11 @@ def sum_amplitudes(
                 new = amplitude(x1, v1, 1.0 / w0)
                 if known:
                     # Each from the same place: they do not wait for one another.
-                    re, im, x, v = after(response, cr, ci, xh, vh, (i - 1 - done) * h + step)
+                    span = (i - 1 - done) * h + step
+                    if at_rest > 0.0:
+                        re, im, x, v = after_at_rest(response, at_rest, cr, ci, xh, vh, span)
+                    else:
+                        re, im, x, v = after(response, cr, ci, xh, vh, span)
                     if i - done == REBASE or i == pieces:
                         cr, ci, xh, vh, done = re, im, x, v, i
                     if i < pieces:
@@ -130,6 +136,7 @@ def sum_amplitudes(
                     sums[1] += 0.5 * step * (old + new)
                     sums[2] = max(sums[2], new)
                 old = new
+            known = known and at_rest == 0.0
         if last:
             node[0], node[1], node[2] = t1, x1, v1
             break
@@ -139,18 +146,48 @@ def sum_amplitudes(
             sums[3] += 1.0
             sums[4] = t1
         elif labels[row, 0] == REST_START:
-            node[3] += 1.0
+            node[3] += shares[labels[row, 1]]
+            known = False
         elif labels[row, 0] == REST_END:
-            node[3] -= 1.0
+            node[3] = max(node[3] - shares[labels[row, 1]], 0.0)
+            known = False
+
+
+@compiled
+def heavier(response: FloatArray, share: float, cr: float, ci: float) -> tuple[float, float]:
+    """The phasor (cr, ci) of the oscillator, with a mass of `share` times M at rest on it."""
+    w, w0sq, push = response[H_W], response[H_W0SQ], response[H_W] * response[H_TWOALPHA]
+    below = w0sq - (1.0 + share) * w * w
+    if abs(below) < 1e-9 * w0sq:  # undamped in resonance: any phasor so near serves
+        below = 1e-9 * w0sq
+    both = complex(cr, ci) * complex(w0sq - w * w, push) / complex(below, push)
+    return both.real, both.imag
+
+
+@compiled
+def after_at_rest(
+    response: FloatArray, share: float, cr: float, ci: float, xh: float, vh: float, s: float
+) -> tuple[float, float, float, float]:
+    """(cr, ci, xh, vh) `s` seconds later with a mass of `share` times M at rest on the oscillator.
+
+    `response.after` has the table of the oscillator alone.
+    """
+    w, w0sq = response[H_W], response[H_W0SQ] / (1.0 + share)
+    alpha = 0.5 * response[H_TWOALPHA] / (1.0 + share)
+    wd, decay = math.sqrt(w0sq - alpha * alpha), math.exp(-alpha * s)
+    S = decay * math.sin(wd * s) / wd
+    C = decay * math.cos(wd * s) + alpha * S
+    both = complex(cr, ci) * complex(math.cos(w * s), math.sin(w * s))
+    return both.real, both.imag, C * xh + S * vh, -w0sq * S * xh + (C - 2.0 * alpha * S) * vh
 
 
 @entry
 def add_amplitudes(
     response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
-    node: FloatArray, settle: float, sums: FloatArray,
+    node: FloatArray, shares: FloatArray, settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """`sum_amplitudes`, for Python."""
-    sum_amplitudes(response, numbers, labels, rows, state, node, settle, sums)
+    sum_amplitudes(response, numbers, labels, rows, state, node, shares, settle, sums)
 
 
 def amplitudes_of(motion: Motion, settle: float) -> tuple[float, float, float, float]:
@@ -164,7 +201,8 @@ def amplitudes_of(motion: Motion, settle: float) -> tuple[float, float, float, f
     x, v = motion.at(motion.duration)
     end, node = np.array([motion.duration, 0.0, x, v]), np.array([0.0, start.x0, start.v0, 0.0])
     sums, rows = np.zeros(5), len(motion.events)
-    add_amplitudes(response, motion.events, motion.labels, rows, end, node, settle, sums)
+    shares = np.array([ball.m for ball in motion.rig.nes]) / o.M
+    add_amplitudes(response, motion.events, motion.labels, rows, end, node, shares, settle, sums)
     time, integral, largest, impacts, latest = sums.tolist()
     return integral / time, largest, impacts, latest
 
@@ -631,10 +669,11 @@ def leave(
 
     `begin`: from the start of the run.
     """
-    state, node, sums = scratch[0], scratch[1], scratch[2]
-    c, ball, duration = work[PHASOR], balls[0], run[R_DURATION]
+    state, node, sums, shares = scratch[0], scratch[1], scratch[2], scratch[3]
+    c, ball, duration, settle = work[PHASOR], balls[0], run[R_DURATION], P[SETTLE * LANES + i]
     for k in range(5):
         state[k] = node[k] = sums[k] = 0.0
+    shares[0] = run[R_BALL] / run[R_M]
     par[0], par[1], par[2] = run[R_M], run[R_C], run[R_K]
     table[0, 1], table[0, 2], table[0, 3] = run[R_G], run[R_PHASE], 2.0 * math.pi * run[R_F]
     for k in range(COLUMNS):
@@ -671,9 +710,9 @@ def leave(
         if row > had:
             calm = is_calm(ball, state, response, c)
         if row > numbers.shape[0] - 10 or calm:
-            sum_amplitudes(response, numbers, labels, row, state, node, P[SETTLE * LANES + i], sums)
+            sum_amplitudes(response, numbers, labels, row, state, node, shares, settle, sums)
             row = 0
-    sum_amplitudes(response, numbers, labels, row, state, node, P[SETTLE * LANES + i], sums)
+    sum_amplitudes(response, numbers, labels, row, state, node, shares, settle, sums)
     start_flight(P, i, state, ball, response)
     h = P[H * LANES + i]
     P[SUM_TIME * LANES + i], P[SUM * LANES + i] = sums[0] / h, 2.0 * sums[1] / h
@@ -843,7 +882,7 @@ def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) ->
     progress = np.array([0, 0, 0, n], dtype=np.int32)
     scratch = (
         np.zeros((1, COLUMNS)), np.zeros((64, LOG_COLUMNS)), np.zeros((64, 3), dtype=np.int32),
-        np.zeros((WORK, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((3, 5)),
+        np.zeros((WORK, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
     )  # fmt: skip
     while progress[1] < len(rows) and not stop():
         carry_on(rows, P, tables, found, progress, *scratch, STEPS_HEARD)
