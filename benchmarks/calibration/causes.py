@@ -54,6 +54,7 @@ CAUSES: Mapping[str, str] = {
     "dropouts": r"lost its target|loses its target|dropout|\bgaps?\b",
     "short": r"too short|too few cycles|longer records|record longer|cycles are too few",
     "alias": r"alias",
+    "beside the table": r"beside the table",
 }
 
 #: What is a name of the same thing: a campaign with the first may be told of the others.
@@ -85,6 +86,7 @@ TELLING = frozenset({
     "local mode", "wear", "drift of f0", "drift of gain", "change", "other record",
     "second clock", "lost samples", "magnet", "drag",
     "rows exchanged", "twice", "diameter", "stuck", "aboard", "inverted", "clearance",
+    "beside the table",
 })  # fmt: skip
 
 _OPEN = re.compile(

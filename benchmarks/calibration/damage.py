@@ -24,7 +24,9 @@ def damaged(
     damage : mapping
         ``lost`` (samples of all channels, in the middle third), ``lost one`` (of the acceleration
         alone), ``second clock`` (relative, of the acceleration), ``base wanders`` (m, of its
-        sensor), ``base late`` (s), ``dropouts`` (of the laser, so many), ``knocks`` (so many),
+        sensor), ``base late`` (s),
+        ``beside the table`` (this share of the base is missing),
+        ``dropouts`` (of the laser, so many), ``knocks`` (so many),
         ``inverted acceleration``, ``inverted displacement``, ``aliased`` (every so many-th sample
         of the acceleration, means of the others).
     """
@@ -46,6 +48,8 @@ def damaged(
         elif what == "base late":
             t = np.arange(found["base"].size) / rate
             found["base"] = np.interp(t - much, t, found["base"])
+        elif what == "beside the table":
+            found["displacement"] = found["displacement"] - much * found["base"]
         elif what == "dropouts":
             found["displacement"] = _dropped(found["displacement"], rate, round(much), rng)
         elif what == "knocks":

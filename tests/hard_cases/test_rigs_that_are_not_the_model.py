@@ -543,6 +543,21 @@ def test_a_recorder_of_the_base_that_is_triggered_by_chance_changes_no_gain(tmp_
 
 
 @pytest.mark.slow
+def test_a_sensor_on_the_table_is_one_cause_of_all_records(tmp_path):
+    """Each record was to tell it alone: two of six did, and M was withheld."""
+    from benchmarks.calibration.draw import plain
+
+    scene = plain(2213).with_sensors(base=True)
+    scene = scene.mapped(lambda test: test.suffers("beside the table", 1.0), "periodic")
+    found = small_campaign(scene, tmp_path)
+    (said,) = [text for text in found["warnings"] if "beside the table" in text]
+    assert said.startswith(": the displacement is that of the mass beside the table"), said
+    assert set(found["false"]) <= {"beside the table"}
+    for name in ("f0", "zeta", "M", "c1", "k1", "r", "b_c_0"):
+        assert abs(found["values"][name]["z"]) < 3.0, name
+
+
+@pytest.mark.slow
 def test_a_spring_and_damping_that_depend_on_amplitude_make_no_base_late(tmp_path):
     """What they do beyond a straight spring and damper turns the phase of the base too."""
     from benchmarks.calibration.draw import plain

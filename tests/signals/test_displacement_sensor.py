@@ -150,14 +150,6 @@ def test_a_sensor_that_drifts_or_creeps_is_not_coupled(tmp_path):
         np.testing.assert_allclose(found, x + drift, atol=1e-8)
 
 
-def test_a_sensor_on_the_table_shows_the_mass_beside_it(channels, tmp_path):
-    """Gains that change by 15 and 19 % were named."""
-    x, base = channels["displacement"], channels["base"]
-    seen, (check,) = mended({**channels, "displacement": x - base}, tmp_path)
-    assert (check.check, check.outcome) == ("relative", "warning")
-    np.testing.assert_allclose(seen, x, atol=1e-9)
-
-
 def test_a_velocity_that_is_called_a_displacement_is_refused(channels, tmp_path):
     speed = np.gradient(channels["displacement"]) * RATE
     path = stored(tmp_path / "v.nc", {**channels, "displacement": speed})

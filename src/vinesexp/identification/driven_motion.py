@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -94,6 +94,11 @@ class DrivenMotion:
         then not known.
     recorded : bool
     flights : int
+    middle : float
+        Time in the record, s, at which the base's channel, or a cosine where none was recorded, has
+        `phase`, rad.
+    swing : (float, float)
+        Displacement at this rate, in phase with that channel and a quarter of a period ahead, m.
     """
 
     values: FloatArray
@@ -102,6 +107,9 @@ class DrivenMotion:
     scale: float
     recorded: bool
     flights: int
+    middle: float
+    phase: float
+    swing: tuple[float, float]
 
     @property
     def oscillator(self) -> dict[str, float]:
@@ -148,12 +156,22 @@ class DrivenMotion:
         phase = math.atan2(q[1], q[0]) - math.atan2(per.imag, per.real)
         return size / abs(per) * self.scale, error / abs(per) * self.scale, phase
 
+    def motion_of_base(self, *, f0: float, zeta: float) -> complex:
+        """Phasor of the base, m, beside its channel: as recorded, else as the mass answers it."""
+        size, _, phase = self.base(f0=f0, zeta=zeta)
+        if self.recorded:
+            return complex(math.copysign(self.scale, math.cos(phase)))
+        return size * complex(math.cos(phase), math.sin(phase))
+
+    def at(self, base: complex, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement, m, and velocity, m/s, of a base of this phasor at some times, s."""
+        wave = base * np.exp(1j * (self.rate * (time - self.middle) + self.phase))
+        return wave.real, -self.rate * wave.imag
+
     def as_lists(self) -> dict[str, Any]:
         """For a file of JSON; `driven_from` reads it."""
         return {
-            "values": self.values.tolist(), "information": self.information.tolist(),
-            "rate": self.rate, "scale": self.scale, "recorded": self.recorded,
-            "flights": self.flights,
+            **asdict(self), "values": self.values.tolist(), "information": self.information.tolist()
         }  # fmt: skip
 
 
@@ -418,8 +436,10 @@ def _fitted(
     t = flights.step * (np.arange(x.size, dtype=np.float64) - middle)
     waves: list[FloatArray] = [np.cos(w * t), -np.sin(w * t)]
     rest_of_base: list[FloatArray] = []
+    phase = 0.0
     if e is not None:
         waves, rest_of_base = _parts(e, w * t, round(2.0 * math.pi / (w * flights.step)))
+        phase = float(np.angle(_phasor(waves[0], w * t)))
     moments, base = flights.moments(x), [flights.moments(wave) for wave in waves]
     rows = _consistent(flights, moments, base, frequency)
     if rows is None:
@@ -451,7 +471,17 @@ def _fitted(
             harmonics = [size * turn(k * w * t) for k in _HARMONICS for turn in (np.cos, np.sin)]
             turning = [-rows.of(flights.moments(one))[:, 0] for one in (later, *harmonics)]
     assert found is not None
-    return DrivenMotion(found.values, found.information, w, scale, e is not None, found.flights)
+    swing = _phasor(x, w * t + phase)
+    return DrivenMotion(
+        found.values, found.information, w, scale, e is not None, found.flights,
+        flights.begin + middle * flights.step, phase, (swing.real, swing.imag),
+    )  # fmt: skip
+
+
+def _phasor(y: FloatArray, turn: FloatArray) -> complex:
+    """Of the part of a motion that goes with a wave of this phase, rad."""
+    window = np.hanning(y.size)
+    return complex(2.0 * (y * window) @ np.exp(-1j * turn) / window.sum())
 
 
 def _parts(

@@ -79,6 +79,13 @@ def remarks(found: Sequence[Estimate]) -> list[Check]:
     ]  # fmt: skip
 
 
+def _left(found: Sequence[Estimate], answer: Answer) -> list[Estimate]:
+    """Estimates that the causes do not explain: beside the table the base turns the phase."""
+    phases = ("accelerometer_across", "accelerometer_corner")
+    explained = any(one.cause.about == "beside" for one in answer.judged.found)
+    return [e for e in found if not (explained and e.parameter in phases)]
+
+
 def _integrated(found: Sequence[Estimate]) -> list[Check]:
     """Records whose displacement is the integral of the acceleration."""
     return [
@@ -439,7 +446,7 @@ def identify_campaign(
     said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)]
     return Identified(
         rows,
-        [*checks, *said, *_absent(rows, answer.posterior), *remarks(used)],
+        [*checks, *said, *_absent(rows, answer.posterior), *remarks(_left(used, answer))],
         sources,
         levels,
         inputs,

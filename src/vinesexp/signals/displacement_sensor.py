@@ -33,8 +33,6 @@ from vinesexp.signals.means import block_means, channel_means, fill_gaps, group_
 _SURE = 5.0  # standard errors
 _LEAST = 3e-4  # s: contacts and mounts have as much
 _DISPLACEMENT, _RELEASED = "displacement", ("ringdown", "transient")
-_RELATIVE, _OTHERWISE = 0.25, 0.3  # by which what looks like the base may differ from it
-_FITS = 2.0  # mean square misfit of a corner, over that of a motion across
 _DECISIVE = 10.0  # of chi^2, by which a corner has to fit better than a motion across
 _FEWEST, _POINTS = 8, 96  # cycles; means a cycle
 _LEFT, _ALIKE = 0.1, 0.2  # of the way of the middle, unexplained; of the release, unlike
@@ -87,7 +85,7 @@ def set_right(path: Path, record: Record) -> list[Check]:
     """
     checks: list[Check] = []
     coupled = partial(_coupled, released=record.test in _RELEASED)
-    left: list[Mend] = [_beside_base, coupled, _slow]
+    left: list[Mend] = [coupled, _slow]
     while found := correct(path, record, partial(_correction, left)):
         checks += found
     return checks
@@ -109,35 +107,6 @@ def _correction(
         if (found := left.pop(0)(view, law, frequency)) is not None:
             return Correction([Check(record.id, *found[0])], {_DISPLACEMENT: found[1]})
     return None
-
-
-def _beside_base(view: RecordView, law: PhaseLaw | None, frequency: float) -> Mended | None:
-    """The displacement in space, of a sensor that stands on the table.
-
-    The acceleration is that of displacement and base together, which differs at the oscillation
-    alone, by what the base channel shows there.
-    """
-    if law is None or law.misfit < _FITS or "base" not in view.roles:
-        return None
-    if view.quantity("base") != _DISPLACEMENT:
-        return None
-    w, k = 2.0 * math.pi * frequency, group_size(view.sample_rate, frequency, points=_POINTS)
-    n = view.n // k
-    line = np.exp(-1j * w * k / view.sample_rate * np.arange(n)) * np.hanning(n)
-    a, x, base = (
-        complex(channel_means(view, role, k)[:n] @ line)
-        for role in ("acceleration", _DISPLACEMENT, "base")
-    )
-    off = -a / w**2 / law.gain * np.exp(-1j * w * law.above) / x - 1.0
-    share = off / (base / x)
-    if abs(share.real - 1.0) > _RELATIVE or abs(share.imag) > _OTHERWISE:
-        return None
-    blocks = map(np.add, samples_of(view, _DISPLACEMENT), samples_of(view, "base"))
-    detail = (
-        "the displacement is that of the mass beside the table, not in space: the base was added. "
-        "Put the sensor on the floor"
-    )
-    return ("relative", "warning", detail), blocks
 
 
 def _coupled(

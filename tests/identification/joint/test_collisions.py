@@ -76,7 +76,8 @@ def collisions(pull, *, missed=0, **how):
         v[here - 1], v[here + 1], zero, zero, zero + B, zero,
     )  # fmt: skip
     known = np.ones((3, here.size), dtype=bool)
-    return Collisions(flights, x[here], x[here - 1], x[here + 1], W**2, 0.8, known, np.ones(3),
+    return Collisions(flights, x[here], x[here - 1], x[here + 1], W**2,
+                      np.zeros((6, here.size)), 0.8, known, np.ones(3),
                       (np.zeros((0, 1)),) * 3, np.zeros((3, 0)))  # fmt: skip
 
 
@@ -99,6 +100,26 @@ def test_a_ball_that_air_brakes_arrives_slower_and_leaves_faster_than_its_mean()
     braked = collisions(0.0, drag=0.1)
     assert left(braked) > 2e-3
     assert left(braked, drag=0.1) < 0.15 * left(braked)
+
+
+def test_a_sensor_on_the_table_lacks_the_base_in_all_places_and_velocities():
+    c = collisions(0.0)
+    rng = np.random.default_rng(8)
+    base = rng.normal(0.0, 1e-4, (6, c.x.size))
+    base[3:] *= W
+    f = c.flights
+    side = 2.0 * f.side * B
+    shown = replace(
+        c, x=c.x - base[0], x_before=c.x_before - base[1], x_after=c.x_after - base[2], base=base,
+        flights=replace(
+            f, v_before=f.v_before - base[3], v_after=f.v_after - base[3],
+            v_previous=f.v_previous - base[4], v_next=f.v_next - base[5],
+            u_before=(c.x - base[0] - c.x_before + base[1] - side) / f.time_before,
+            u_after=(c.x_after - base[2] - c.x + base[0] + side) / f.time_after,
+        ),
+    )  # fmt: skip
+    assert left(shown) > 5e-3
+    assert left(shown, beside=1.0) < 1e-8
 
 
 def test_r_that_goes_with_a_power_of_the_speed_is_nearly_a_line_over_its_logarithm():

@@ -36,7 +36,7 @@ def test_a_gain_is_no_surer_than_the_motion_across_the_axis_in_any_test_of_its_s
     found = [Estimate("accelerometer_gain", 1.01, 1e-4, "1", "channels", (id,)) for id in records]
     if across:
         found.append(Estimate("accelerometer_across", -across, 1e-3, "1", "channels", ("a",)))
-    _sensors(b, found)
+    _sensors(b, found, {})
     errors = [block.look(np.zeros(1))[0][0, 0] ** -0.5 for block in b.blocks]
     assert errors == pytest.approx([max(across, 3e-4), max(0.0 if setup else across, 3e-4)])
 
@@ -57,7 +57,7 @@ def test_a_gain_is_as_unsure_as_ring_downs_and_driven_tests_differ(ring_down, er
     _sensors(b, [
         Estimate("accelerometer_gain", value, 1e-4, "1", "channels", (id,))
         for id, value in gains.items()
-    ])  # fmt: skip
+    ], {})  # fmt: skip
     (block,) = b.blocks
     assert block.look(np.zeros(1))[0][0, 0] ** -0.5 == pytest.approx(error, rel=0.01)
 

@@ -69,6 +69,7 @@ _ANY = (
     2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
 )
 _WEIGHED = 0.3  # ln of a mass known better than that was weighed
+_ALL_OF_BASE = 0.05  # of the base's motion, whose own channel has a gain
 _ABOARD = 0.02  # of M: what ring-downs may carry besides, such as the ball in its cavity
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
@@ -100,7 +101,7 @@ _COUNTS = 0.25  # of the evidence by which rivals differ: their weights in the v
 _EXPLAINS = 2.0  # by which a rival's evidence falls when the best cause is believed
 _SURE, _CERTAIN = 4.0, 10.0  # standard errors, and logarithm of the odds, of a cause named
 _WITHIN = 4.0  # of its prior's widths: a cause that would have to go farther is another one
-_MOST = 5  # causes of one campaign
+_MOST = 7  # causes of one campaign
 _WIDTH = 6  # sets of causes that are searched side by side
 _NO_WORSE = 1.0  # logarithm of the odds of the records left out: chance
 #: A law is only so true: beside it a cause of the flights counts from this share of what the first
@@ -594,6 +595,10 @@ def _effects(o: Observed) -> list[Cause]:
         width = _ABOARD * math.exp(o.start[o.names.index("ln_M")])
         aboard = Direction({"aboard": 1.0}, Prior(0.0, width))
         found.append(Cause("aboard +", "effect", "aboard", aboard))
+    found += [
+        Cause(f"{name} +", "mistake", "beside", Direction({name: 1.0}, Prior(1.0, _ALL_OF_BASE)))
+        for name in o.kinds.get("beside", ())
+    ]
     if "drop" in o.names and o.collisions:
         elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))
         found.append(Cause("drop +", "effect", "drop", elsewhere))

@@ -23,8 +23,8 @@ there the motions before and after meet if they are continued.
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
 displacement, slopes whose change reads off by a share, velocities on either side of an impact off
-by a share of the jump, and a displacement x + even x^2 + odd x^3 in the place of x, as lasers near
-the ends of their range show it.
+by a share of the jump, a displacement x + even x^2 + odd x^3 in the place of x, as lasers near
+the ends of their range show it, and x - beside x_e, as a sensor on the table shows it (beside = 1).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from vinesexp.identification.joint.unknowns import Local
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd",
+    "odd", "beside",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -91,6 +91,8 @@ class Collisions:
         Displacement from rest at the impact, at the one before, at the one after, m.
     omega2 : float
         Square of the circular frequency of the motion, 1/s^2.
+    base : array (6, n)
+        Displacement of the base at these three times, m, and its velocity, m/s; 0 where it rests.
     speed : float
         m/s; r is that at this relative speed where it depends on it.
     known : bool array (3, n)
@@ -108,6 +110,7 @@ class Collisions:
     x_before: FloatArray
     x_after: FloatArray
     omega2: float
+    base: FloatArray
     speed: float
     known: BoolArray
     scatter: FloatArray
@@ -115,42 +118,45 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: ComplexArray) -> ComplexArray:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (19, ..., 1)."""
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (20, ..., 1)."""
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
-        wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:]
-
-        def straight(x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-            """A place without the bend of the sensor, and what it makes of a velocity there."""
-            bent = even * x + odd * x**2
-            return x - bent * x, 1.0 - bent - even * x - 2.0 * odd * x**2
-
+        wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd, beside = p[8:]
         scale = np.exp(-g_x)
-        (x, here), (x_before, there) = straight(self.x), straight(self.x_before)
-        x_after, then = straight(self.x_after)
-        v_previous, v_next = there * f.v_previous, then * f.v_next
-        middle = here * (f.v_before + 0.5 * f.jump)
+
+        def straight(x: FloatArray, base: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+            """A place in space, and what the bend and the gain of the sensor make of a velocity."""
+            bent = even * x + odd * x**2
+            slower = scale * (1.0 - bent - even * x - 2.0 * odd * x**2)
+            return (x - bent * x) * scale + beside * base, slower
+
+        x, here = straight(self.x, self.base[0])
+        x_before, there = straight(self.x_before, self.base[1])
+        x_after, then = straight(self.x_after, self.base[2])
+        v_previous = there * f.v_previous + beside * self.base[4]
+        v_next = then * f.v_next + beside * self.base[5]
+        middle = here * (f.v_before + 0.5 * f.jump) + beside * self.base[3]
         way_before = x - x_before + late * (middle - v_previous)
         way_after = x_after - x + late * (v_next - middle)
-        by_laser = here * f.jump_displacement * scale * np.exp(-reading)
+        by_laser = here * f.jump_displacement * np.exp(-reading)
         by_pulse = f.jump_acceleration * np.exp(-g_a)
         of_laser, of_pulse = self._weights
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
-        middle = (middle - late * self.omega2 * x) * scale + share * jump
+        middle = middle - late * self.omega2 * x + share * jump
         v_before, v_after = middle - 0.5 * jump, middle + 0.5 * jump
         T_before, T_after, s = f.time_before, f.time_after, f.side
-        u_before = way_before * scale / T_before - 2.0 * s * b / T_before
-        u_after = way_after * scale / T_after + 2.0 * s * b / T_after
+        u_before = (way_before - 2.0 * s * b) / T_before
+        u_after = (way_after + 2.0 * s * b) / T_after
         # a contact ends the approach at its centroid, r/(1 + r) of it after its beginning
         arrives = r / (1.0 + r)
-        carried_before = u_before - (1.0 - arrives) * v_previous * scale - arrives * v_before
-        carried_after = u_after - (1.0 - arrives) * v_after - arrives * v_next * scale
+        carried_before = u_before - (1.0 - arrives) * v_previous - arrives * v_before
+        carried_after = u_after - (1.0 - arrives) * v_after - arrives * v_next
         rolled_before = v_before - u_before - 2.0 * s * b / T_before
         rolled_after = v_after - u_after + 2.0 * s * b / T_after
         pulls = rub, tilt, hollow, drag
-        ends = _pulled(s * b, way_before * scale, T_before, v_previous * scale, v_before, pulls)[1]
-        begins = _pulled(-s * b, way_after * scale, T_after, v_after, v_next * scale, pulls)[0]
+        ends = _pulled(s * b, way_before, T_before, v_previous, v_before, pulls)[1]
+        begins = _pulled(-s * b, way_after, T_after, v_after, v_next, pulls)[0]
         u_before = u_before + ends + contact * carried_before / T_before + roll * rolled_before
         u_after = u_after - begins + contact * carried_after / T_after + roll * rolled_after
         before, after = v_before - u_before, v_after - u_after
@@ -159,7 +165,7 @@ class Collisions:
         faster = np.where(faster.real > _SLOWEST, faster, _SLOWEST)
         own_r = r + 0.5 * wall * s + self.speed * (slope * (faster - 1.0) + fade * np.log(faster))
         # the spring moves the mass on while they touch
-        moved = _DURING * (1.0 - r) * contact * self.omega2 * x * scale
+        moved = _DURING * (1.0 - r) * contact * self.omega2 * x
         eps = np.exp(ln_eps)
         gained = eps * (u_after - u_before)
         # in the units of the readings, whose noise it is: a gain of zero would else explain all
@@ -172,9 +178,10 @@ class Collisions:
     def keep(self, chosen: BoolArray) -> Collisions:
         """Some of them, with no means yet."""
         own = (self.x[chosen], self.x_before[chosen], self.x_after[chosen])
+        none = np.zeros((0, int(chosen.sum())))
         return Collisions(
-            self.flights.keep(chosen), *own, self.omega2, self.speed, self.known[:, chosen],
-            self.scatter, (np.zeros((0, int(chosen.sum()))),) * 3, np.zeros((3, 0)),
+            self.flights.keep(chosen), *own, self.omega2, self.base[:, chosen], self.speed,
+            self.known[:, chosen], self.scatter, (none, none, none), np.zeros((3, 0)),
         )  # fmt: skip
 
     @cached_property
@@ -230,7 +237,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     Parameters
     ----------
     c : Collisions
-    p : array (13,)
+    p : array (20,)
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -85,7 +86,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0,
+    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -230,13 +231,13 @@ def observe(
     _start_law(b)
     b.blocks.clear()
     _decays(b, found)
-    _sensors(b, found)
+    _sensors(b, found, driven)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
     b.late = _lateness(found, campaign, impacts, f0) | _phases(found, campaign, f0)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if record.exclude or record.id not in impacts:
             continue
-        _flights(b, record, impacts[record.id], f0)
+        _flights(b, record, impacts[record.id], f0, driven.get(record.id))
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
             _base(b, record, found, driven.get(record.id))
@@ -425,7 +426,9 @@ def _start_mass(b: _Builder, found: Sequence[Estimate]) -> None:
         b.start["ln_M"] = math.log(float(np.median(by_impacts)))
 
 
-def _flights(b: _Builder, record: Record, impacts: Impacts, f0: float | None) -> None:
+def _flights(
+    b: _Builder, record: Record, impacts: Impacts, f0: float | None, driven: DrivenMotion | None
+) -> None:
     """Collisions of every ball of a record."""
     frequency = f0 or float(np.mean(record.frequency or (0.0,)))
     period = 1.0 / frequency if frequency else math.inf
@@ -439,7 +442,31 @@ def _flights(b: _Builder, record: Record, impacts: Impacts, f0: float | None) ->
             continue
         stride = 2 * (flights.index.size // (2 * _ENOUGH)) + 1  # odd: both walls
         flights = flights.keep(np.arange(flights.index.size) % stride == 0)
-        _group(b, record, impacts, flights, number if several else 0, stated, frequency, integrated)
+        base = _base_at(b, flights, impacts, driven)
+        omega2 = (2.0 * math.pi * frequency) ** 2
+        collisions = collisions_of(flights, impacts, omega2=omega2, base=base)
+        _group(b, record, impacts, collisions, number if several else 0, stated, integrated)
+
+
+def _base_at(
+    b: _Builder, flights: Flights, impacts: Impacts, driven: DrivenMotion | None
+) -> FloatArray:
+    """Displacement, m, and velocity, m/s, of the base at each impact, the one before, the next."""
+    if driven is None or not {"ln_f0", "ln_zeta"} <= b.start.keys():
+        return np.zeros((6, flights.index.size))
+    t = impacts.time_s[flights.index]
+    when = np.stack([t, t - flights.time_before, t + flights.time_after])
+    return np.concatenate(driven.at(_phasor(b, driven), when))
+
+
+def _phasor(b: _Builder, driven: DrivenMotion) -> complex:
+    f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
+    return driven.motion_of_base(f0=f0, zeta=zeta)
+
+
+def _beside(b: _Builder, record: Record) -> str:
+    """Name of the share of the base that a displacement lacks: 1 of a sensor on the table."""
+    return b.add("beside", 0.0, 0.0, of=record.setup)
 
 
 def _lateness(
@@ -491,9 +518,10 @@ def _phases(
 
 
 def _group(
-    b: _Builder, record: Record, impacts: Impacts, flights: Flights, number: int, stated: float,
-    frequency: float, integrated: bool,
+    b: _Builder, record: Record, impacts: Impacts, collisions: Collisions, number: int,
+    stated: float, integrated: bool,
 ) -> None:  # fmt: skip
+    flights = collisions.flights
     inputs = b.campaign.known.uncertainties
     suffix = f"_{number}" if number else ""
     r = b.add(f"r{suffix}", 0.6, _WIDE_R)
@@ -512,7 +540,6 @@ def _group(
     changing = {name: {b.own(f"own {name}", record, 0.0, ball=number): 1.0} for name in CHANGING}
     lag, lag_error = b.late.get(record.id, (0.0, _LATE))
     loose = b.loose(record)
-    collisions = collisions_of(flights, impacts, omega2=(2.0 * math.pi * frequency) ** 2)
     areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
     centre = _OF_PULSE * float(np.median(flights.pulse)) if both else 0.0
     local = (
@@ -528,6 +555,7 @@ def _group(
         {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
          own: 1.0},
         *({name: 1.0, **changing.get(name, {})} for name in EFFECTS),
+        {_beside(b, record): 1.0},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -604,7 +632,9 @@ def _alone(collisions: Collisions, start: FloatArray) -> Quadratic:
     return fit([block], LOCALS, beliefs, start)
 
 
-def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Collisions:
+def collisions_of(
+    flights: Flights, impacts: Impacts, *, omega2: float, base: FloatArray | None = None
+) -> Collisions:
     """Collisions of the flights of one ball; their errors are rough until `with_errors`."""
     x = impacts.x_m[flights.index]
     # u = (x - side b - (x_before + side b))/T: what is left of it is the way of the mass
@@ -625,8 +655,8 @@ def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Colli
     known = np.stack([np.isfinite(flights.jump), np.isfinite(by_laser), np.isfinite(jump)])
     none = np.zeros((0, x.size))
     return Collisions(
-        flights, x, before, after, omega2, float(np.median(speed)), known, np.ones(3),
-        (none, none, none), np.zeros((3, 0)),
+        flights, x, before, after, omega2, np.zeros((6, x.size)) if base is None else base,
+        float(np.median(speed)), known, np.ones(3), (none, none, none), np.zeros((3, 0)),
     )  # fmt: skip
 
 
@@ -635,7 +665,7 @@ def _pulse_area(b: _Builder) -> str:
     return b.add("pulse area", 0.0, b.campaign.known.uncertainties.template.of(1.0))
 
 
-def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
+def _sensors(b: _Builder, found: Sequence[Estimate], driven: Mapping[str, DrivenMotion]) -> None:
     """Accelerometer beside the laser over the oscillation: ratio of their gains.
 
     A part of this acceleration is the pulses of impacts, whose areas may read too large.
@@ -659,6 +689,8 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
             continue
         displaced = {name: -factor for name, factor in b.own_gain(record, "displacement").items()}
         area = {_pulse_area(b): shares[record.id]} if record.id in shares else {}
+        if (moved := driven.get(record.id)) and b.has(record, "displacement"):
+            area[_beside(b, record)] = (_phasor(b, moved) / complex(*moved.swing)).real
         sums = ({**b.own_gain(record, "acceleration"), **displaced, **area}, 0.0)
         error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.setup, 0.0))
         b.blocks.append(
@@ -753,6 +785,10 @@ def _answered(
     off = 2.0 * bent * swing / level  # the same of what drives the mass, in any phase
     push = math.hypot(_OWN_PUSH, off)
     turned[b.own("bent phase", record, off)] = 1.0
+    # beside the table the mass is driven by the inertia of the base, in space by its spring
+    w0, w = 2.0 * math.pi * f0, driven.rate
+    inertia = cmath.log(w * w / complex(w0 * w0, 2.0 * zeta * w0 * w))
+    turned[_beside(b, record)] = inertia.imag
     for name in ("friction", "rolling", "drag"):
         b.add(name, 0.0, 0.0)
     speed = 4.0 * f0 * record.clearance[0] if record.clearance else 0.0  # from wall to wall
@@ -766,7 +802,7 @@ def _answered(
           b.add("mounting zeta", 0.0, inputs.damping.of(1.0), of=place): 1.0,
           b.own("own zeta", record, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
           "rolling": -0.5 * eps}, of["zeta"].constant),
-        ({**base, **b.own_gain(record, "displacement"),
+        ({**base, **b.own_gain(record, "displacement"), _beside(b, record): inertia.real,
           b.own("own base", record, _OWN_BASE): 1.0,
           b.own("bent", record, math.hypot(_CHANNELS, off)): 1.0},
          math.log(level)),

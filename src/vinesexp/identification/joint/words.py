@@ -153,6 +153,8 @@ def called(cause: Cause) -> str:
         return "ring-downs with a separate mounting each"
     if cause.kind == "scatter":
         return f"an unexplained cause ({_SCATTERED[cause.about]})"
+    if cause.about == "beside":
+        return "a displacement that is measured beside the table and not in space"
     place = _PLACES.get(cause.about, f"the {cause.about}")
     if cause.kind == "drift":
         if WITH_CLEARANCE in cause.key:
@@ -185,6 +187,12 @@ def said(weighed: Weighed) -> str:
         return _drift(cause, value, error)
     if cause.kind == "one test":
         return _one_test(cause, value, error)
+    if cause.about == "beside":
+        return (
+            "the displacement is that of the mass beside the table, not in space: the base was "
+            f"added where the values need it ({with_error(value, error)} of it is missing). Put "
+            "the sensor on the floor"
+        )
     place = _PLACES.get(
         cause.about, f"the sensitivity of the {cause.about.replace(' gain', ' channel')}"
     )
