@@ -19,7 +19,7 @@ from vinesexp.commands.options import (
     add_map_values,
     add_options,
     announce,
-    check_picture,
+    draw,
     map_values,
     refuse_existing,
     whole_option,
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
     from vinesexp.design.ensemble import workload_of
     from vinesexp.maps.basins import each_clearance
-    from vinesexp.rig import NES, Oscillator, Rig
+    from vinesexp.maps.response_map import rig_of
 
     values, ranges = map_values(args)
     more = [option.flag for option in OPTIONS if option.symbol in ranges and option.symbol != "b"]
@@ -61,11 +61,8 @@ def run(args: argparse.Namespace) -> int:
     (cells,) = cells_of(args.cells or "40", 1)
     clearances = along(ranges["b"], cells) if "b" in ranges else (values["b"],)
     starts, seed = whole_option(args.starts, "--starts", 40), whole_option(args.seed, "--seed", 1)
-    table, picture = args.out, args.plot
-    check_picture(picture)
-    refuse_existing(table, picture, force=args.force)
-    oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
-    rig = Rig(oscillator, nes=[NES(m=values["m"], b=clearances[0], r=values["r"])])
+    refuse_existing(args.out, force=args.force, picture=args.plot)
+    rig = rig_of(values | {"b": clearances[0]})
     announce(workload_of(rig, values["frequency"], len(clearances) * starts))
     bar, stopped = Bar("clearances"), False
     found: list[Attractor] = []
@@ -95,10 +92,14 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(answer, indent=2))
     else:
         print(motions_text(found))
-    if table is not None:
-        write_table(found, table)
-    if picture is not None:
-        _draw(found, values, picture)
+    if args.out is not None:
+        write_table(found, args.out)
+    if args.plot is not None:
+        from vinesexp.design.task import bare_gain
+        from vinesexp.figures.response_map_panels import coexisting_motions
+
+        bare = values["G"] * bare_gain(rig.oscillator, values["frequency"])
+        draw(coexisting_motions(found, bare=bare), args.plot)
     return 130 if stopped else 0
 
 
@@ -123,15 +124,3 @@ def write_table(found: Sequence[Attractor], path: Path) -> None:
     table = pandas.DataFrame(map(asdict, found))
     with writing(path):
         table.rename(columns=HEADS).to_csv(path, index=False, lineterminator="\r\n")
-
-
-def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:
-    from vinesexp.design.task import bare_gain
-    from vinesexp.figures.response_map_panels import coexisting_motions
-    from vinesexp.figures.style import write_figure
-    from vinesexp.rig import Oscillator
-
-    oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
-    bare = values["G"] * bare_gain(oscillator, values["frequency"])
-    with writing(picture, "be drawn"):
-        write_figure(coexisting_motions(found, bare=bare), picture)

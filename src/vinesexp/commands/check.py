@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vinesexp.commands.options import Bar
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign.load import campaign_problems, load_campaign
 from vinesexp.records.campaign.missing_cells import Evidence, missing_cells, read_evidence
@@ -64,15 +65,16 @@ def run(args: argparse.Namespace) -> int:
     campaign = load_campaign(args.path)
     outcomes: Counter[str] = Counter()
     evidence: dict[str, Evidence] = {}
+    bar = Bar("records")
     for number, (checks, shown) in enumerate(_checks(campaign), start=1):
-        _clear()
+        bar.clear()
         for check, more in checks:
             outcomes[check.outcome] += 1
             print(f"{check.record}: {check.outcome}: {check.detail}{more}", flush=True)
         if shown is not None:
             evidence[campaign.records[number - 1].id] = shown
-        _progress(number, len(campaign.records))
-    _clear()
+        bar(number, len(campaign.records))
+    bar.clear()
     missing = missing_cells(campaign, evidence)
     for check in missing:
         outcomes[check.outcome] += 1
@@ -140,16 +142,6 @@ def _reach(path: Path) -> str:
             reported.append(f"{role} +-{far / size:.3g}{unit}")
         seconds = view.n / view.sample_rate
     return f"; {seconds:.4g} s, {', '.join(reported)}"
-
-
-def _progress(number: int, of: int) -> None:
-    if sys.stderr.isatty():  # pragma: no cover
-        print(f"{number} of {of} records", end="", file=sys.stderr, flush=True)
-
-
-def _clear() -> None:
-    if sys.stderr.isatty():  # pragma: no cover
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 def _advice(path: Path, outcomes: Counter[str], *, missing: bool) -> str:

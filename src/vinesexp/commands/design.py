@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.commands.options import (
@@ -15,8 +14,8 @@ from vinesexp.commands.options import (
     add_options,
     add_values,
     announce,
-    check_picture,
     clock,
+    draw,
     refuse_existing,
     whole_option,
     writing,
@@ -25,6 +24,8 @@ from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.errors import ParameterError, VinesexpError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from vinesexp.design.headline import Answer
     from vinesexp.excitation import Measured
 
@@ -62,8 +63,7 @@ def run(args: argparse.Namespace) -> int:
     base = base_of(args)
     texts = {o.symbol: getattr(args, o.symbol) for o in OPTIONS}
     given = gather(texts, identified, recorded=base is not None)
-    check_picture(picture)
-    refuse_existing(picture, sheet, force=args.force)
+    refuse_existing(sheet, force=args.force, picture=picture)
     if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
         raise VinesexpError(
             f"'{sheet.suffix}' is not a page; name a file that ends in .html", file=sheet
@@ -87,8 +87,7 @@ def run(args: argparse.Namespace) -> int:
         print(text_of(answer))
     # last: a place that cannot be written to does not cost the answer
     if picture is not None:
-        with writing(picture, "be drawn"):
-            _plot(picture, answer)
+        draw(_figure(answer), picture)
     if sheet is not None:
         from vinesexp.report.command_pages import write_sheet
 
@@ -127,15 +126,12 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     return Measured(found.channels["base"], found.sample_rate)
 
 
-def _plot(path: Path, answer: Answer) -> None:
-    from vinesexp.figures.style import write_figure
-
+def _figure(answer: Answer) -> Figure:
     given, theory, advice = answer.given, answer.theory, answer.advice
     if advice is not None:
         from vinesexp.figures.design_curve import design_curve
 
-        write_figure(design_curve(advice), path)
-        return
+        return design_curve(advice)
     from vinesexp.design.predictions import start_amplitude
     from vinesexp.figures.invariant_manifold import sim_with_working_points
 
@@ -144,7 +140,7 @@ def _plot(path: Path, answer: Answer) -> None:
         points["b_c"] = (theory.b_c.exact, _amplitude_at_b_c(given, theory.b_c.exact))
     if theory.b_t is not None:
         points["b_t"] = (theory.b_t.exact, start_amplitude(given))
-    write_figure(sim_with_working_points(r=given.one("r").value, points=points), path)
+    return sim_with_working_points(r=given.one("r").value, points=points)
 
 
 def _amplitude_at_b_c(given: Given, b: float) -> float:

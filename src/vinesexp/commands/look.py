@@ -11,13 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.commands.options import (
-    add_force,
-    add_options,
-    check_picture,
-    refuse_existing,
-    writing,
-)
+from vinesexp.commands.options import add_force, add_options, draw, refuse_existing
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.proposal.roles import WeighedRoles, label_of, weighed_roles
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
@@ -40,8 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print every column of every file; 1 if one of them could not be read."""
-    check_picture(args.plot)
-    refuse_existing(args.plot, force=args.force)
+    refuse_existing(force=args.force, picture=args.plot)
     views: list[FileView] = []
     failed = 0
     for path in args.files:
@@ -54,11 +47,7 @@ def run(args: argparse.Namespace) -> int:
     for view in views:
         print("\n".join(describe(view, weighed)))
     if args.plot is not None and views:
-        from vinesexp.figures.style import write_figure
-
-        figure = signals_figure(views)
-        with writing(args.plot, "be drawn"):
-            write_figure(figure, args.plot)
+        draw(signals_figure(views), args.plot)
     return 1 if failed else 0
 
 

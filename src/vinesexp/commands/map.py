@@ -14,11 +14,10 @@ from vinesexp.commands.options import (
     add_map_values,
     add_options,
     announce,
-    check_picture,
+    draw,
     map_values,
     refuse_existing,
     whole_option,
-    writing,
 )
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, shortened
@@ -50,8 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
     grid = grid_of(args)
     out, picture = args.out or Path("map.nc"), args.plot
-    check_picture(picture)
-    refuse_existing(picture, force=args.force)
+    refuse_existing(force=args.force, picture=picture)
     if args.rows is not None and (picture is not None or args.join):
         raise ParameterError("cannot be combined with --plot or --join", where="--rows")
     if args.join:
@@ -85,10 +83,8 @@ def run(args: argparse.Namespace) -> int:
     print(f"{grid.shape[0]} x {grid.shape[1]} cells of {grid.starts} starts: {out}")
     if picture is not None:
         from vinesexp.figures.response_map_panels import response_map_panels
-        from vinesexp.figures.style import write_figure
 
-        with writing(picture, "be drawn"):
-            write_figure(response_map_panels(grid, values), picture)
+        draw(response_map_panels(grid, values), picture)
     return 0
 
 

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 from vinesexp.errors import ParameterError, VinesexpError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from vinesexp.design.inputs import Option
 
 
@@ -42,6 +44,11 @@ class Bar:
                 file=sys.stderr,
                 flush=True,
             )
+
+    def clear(self) -> None:
+        """Empty the line, for another one."""
+        if self.shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
     def end(self) -> None:
         """Leave the line."""
@@ -185,54 +192,54 @@ class Once(argparse.Action):
 
 
 def whole_option(text: str | None, flag: str, default: int) -> int:
-    """The whole number of an option, 1 or more (0 for a seed)."""
-    if text is None:
-        return default
-    return whole_number(text, flag, least=0 if flag == "--seed" else 1)
-
-
-def whole_number(text: str, flag: str, *, least: int = 1) -> int:
-    """A whole number of at most `DIGITS` digits.
+    """The whole number of an option, 1 or more (0 for a seed), of at most `DIGITS` digits.
 
     Examples
     --------
-    >>> whole_number("9" * 5000, "--seed")
+    >>> whole_option("9" * 5000, "--seed", 1)
     Traceback (most recent call last):
     vinesexp.errors.ParameterError: --seed: found a number of 5000 digits, expected at most 15
     """
-    digits = text.strip().lstrip("0") or "0"
-    if text.isascii() and text.strip().isdecimal() and len(digits) > DIGITS:
+    if text is None:
+        return default
+    least, written = 0 if flag == "--seed" else 1, text.strip()
+    digits, whole = written.lstrip("0") or "0", text.isascii() and written.isdecimal()
+    if whole and len(digits) > DIGITS:
         raise ParameterError(
             f"found a number of {len(digits)} digits, expected at most {DIGITS}", where=flag
         )
-    if not (text.isascii() and text.strip().isdecimal() and int(digits) >= least):
+    if not whole or int(digits) < least:
         expected = f"a whole number above {least - 1}" if least else "a whole number, 0 or above"
         raise ParameterError(f"found '{text}', expected {expected}", where=flag)
     return int(digits)
 
 
-def check_picture(path: Path | None) -> None:
-    """Refuse a picture that cannot be drawn before anything is computed."""
-    if path is not None and path.suffix.lower() not in PICTURES:
-        raise VinesexpError(
-            f"cannot draw '{path.suffix}'; name a file that ends in {', '.join(PICTURES)}",
-            file=path,
-        )
-
-
-def refuse_existing(*paths: Path | None, force: bool = False) -> None:
-    """Refuse to write over a file, before anything is computed.
+def refuse_existing(*paths: Path | None, force: bool = False, picture: Path | None = None) -> None:
+    """Refuse to write over a file, and a picture that cannot be drawn, before anything is computed.
 
     Raises
     ------
     VinesexpError
-        One of them is there, and `force` was not said.
+        One of them is there, and `force` was not said; or the ending of `picture`.
     """
-    for path in paths:
+    if picture is not None and picture.suffix.lower() not in PICTURES:
+        raise VinesexpError(
+            f"cannot draw '{picture.suffix}'; name a file that ends in {', '.join(PICTURES)}",
+            file=picture,
+        )
+    for path in (*paths, picture):
         if path is not None and path.exists() and not force:
             raise VinesexpError(
                 "is there already; name another file, or write over it with --force", file=path
             )
+
+
+def draw(figure: Figure, path: Path) -> None:
+    """Draw a picture that a person named."""
+    from vinesexp.figures.style import write_figure
+
+    with writing(path, "be drawn"):
+        write_figure(figure, path)
 
 
 @contextmanager

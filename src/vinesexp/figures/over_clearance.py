@@ -21,6 +21,7 @@ from vinesexp.figures.style import (
     label,
     link,
     new_figure,
+    panels,
     regime_colour,
 )
 from vinesexp.records.stored.tables import Row
@@ -73,13 +74,9 @@ def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
     ----------
     valleys : sequence of DrawnLevel
     """
-    columns = min(len(valleys), _PANELS)
-    rows = -(-len(valleys) // columns)
-    figure, axes = new_figure(rows, columns, height=0.7 + 3.1 * rows)
-    for axis, valley in zip(axes, valleys, strict=False):
+    figure, axes, columns = panels(len(valleys), _PANELS, above=0.7, each=3.1)
+    for axis, valley in zip(axes, valleys, strict=True):
         _panel(axis, valley)
-    for axis in axes[len(valleys) :]:
-        axis.remove()
     for axis in axes[::columns]:
         axis.set_ylabel("amplitude of the mass (mm)")
     _key(figure, axes[0], valleys)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.record_words import settings_of, short, titled
-from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, key, label, link, new_figure
+from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, key, label, link, new_figure, panels
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -84,10 +84,8 @@ def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
 
 def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
     """One panel a record: measured amplitude of each cycle, and the band of its replays."""
-    columns = min(len(records), _COLUMNS)
-    rows = -(-len(records) // columns)
-    figure, axes = new_figure(rows, columns, height=0.5 + 2.0 * rows)
-    for axis, (name, cycles) in zip(axes, records, strict=False):
+    figure, axes, columns = panels(len(records), _COLUMNS, above=0.5, each=2.0)
+    for axis, (name, cycles) in zip(axes, records, strict=True):
         time, *lengths = columns_of(cycles, REPLAY_CYCLES.names[1:])
         measured, replayed, low, high = (1e3 * length for length in lengths)
         axis.fill_between(time, low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0)
@@ -96,11 +94,9 @@ def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
         link(axis.set_title(short(name)), name, f"page of {name}")
         axis.set_ylim(0.0, 1.1 * float(max(high.max(), measured.max())))
         axis.margins(x=0.01)
-    for axis in axes[len(records) :]:
-        axis.remove()
-    for axis in axes[max(len(records) - columns, 0) : len(records)]:
+    for axis in axes[-columns:]:
         axis.set_xlabel("time (s)")
-    for axis in axes[: len(records) : columns]:
+    for axis in axes[::columns]:
         axis.set_ylabel("amplitude (mm)")
     entries = [("-", "measured", "measured"), ("-", "exact", "replayed: median and range")]
     key(figure, axes[0], entries)
@@ -121,38 +117,33 @@ def _chosen(records: Sequence[Record], regime: Mapping[str, str]) -> list[Record
 
 @dataclass(frozen=True)
 class DrawnDecay:
-    """Amplitude of one ring-down, cycle by cycle, beside the exponential fitted to it.
+    """Amplitude of one ring-down, cycle by cycle, beside what was fitted to it.
 
     Attributes
     ----------
     name : of the record.
     time : middle of each cycle, s.
-    amplitude, fitted : mm.
-    law : mm; the same with damping that depends on amplitude, empty where none was found.
-    law_name : ``quadratic``.
+    amplitude : mm.
+    fits : mm; the exponential, and last the law with damping that depends on amplitude, where one
+        was found.
+    law : what the last one is, ``viscous and quadratic damping``.
     """
 
     name: str
     time: FloatArray
     amplitude: FloatArray
-    fitted: FloatArray
-    law: FloatArray
-    law_name: str = ""
+    fits: tuple[FloatArray, ...]
+    law: str
 
 
-def ringdown_and_fit(
-    trace: Trace, shown: DrawnDecay, others: Sequence[DrawnDecay], *, title: str
-) -> Figure:
-    """One decay with its fitted envelope, and what is left of the amplitude of every decay.
+def ringdowns_and_fits(trace: Trace, decays: Sequence[DrawnDecay], *, title: str) -> Figure:
+    """The first decay with its fitted envelope, and what is left of the amplitude of every decay.
 
     Parameters
     ----------
     trace : Trace
-        Displacement, mm.
-    shown : DrawnDecay
-        Of the same record.
-    others : sequence of DrawnDecay
-        All decays whose misfit is to be compared, the one shown among them.
+        Displacement of the first, mm.
+    decays : sequence of DrawnDecay
     title : str
         With the fitted values.
     """
@@ -160,23 +151,23 @@ def ringdown_and_fit(
         2, 1, height=4.4, sharex=True, gridspec_kw={"height_ratios": [1.4, 1.0]}
     )
     draw_trace(above, trace)
-    envelope = shown.law if shown.law.size else shown.fitted
+    shown, envelope = decays[0], decays[0].fits[-1]
     for sign in (1.0, -1.0):
         above.plot(shown.time, sign * envelope, color=COLOURS["exact"], linewidth=1.4)
     middle = shown.time.size // 6
-    name = f"viscous and {shown.law_name} damping" if shown.law.size else "exponential"
-    label(above, name, (shown.time[middle], envelope[middle]), "exact", (8, 8))
+    label(above, shown.law, (shown.time[middle], envelope[middle]), "exact", (8, 8))
     above.set_ylabel("displacement (mm)")
     above.set_title(title)
     above.margins(x=0.01)
-    for decay, colour in zip(others, sequence(len(others)), strict=True):
-        _misfit(below, decay, decay.fitted, colour, faint=decay.law.size > 0)
-        if decay.law.size:
-            _misfit(below, decay, decay.law, colour, faint=False)
-    if len(others) > 1:
-        inks = sequence(len(others))
-        entries = [("o-", ink, short(one.name)) for one, ink in zip(others, inks, strict=True)]
-        said = "faint: exponential instead of the fit" if shown.law.size else ""
+    inks = sequence(len(decays))
+    for decay, ink in zip(decays, inks, strict=True):
+        for fit in decay.fits:
+            share, alpha = 100.0 * (decay.amplitude - fit) / fit[0], 0.3
+            alpha = 1.0 if fit is decay.fits[-1] else alpha
+            below.plot(decay.time, share, "o-", color=ink, markersize=2, linewidth=0.8, alpha=alpha)
+    if len(decays) > 1:
+        entries = [("o-", ink, short(one.name)) for one, ink in zip(decays, inks, strict=True)]
+        said = "faint: exponential instead of the fit" if len(shown.fits) > 1 else ""
         columns = max(int(90 / (6 + max(len(name) for *_, name in entries))), 1)
         key(figure, below, entries, columns=columns, place="outside lower right", title=said)
     below.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
@@ -184,17 +175,6 @@ def ringdown_and_fit(
     below.set_xlabel("time (s)")
     figure.align_ylabels()
     return figure
-
-
-def _share(decay: DrawnDecay, fit: FloatArray) -> FloatArray:
-    share: FloatArray = 100.0 * (decay.amplitude - fit) / fit[0]
-    return share
-
-
-def _misfit(axis: Axes, decay: DrawnDecay, fit: FloatArray, colour: str, *, faint: bool) -> None:
-    alpha = 0.3 if faint else 1.0
-    share = _share(decay, fit)
-    axis.plot(decay.time, share, "o-", color=colour, markersize=2, linewidth=0.8, alpha=alpha)
 
 
 def added_mass_line(
@@ -260,51 +240,45 @@ def draw_ringdowns(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         if (own := of_ringdown(read_estimates(paths.estimates(record.id))))
     }
     bare = [r for r in campaign.records if r.id in found and not r.added_mass]
-    drawn = [(record, _decay(record, found[record.id], paths)) for record in bare[:_MOST_DECAYS]]
-    drawn = [(record, decay) for record, decay in drawn if decay.time.size]
-    if drawn:
-        yield _figure(drawn, _trace(drawn[0][0], paths), results)
+    decays = [_decay(record, found[record.id], paths) for record in bare[:_MOST_DECAYS]]
+    if decays := [decay for decay in decays if decay.time.size]:
+        yield _decays_drawn(decays, results)
     yield from _line(results, found)
 
 
 def _decay(record: Record, own: Found, paths: ResultPaths) -> DrawnDecay:
     """The decay of one record as the estimate step left it, mm."""
-    rows = read_rows(paths.decay(record.id), DECAY)
-    time, amplitude, law, viscous = columns_of(rows, DECAY.names)
-    named = " and ".join(word for name, word in _LAW.items() if name in own)
-    none = np.empty(0)
-    return DrawnDecay(
-        record.id, time, 1e3 * amplitude, 1e3 * viscous, 1e3 * law if named else none, named
+    time, amplitude, law, viscous = columns_of(
+        read_rows(paths.decay(record.id), DECAY), DECAY.names
     )
+    named = " and ".join(word for name, word in _LAW.items() if name in own)
+    fits = (1e3 * viscous, 1e3 * law) if named else (1e3 * viscous,)
+    said = f"viscous and {named} damping" if named else "exponential"
+    return DrawnDecay(record.id, time, 1e3 * amplitude, fits, said)
 
 
-def _trace(record: Record, paths: ResultPaths) -> Trace:
-    with open_record(paths.conditioned(record.id)) as view:
-        return whole_trace(view, "displacement", frequency=float(view.attributes["oscillation_hz"]))
-
-
-def _figure(
-    decays: Sequence[tuple[Record, DrawnDecay]], trace: Trace, results: CampaignResults
-) -> tuple[Figure, Drawn]:
-    record, decay = decays[0]
+def _decays_drawn(decays: Sequence[DrawnDecay], results: CampaignResults) -> tuple[Figure, Drawn]:
+    record = decays[0].name
+    with open_record(ResultPaths(results.folder).conditioned(record)) as view:
+        trace = whole_trace(view, "displacement", frequency=view.oscillation or 0.0)
     values = [
         f"{symbol} = {plus_minus(row['value'], row['std_error'] or 0.0, row['unit'])}"
         for symbol, name in (("f₀", "f0"), ("ζ", "zeta"))
         if (row := results.values.get(name))
     ]
-    title = short(record.id) + (f"\nall records: {', '.join(values)}" if values else "")
-    figure = ringdown_and_fit(trace, decay, [decay for _, decay in decays], title=title)
-    head = f"Above: ring-down {record.id} (bandpassed) with the identified envelope"
+    title = short(record) + (f"\nall records: {', '.join(values)}" if values else "")
+    head = f"Above: ring-down {record} (bandpassed) with the identified envelope"
     text = (
         "Below: amplitude of each ring-down minus its fit, cycle by cycle. Scatter around zero is "
         "noise; a bow means that the damping follows another law."
     )
-    if decay.law.size:
+    if len(decays[0].fits) > 1:
         text += (
             " The faint points are the differences from an exponential: damping depends on "
             "amplitude, and the ζ of the title holds at the amplitude where the records determine "
             "it best."
         )
+    figure = ringdowns_and_fits(trace, decays, title=title)
     return figure, Drawn("ringdown_fit", "ringdown", head, text)
 
 
@@ -398,36 +372,16 @@ def draw_trace(axis: Axes, trace: Trace) -> None:
         axis.fill_between(trace.time, trace.values, trace.high, color=trace.colour, linewidth=0.4)
 
 
-def overview(traces: Sequence[Trace], *, title: str) -> Figure:
-    """Every channel of one record over its whole length.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-        Named ``displacement (mm)``.
-    """
-    figure, axes = new_figure(len(traces), 1, height=0.6 + 1.1 * len(traces), sharex=True)
-    for axis, trace in zip(axes, traces, strict=True):
-        draw_trace(axis, trace)
-        axis.set_ylabel(trace.label)
-    axes[-1].set_xlabel("time (s)")
-    axes[-1].margins(x=0.01)
-    axes[0].set_title(title)
-    figure.align_ylabels()
-    return figure
-
-
-def draw_amplitudes(traces: Sequence[Trace], *, xlabel: str, ylabel: str, bare: int = 0) -> Figure:
+def draw_amplitudes(traces: Sequence[Trace], *, xlabel: str, bare: int = 0) -> Figure:
     """Amplitudes of several records on one axis; the first `bare` of them, without NES, in grey."""
     figure, (axis,) = new_figure(height=3.6)
     colours = [COLOURS["bare"]] * bare + sequence(len(traces) - bare)
     for trace, colour in zip(traces, colours, strict=True):
         (line,) = axis.plot(trace.time, trace.values, color=colour, label=trace.name, linewidth=1.1)
-        if trace.record:
-            link(line, trace.record, f"{trace.record}: {trace.name}")
+        link(line, trace.record, f"{trace.record}: {trace.name}")
     axis.legend(loc="upper right", ncols=2 if len(traces) > 5 else 1, fontsize=8)
     axis.set_xlabel(xlabel)
-    axis.set_ylabel(ylabel)
+    axis.set_ylabel("amplitude (mm)")
     axis.set_ylim(bottom=0.0)
     axis.margins(x=0.01)
     return figure
@@ -587,7 +541,7 @@ def whole_trace(
 
 def amplitude_trace(view: RecordView, name: str, record: str = "") -> Trace:
     """Half the swing of the displacement in each cycle, mm."""
-    frequency = float(view.attributes.get("oscillation_hz") or 0.0)
+    frequency = view.oscillation or 0.0
     cycles = round(frequency * view.n / view.sample_rate)
     time, low, high = extremes(view, "displacement", max(cycles, 1) if frequency else 200)
     part = -(-time.size // _MOST_POINTS)
@@ -598,22 +552,29 @@ def amplitude_trace(view: RecordView, name: str, record: str = "") -> Trace:
 
 
 def _overview(record: Record, results: Path, title: str) -> tuple[Figure, Drawn]:
+    """Every channel over the whole length."""
     frequency = _oscillation(record, results)
     with open_record(ResultPaths(results).record(record.id)) as view:
         traces = [
             whole_trace(view, role, frequency=frequency) for role in _SHOWN if role in view.roles
         ]
+    figure, axes = new_figure(len(traces), 1, height=0.6 + 1.1 * len(traces), sharex=True)
+    for axis, trace in zip(axes, traces, strict=True):
+        draw_trace(axis, trace)
+        axis.set_ylabel(trace.label)
+    axes[-1].set_xlabel("time (s)")
+    axes[-1].margins(x=0.01)
+    axes[0].set_title(title)
+    figure.align_ylabels()
     head = f"Record {record.id} as measured: calibrated, nothing filtered"
     text = "Look for drift, clipping and gaps."
-    return overview(traces, title=title), Drawn(f"record_{record.test}", record.test, head, text)
+    return figure, Drawn(f"record_{record.test}", record.test, head, text)
 
 
 def _oscillation(record: Record, results: Path) -> float:
     """Frequency that the record was conditioned with, Hz; 0 for a drop test."""
-    if record.test == "drop":
-        return 0.0
     with open_record(ResultPaths(results).conditioned(record.id)) as view:
-        return float(view.attributes.get("oscillation_hz") or 0.0)
+        return 0.0 if record.test == "drop" else view.oscillation or 0.0
 
 
 def impacts_drawn(record: Record, results: Path) -> Impacts:
@@ -654,8 +615,7 @@ def _stretch(view: RecordView, record: Record, marks: Impacts) -> tuple[int, int
         # All bounces: they come ever faster.
         length = 1.1 * float(marks.time_s[-1] - marks.time_s[0]) + 0.02
     else:
-        frequency = view.attributes.get("oscillation_hz")
-        length = _ZOOM_CYCLES / float(frequency) if frequency else 0.5
+        length = _ZOOM_CYCLES / view.oscillation if view.oscillation else 0.5
     middle = marks.n // 2 if record.test == "periodic" else 0
     begin = max(round((marks.time_s[middle] - view.start - 0.08 * length) * view.sample_rate), 0)
     return begin, min(begin + max(round(1.16 * length * view.sample_rate), 2), view.n)
@@ -663,30 +623,23 @@ def _stretch(view: RecordView, record: Record, marks: Impacts) -> tuple[int, int
 
 def _sweeps(records: Sequence[Record], found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     for balls in _numbers_of_balls(records):
-        chosen = [r for r in records if len(r.clearance) in (0, balls) and r.frequency]
-        chosen = sorted(chosen, key=lambda r: r.clearance)
-        every, chosen = len(chosen), evenly_chosen(chosen)
-        bare = [r for r in chosen if not r.clearance]
-        traces = []
-        for record in chosen:
-            trace = _amplitudes(record, found)
-            if trace is None:
-                continue
+        chosen, said = _chosen_of(
+            r for r in records if len(r.clearance) in (0, balls) and r.frequency
+        )
+        bare, traces = sum(not record.clearance for record in chosen), []
+        for record, trace in _amplitudes(chosen, found):
             start, end = record.frequency or (0.0, 0.0)
             share = (trace.time - trace.time[0]) / (trace.time[-1] - trace.time[0])
-            at = start + (end - start) * share
-            traces.append(Trace(trace.name, at, trace.values, record=record.id))
+            traces.append(replace(trace, time=start + (end - start) * share))
         if not traces:
             continue
-        figure = draw_amplitudes(
-            traces, xlabel="frequency (Hz)", ylabel="amplitude (mm)", bare=len(bare)
-        )
-        with_nes = f" with {_nes(balls)}" if len(bare) < len(chosen) else ""
+        with_nes = f" with {_nes(balls)}" if bare < len(chosen) else ""
         head = f"Slow sine sweeps{with_nes}: amplitude of the mass over the base's frequency"
         text = (
             "The grey curve is the mass without NES. Where a coloured curve oscillates, the "
-            "response is strongly modulated."
-        ) + _of(chosen, every)
+            f"response is strongly modulated.{said}"
+        )
+        figure = draw_amplitudes(traces, xlabel="frequency (Hz)", bare=bare)
         yield figure, Drawn(f"sweep_{_number(balls)}_nes", "sweep", head, text)
 
 
@@ -725,28 +678,32 @@ def evenly_chosen(records: Sequence[Record]) -> list[Record]:
     return [records[place] for place in places]
 
 
-def _of(shown: Sequence[Record], every: int) -> str:
-    """What the caption adds where not every record is shown."""
-    return f" Shown are {len(shown)} of {every} records." if len(shown) < every else ""
+def _chosen_of(records: Iterable[Record]) -> tuple[list[Record], str]:
+    """Records that one figure can show, by clearance; and that it does not show all."""
+    every = sorted(records, key=lambda record: record.clearance)
+    shown = evenly_chosen(every)
+    more = f" Shown are {len(shown)} of {len(every)} records." if len(shown) < len(every) else ""
+    return shown, more
 
 
-def _amplitudes(record: Record, found: CampaignResults) -> Trace | None:
-    """Amplitude of each cycle under the clearances of the record; None without a displacement."""
-    name = settings_of(record, found.campaign.record(record.id))[0][2]
-    with open_record(ResultPaths(found.folder).conditioned(record.id)) as view:
-        return amplitude_trace(view, name, record.id) if "displacement" in view.roles else None
+def _amplitudes(
+    records: Iterable[Record], found: CampaignResults
+) -> Iterator[tuple[Record, Trace]]:
+    """Amplitude of each cycle, of the records that have a displacement."""
+    for record in records:
+        name = settings_of(record, found.campaign.record(record.id))[0][2]
+        with open_record(ResultPaths(found.folder).conditioned(record.id)) as view:
+            if "displacement" in view.roles:
+                yield record, amplitude_trace(view, name, record.id)
 
 
 def _releases(records: Sequence[Record], found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     free = [r for r in records if r.test == "ringdown" and not r.added_mass][:1]
     for balls in _numbers_of_balls(records):
-        chosen = sorted(
-            (r for r in records if r.test == "transient" and len(r.clearance) == balls),
-            key=lambda r: r.clearance,
+        chosen, said = _chosen_of(
+            r for r in records if r.test == "transient" and len(r.clearance) == balls
         )
-        every, chosen = len(chosen), evenly_chosen(chosen)
-        shown = [_amplitudes(record, found) for record in ([*free, *chosen] if chosen else [])]
-        traces = [trace for trace in shown if trace is not None]
+        traces = [trace for _, trace in _amplitudes([*free, *chosen], found)] if chosen else []
         if not traces:
             continue
         latest = max(trace.time[-1] for trace in traces[len(free) :])
@@ -754,10 +711,10 @@ def _releases(records: Sequence[Record], found: CampaignResults) -> Iterator[tup
             replace(t, time=t.time[t.time <= latest], values=t.values[t.time <= latest])
             for t in traces
         ]
-        figure = draw_amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
         text = (
             "While the ball is captured, the amplitude falls along a nearly straight line. After "
-            "the ball is lost, at T1, the decay is slow."
-        ) + _of(chosen, every)
+            f"the ball is lost, at T1, the decay is slow.{said}"
+        )
         head = f"Decay after release with {_nes(balls)}"
+        figure = draw_amplitudes(traces, xlabel="time (s)", bare=len(free))
         yield figure, Drawn(f"transient_{_number(balls)}_nes", "transient", head, text)

@@ -110,6 +110,19 @@ def new_figure(
     return figure, list(axes.ravel())
 
 
+def panels(count: int, most: int, *, above: float, each: float) -> tuple[Figure, list[Axes], int]:
+    """A figure with `count` panels, at most so many in a row: it, its axes, how many in a row.
+
+    Its height, in: `above` for the key, and `each` for every row.
+    """
+    columns = min(count, most)
+    rows = -(-count // columns)
+    figure, axes = new_figure(rows, columns, height=above + each * rows)
+    for axis in axes[count:]:
+        axis.remove()
+    return figure, axes[:count], columns
+
+
 def regime_colour(regime: str) -> str:
     """Colour of a regime; of the first ball's where there are several (``a | b``)."""
     return COLOURS.get(regime.split(" | ")[0], COLOURS["measured"])

@@ -87,11 +87,6 @@ class Background(Generic[T]):
     work : callable
         Of a module, so that the other process finds it.
 
-    Attributes
-    ----------
-    seconds : float
-        Of the processor, that the last piece took.
-
     Examples
     --------
     ::
@@ -105,8 +100,7 @@ class Background(Generic[T]):
     def __init__(self, work: Callable[..., T]) -> None:
         self._work = work
         self._pool: ProcessPoolExecutor | None = None
-        self._answer: Future[tuple[str, T | None, float]] | None = None
-        self.seconds = 0.0
+        self._answer: Future[tuple[str, T | None]] | None = None
 
     def begin(self, *arguments: Any) -> None:
         """Start a piece of work; the one before has been taken."""
@@ -140,7 +134,7 @@ class Background(Generic[T]):
         answer, self._answer = self._answer, None
         assert answer is not None
         try:
-            failed, found, self.seconds = answer.result()
+            failed, found = answer.result()
         except BrokenProcessPool:
             raise VinesexpError("its process ended; it starts again with the next record") from None
         if failed:
@@ -154,14 +148,12 @@ def _give_way() -> None:
         os.nice(_NICE)
 
 
-def _worked(work: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[str, T | None, float]:
-    """Why the work failed, or what came out, and the time of the processor that it took."""
-    begun, failed, found = time.process_time(), "", None
+def _worked(work: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[str, T | None]:
+    """Why the work failed, or what came out: not every error can be sent between processes."""
     try:
-        found = work(*arguments)
+        return "", work(*arguments)
     except Exception as error:
-        failed = " ".join(str(error).split()) or type(error).__name__
-    return failed, found, time.process_time() - begun
+        return " ".join(str(error).split()) or type(error).__name__, None
 
 
 class Arrivals:
@@ -194,14 +186,13 @@ class Arrivals:
         self._besides = None if besides is None else os.path.realpath(besides)
         self._quiet = quiet
         self._clock = clock
-        self._seen: dict[str, tuple[State, float]] = {}
-        self._settled: dict[str, State] = {}
+        # As it is, since when, and as it was when it last came to rest.
+        self._seen: dict[str, tuple[State, float, State | None]] = {}
 
     @property
     def growing(self) -> tuple[Path, ...]:
         """Files that were seen and are not at rest yet."""
-        seen = self._seen.items()
-        return tuple(Path(p) for p, (state, _) in seen if self._settled.get(p) != state)
+        return tuple(Path(p) for p, (state, _, rested) in self._seen.items() if rested != state)
 
     def scan(self) -> list[Path]:
         """Files that came to rest or went since the last look, in the order of their names.
@@ -212,18 +203,15 @@ class Arrivals:
         states = dict(self._states())
         found = []
         for path, state in states.items():
-            before = self._seen.get(path)
-            since = before[1] if before is not None and before[0] == state else now
-            self._seen[path] = (state, since)
+            before, since, rested = self._seen.get(path, (state, now, None))
+            since = since if before == state else now
             # An empty file is one that nothing was written to yet.
-            at_rest = state[0] > 0 and now - since >= self._quiet
-            if at_rest and self._settled.get(path) != state:
-                self._settled[path] = state
+            if rested != state and state[0] > 0 and now - since >= self._quiet:
+                rested = state
                 found.append(path)
-        for path in set(self._seen) - set(states):
-            del self._seen[path]
-            if self._settled.pop(path, None) is not None:
-                found.append(path)
+            self._seen[path] = state, since, rested
+        gone = set(self._seen) - set(states)
+        found += [path for path in gone if self._seen.pop(path)[2] is not None]
         return [Path(path) for path in sorted(found)]
 
     def _states(self) -> Iterator[tuple[str, State]]:
@@ -309,6 +297,12 @@ class Session:
         self._stop = threading.Event()
         self._code = code_digest("vinesexp.pipeline:analyse_record")
 
+    @property
+    def known(self) -> Campaign:
+        """The campaign as it was last read without a mistake."""
+        assert self.campaign is not None
+        return self.campaign
+
     # -- the loop -------------------------------------------------------------------------------
 
     def begin(self) -> None:
@@ -365,19 +359,17 @@ class Session:
             return False
         if self._pending_files:
             self._take(self._pending_files.pop())
-            return True
-        if (record := self._next_record()) is not None:
+        elif (record := self._next_record()) is not None:
             self._analyse(record)
-            return True
-        self._begin_background()
-        return False
+        else:
+            self._begin_background()
+            return False
+        return True
 
     # -- files ----------------------------------------------------------------------------------
 
     def _take(self, path: Path) -> None:
         """A file that came to rest or went: its record is due again, or it gets a row."""
-        campaign = self.campaign
-        assert campaign is not None
         try:
             name = path.relative_to(self.folder).as_posix()
             record = self._by_file.get(path.resolve())
@@ -395,7 +387,7 @@ class Session:
                 self.status.remarks.pop(name, None)
                 return
             digest = self._digest(path)
-            for other in campaign.records:
+            for other in self.known.records:
                 if len(other.files) == 1 and self._known_digest(other) == digest:
                     self._same_content(path, name, other)
                     return
@@ -432,8 +424,7 @@ class Session:
             with self._editing:
                 change_row(sheet_of(self.folder), record.id, new)
             self._propose(record.id, path)
-        assert self.campaign is not None
-        return self.campaign.record(record.id)
+        return self.known.record(record.id)
 
     def _propose(self, id: str, path: Path) -> None:
         """Remember what was written of a file, and read the table with it."""
@@ -442,8 +433,7 @@ class Session:
         self._read_campaign()
 
     def _row_for(self, path: Path, besides: Record | None = None) -> ProposedRecord:
-        campaign = self.campaign
-        assert campaign is not None
+        campaign = self.known
         self._say(f"reading {path.name}")
         view = view_file(path)
         if view.parts:
@@ -469,12 +459,12 @@ class Session:
         ingest_record(campaign, record, paths=self.paths)
         condition_record(campaign, record, paths=self.paths)
         with open_record(self.paths.conditioned(record.id)) as view:
-            frequency = view.attributes.get("oscillation_hz")
+            frequency = view.oscillation
             if view.refused is not None or not frequency:
                 return
         # Any clearance does: the impacts are found again with the one in the row.
         impacts, _ = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=self.paths)
-        b = clearance_of_flights(impacts, r=self._restitution(), frequency=float(frequency))
+        b = clearance_of_flights(impacts, r=self._restitution(), frequency=frequency)
         if b is not None:
             row.open.remove("clearance_mm")
             row.cells["clearance_mm"] = clearance_cell(b, campaign.records)
@@ -492,8 +482,7 @@ class Session:
 
     def _next_record(self) -> Record | None:
         """The newest record whose results are not those of its file and row."""
-        assert self.campaign is not None
-        for record in reversed(self.campaign.records):
+        for record in reversed(self.known.records):
             if self.seen.get(record.id, Followed()).state == "waiting" and not self._grows(record):
                 return record
         return None
@@ -511,14 +500,13 @@ class Session:
     def _analyse(self, record: Record) -> None:
         from vinesexp.pipeline import analyse_record
 
-        campaign, seen = self.campaign, self.seen[record.id]
-        assert campaign is not None
+        seen = self.seen[record.id]
         key, seen.state = seen.key, "analysing"
         self._say(f"analysing {record.id}")
         note = Notes(self.results / "finished" / f"{record.id}.json", {"results": self.results})
         if note.why_outdated("analyse", {"key": key}):  # by an earlier session, too
             with note.making("analyse", {"key": key}):
-                analyse_record(campaign, record, paths=self.paths)
+                analyse_record(self.known, record, paths=self.paths)
         seen.view = look_at_record(record, paths=self.paths)
         seen.state = "done"
         self._say("")
@@ -528,12 +516,10 @@ class Session:
         from vinesexp.figures.single_records import draw_record
         from vinesexp.report.rendering import figure_markup
 
-        if self.campaign is None or self.seen.get(id, Followed()).state != "done":
+        seen = self.seen.get(id, Followed())
+        if self.campaign is None or seen.state != "done" or not seen.view or not seen.view.length:
             return []
-        record, key = self.campaign.record(id), self.seen[id].key
-        view = self.seen[id].view
-        if view is None or view.length is None:
-            return []
+        record, key = self.campaign.record(id), seen.key
         with self._drawing:
             if self._drawn.get(id, ("", []))[0] != key:
                 figures = [
@@ -545,10 +531,9 @@ class Session:
 
     def _key(self, record: Record) -> str:
         """All that the results of a record depend on."""
-        assert self.campaign is not None
-        rows = {record.id: row_text(self.campaign, record)}
+        rows = {record.id: row_text(self.known, record)}
         parts = [
-            campaign_text(step, self.campaign) | rows_text(step, rows, record.id) for step in _STEPS
+            campaign_text(step, self.known) | rows_text(step, rows, record.id) for step in _STEPS
         ]
         files = [self._digest(file) if file.is_file() else "absent" for file in record.files]
         return hashlib.sha256(repr((parts, files, self._code)).encode()).hexdigest()
@@ -586,9 +571,9 @@ class Session:
         self.status.problems = tuple(texts)
         if texts:
             return
-        before = {} if self.campaign is None else {r.id: r for r in self.campaign.records}
-        if self.campaign is None or replace(self.campaign, records=campaign.records) != campaign:
-            before = {}  # every row means something else
+        old, before = self.campaign, dict[str, Record]()
+        if old is not None and replace(old, records=campaign.records) == campaign:
+            before = {r.id: r for r in old.records}  # else every row means something else
         self.campaign = campaign
         for id in set(self.seen) - {record.id for record in campaign.records}:
             del self.seen[id], self._places[id]
@@ -601,12 +586,8 @@ class Session:
 
     def _begin_background(self) -> None:
         """Identify and look at the campaign, where a record or a row changed since."""
-        assert self.campaign is not None
-        done = {
-            record.id: self.seen[record.id].key
-            for record in self.campaign.records
-            if self.seen[record.id].state == "done"
-        }
+        seen = {record.id: self.seen[record.id] for record in self.known.records}
+        done = {id: one.key for id, one in seen.items() if one.state == "done"}
         now = repr((self._texts, sorted(done.items())))
         if not done:
             return

@@ -114,7 +114,7 @@ class MapGrid:
     def workload(self) -> Workload:
         """Runs and impacts of the whole map, from its corners."""
         corners = [
-            workload_of(self._rig(x, y), self._at(x, y)["frequency"], 1)
+            workload_of(rig_of(self._at(x, y)), self._at(x, y)["frequency"], 1)
             for x in (self.x_values[0], self.x_values[-1])
             for y in (self.y_values[0], self.y_values[-1])
         ]
@@ -128,26 +128,22 @@ class MapGrid:
     def _at(self, x: float, y: float) -> dict[str, float]:
         return {**self.values, self.x: x, self.y: y}
 
-    def _rig(self, x: float, y: float) -> Rig:
-        here = self._at(x, y)
-        return Rig(_oscillator(here), [NES(m=here["m"], b=here["b"], r=here["r"])])
-
     def _cell(self, x: float, y: float) -> Runs:
         here = self._at(x, y)
-        task = Task(
-            oscillator=_oscillator(here),
-            masses=(here["m"],),
-            r=(here["r"],),
-            levels=(here["G"],) * 2,
-            frequencies=(here["frequency"],) * 2,
-        )
+        host, level, frequency = _host(here), here["G"], here["frequency"]
+        task = Task(host, (here["m"],), (here["r"],), (level, level), (frequency, frequency))
         if self.kind == "wall":
             return wall_starts(task, here["b"], phases=self.starts)
         return random_starts(task, here["b"], starts=self.starts, seed=self.seed)
 
 
-def _oscillator(values: Mapping[str, float]) -> Oscillator:
+def _host(values: Mapping[str, float]) -> Oscillator:
     return Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
+
+
+def rig_of(values: Mapping[str, float]) -> Rig:
+    """The rig with one ball of values by symbol, SI."""
+    return Rig(_host(values), [NES(m=values["m"], b=values["b"], r=values["r"])])
 
 
 def refuse_too_many(shape: tuple[int, int], starts: int) -> None:
@@ -172,17 +168,15 @@ def published_line(grid: MapGrid) -> FloatArray | None:
     """b_c (m) for every value along y; None where x is not b, or the base is off resonance."""
     if grid.x != "b" or grid.y == "frequency":
         return None
-    f0 = _oscillator(grid.values).f0
+    f0 = _host(grid.values).f0
     if abs(grid.values["frequency"] - f0) > AT_RESONANCE * f0:
         return None
     found = []
     for y in grid.y_values:
         here = {**grid.values, grid.y: y}
-        oscillator = _oscillator(here)
         eps = here["m"] / here["M"]
-        lam = 2.0 * oscillator.zeta / eps
-        b_c = b_c_published(G=here["G"], eps=eps, lam=lam, r=here["r"])
-        found.append(float(b_c))
+        lam = 2.0 * _host(here).zeta / eps
+        found.append(float(b_c_published(G=here["G"], eps=eps, lam=lam, r=here["r"])))
     return np.array(found)
 
 

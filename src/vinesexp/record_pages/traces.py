@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.regime_strips import impacts_per_cycle
@@ -37,7 +37,8 @@ SHORT = 2 * _FEWEST
 
 
 # Numbers as text that a browser turns back into arrays at once.
-_PACKING_STEPS = 65_000  # of a 16-bit number, gaps apart
+#: Steps of the range, at most and at least, steps to the noise, and what stands for a gap.
+_STEPS, _CLASSES, _TO_THE_NOISE, _GAP = 65_000, 4_000, 8.0, -32768
 
 
 def packed(values: ArrayLike) -> dict[str, Any]:
@@ -51,12 +52,18 @@ def packed(values: ArrayLike) -> dict[str, Any]:
     >>> np.frombuffer(base64.b64decode(found["int16"]), "<i2")
     array([-32500,  32500, -32768], dtype=int16)
     """
-    given = np.asarray(values, dtype=np.float64)
-    known = np.isfinite(given)
-    low, high = (given[known].min(), given[known].max()) if known.any() else (0.0, 0.0)
-    offset, scale = 0.5 * (low + high), (high - low) / _PACKING_STEPS or 1.0
-    steps = np.where(known, np.round((np.where(known, given, offset) - offset) / scale), _GAP)
-    return {"offset": float(offset), "scale": float(scale), "int16": _text(steps, "<i2")}
+    steps, scaled = _steps(np.asarray(values, dtype=np.float64), 0.0)
+    return {**scaled, "int16": _text(steps, "<i2")}
+
+
+def _steps(values: FloatArray, coarsest: float) -> tuple[NDArray[np.int16], dict[str, float]]:
+    """Numbers as steps of 1/65000 of their range, or of `coarsest` where that is more."""
+    known = np.isfinite(values)
+    low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
+    offset, coarsest = 0.5 * (low + high), min(coarsest, (high - low) / _CLASSES)
+    scale = max((high - low) / _STEPS, coarsest) or 1.0
+    steps = np.where(known, np.round((np.where(known, values, offset) - offset) / scale), _GAP)
+    return steps.astype(np.int16), {"offset": float(offset), "scale": float(scale)}
 
 
 def exact(values: ArrayLike) -> dict[str, str]:
@@ -111,9 +118,6 @@ def part_size(n: int, sample_rate: float, frequency: float) -> int:
 
 #: Samples of one file, of each channel.
 CHUNK = 1 << 20
-#: Steps of the range, at most and at least, and steps to the noise.
-_STEPS, _CLASSES, _TO_THE_NOISE = 65_000, 4_000, 8.0
-_GAP = -32768
 #: Samples from which the order of the differences is chosen, and of one stretch for the noise.
 _LOOKED_AT, _STRETCH = 1 << 14, 1 << 10
 
@@ -155,13 +159,7 @@ def squeezed(values: FloatArray) -> dict[str, Any]:
     >>> found["order"], len(found["deflated"]) < 1000
     (2, True)
     """
-    known = np.isfinite(values)
-    low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
-    offset = 0.5 * (low + high)
-    coarse = min(_noise(values) / _TO_THE_NOISE, (high - low) / _CLASSES)
-    scale = max((high - low) / _STEPS, coarse) or 1.0
-    given = np.where(known, np.round((np.where(known, values, offset) - offset) / scale), _GAP)
-    steps = given.astype(np.int16)
+    steps, scaled = _steps(values, _noise(values) / _TO_THE_NOISE)
     looked_at = steps[:_LOOKED_AT]
     order = int(np.argmin([np.abs(_difference(looked_at, k).astype(int)).sum() for k in range(3)]))
     left = _difference(steps, order)
@@ -169,12 +167,7 @@ def squeezed(values: FloatArray) -> dict[str, Any]:
     planes = folded.view(np.uint8).reshape(-1, 2).T
     deflate = zlib.compressobj(1, strategy=zlib.Z_RLE)
     content = deflate.compress(planes.tobytes()) + deflate.flush()
-    return {
-        "offset": float(offset),
-        "scale": float(scale),
-        "order": order,
-        "deflated": base64.b64encode(content).decode("ascii"),
-    }
+    return {**scaled, "order": order, "deflated": base64.b64encode(content).decode("ascii")}
 
 
 def _difference(steps: np.ndarray, order: int) -> np.ndarray:
@@ -221,21 +214,18 @@ def spectrum(read: Callable[[int, int], FloatArray], n: int, sample_rate: float)
     >>> round(found["resolution"], 2), found["sections"]
     (0.49, 14)
     """
+    from scipy.signal import periodogram
+
     size = min(1 << max(int(np.log2(max(n // 4, 1))), 5), _LONGEST, n)
-    total, count = np.zeros(size // 2 + 1), 0
-    window, ramp = np.hanning(size + 1)[:-1], np.linspace(-1.0, 1.0, size)
-    for begin in range(0, n - size + 1, max(size // 2, 1)):
+    power, count, frequency = np.zeros(size // 2 + 1), 0, np.zeros(0)
+    for begin in range(0, n - size + 1, size // 2) if size >= 8 else ():
         section = read(begin, begin + size)
         if np.isfinite(section).all():
-            section = section - section.mean()
-            section -= ramp * (np.sum(ramp * section) / np.sum(ramp * ramp))
-            lines = np.fft.rfft(window * section)
-            total += lines.real**2 + lines.imag**2
-            count += 1
-    if not count or size < 8:
+            frequency, one = periodogram(section, sample_rate, "hann", detrend="linear")
+            power, count = power + one, count + 1
+    if not count:
         return {"frequency": None, "density": None, "resolution": 0.0, "sections": 0}
-    frequency = np.arange(1, size // 2 + 1) * (sample_rate / size)
-    density = np.sqrt(2.0 * total[1:] / (count * sample_rate * np.sum(window * window)))
+    frequency, density = frequency[1:], np.sqrt(power[1:] / count)
     edges = np.unique(np.round(np.geomspace(1, size // 2 + 1, _MOST_LINES)).astype(int)) - 1
     edges = edges[edges < density.size]
     parts = np.append(edges[1:], density.size)
@@ -315,9 +305,12 @@ def traces_of(id: str, *, test: str, balls: int, paths: ResultPaths) -> dict[str
     with open_record(paths.record(id)) as measured, open_record(paths.conditioned(id)) as filtered:
         if measured.refused is not None or not measured.n:
             return {"channels": []}
-        attributes = filtered.attributes
-        frequency = 0.0 if test == "drop" else float(attributes.get("oscillation_hz") or 0.0)
-        found = _timing(measured, frequency) | {
+        frequency = 0.0 if test == "drop" else filtered.oscillation or 0.0
+        found = {
+            "start": measured.start,
+            "rate": measured.sample_rate,
+            "samples": measured.n,
+            "frequency": frequency,
             "impacts": _impacts(impacts, walls=test != "drop"),
             "strips": _strips(impacts, measured, frequency=frequency, balls=balls),
             "channels": _channels(measured, filtered, frequency=frequency),
@@ -344,15 +337,6 @@ def samples_of(id: str, *, paths: ResultPaths) -> Iterator[dict[str, Any]]:
             for role in view.roles
         }
         yield from chunks_of(views, units)
-
-
-def _timing(view: RecordView, frequency: float) -> dict[str, Any]:
-    return {
-        "start": view.start,
-        "rate": view.sample_rate,
-        "samples": view.n,
-        "frequency": frequency,
-    }
 
 
 def _channels(
@@ -382,15 +366,14 @@ def _spectra(view: RecordView) -> list[dict[str, Any]]:
     found = []
     for role in sorted(view.roles, key=_place):
         unit, factor = SHOWN.get(view.quantity(role), ("SI", 1.0))
-        one = spectrum(partial(_shown_samples, view, role, factor), view.n, view.sample_rate)
+
+        def read(begin: int, end: int, role: str = role, factor: float = factor) -> FloatArray:
+            return np.asarray(fill_gaps(view.read(role, begin, end)) / factor)
+
+        one = spectrum(read, view.n, view.sample_rate)
         if one["sections"]:
             found.append({"role": role, "unit": unit, **one})
     return found
-
-
-def _shown_samples(view: RecordView, role: str, factor: float, begin: int, end: int) -> FloatArray:
-    samples: FloatArray = fill_gaps(view.read(role, begin, end)) / factor
-    return samples
 
 
 def _place(role: str) -> int:
