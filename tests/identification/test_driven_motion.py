@@ -59,9 +59,13 @@ def test_the_base_is_found_without_ball_or_clearance(tmp_path, seen, jump):
     assert error < 5e-3 * G
     if seen:
         assert abs(phase) < 0.01
+    moved, speed = found.at(found.motion_of_base(f0=F0, zeta=ZETA), t)
+    np.testing.assert_allclose(moved, G * np.cos(W * t), atol=0.02 * G)
+    np.testing.assert_allclose(speed, -W * G * np.sin(W * t), atol=0.02 * W * G)
     f0 = np.sqrt(found.values[0]) / (2.0 * np.pi)
     assert f0 == pytest.approx(F0, rel=1e-4 if jump > 0.01 else 1e-3)
     if jump > 0.01:
+        assert found.own_rate == pytest.approx(W0, rel=1e-4)
         assert found.values[1] / (2.0 * W0) == pytest.approx(ZETA, rel=0.02)
 
 
@@ -204,6 +208,7 @@ def test_a_displacement_that_is_known_to_be_late(tmp_path):
             driven_motion(view, early, frequency=F, stated=F, late=late).base(f0=F0, zeta=ZETA)
             for late in (2e-3, 0.0)
         )
+        assert driven_motion(view, early, frequency=F, late=2e-3).own_rate == 0.0  # it repeats
     assert abs(known[0] - G) < 4.0 * known[1] + 2e-4 * G
     assert abs(fitted[0] - G) > 2.0 * abs(known[0] - G) + 5e-3 * G
 

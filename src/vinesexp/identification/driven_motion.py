@@ -119,6 +119,14 @@ class DrivenMotion:
             "f0": w0 / (2.0 * math.pi), "zeta": 0.5 * float(self.values[1]) / w0 if w0 else 0.0
         }  # fmt: skip
 
+    @property
+    def own_rate(self) -> float:
+        """Angular frequency of the oscillator, rad/s, if this motion alone shows it; else 0."""
+        held = self.information[0, 1:] @ np.linalg.pinv(self.information[1:, 1:])
+        left = float(self.information[0, 0] - held @ self.information[1:, 0])
+        known = left > (2.0 * _MODULATED * float(self.values[0])) ** -2
+        return math.sqrt(float(self.values[0])) if known else 0.0
+
     def driven(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The five for ln f0, ln zeta, ln of the base's amplitude, its phase, the friction.
 

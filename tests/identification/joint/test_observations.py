@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.joint.observations import _Decay, _sensors, _share_of_ball
+from vinesexp.identification.joint.observations import (
+    _Decay,
+    _sensors,
+    _share_of_ball,
+    _start_tests,
+)
 from vinesexp.identification.joint.over_amplitude import NO_LAW, TERMS
 
 
@@ -76,3 +81,22 @@ def test_what_the_mass_carries_in_ring_downs_lowers_their_frequency(load):
     slope = math.sqrt(-2.0 * decay(off)[2]) / 1e-5
     assert information[3, 3] == pytest.approx(slope**2, rel=1e-3)
     assert slope == pytest.approx(0.5 / (M + load + aboard), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("rates", "starts"), [((2.94, 2.95), True), ((2.999,), False), ((), False)]
+)
+def test_a_fit_starts_from_the_f0_of_the_tests_where_that_of_the_ring_downs_is_beyond_resonance(
+    rates, starts
+):
+    """The phase of the base led to another solution, and M was known to 13 % only."""
+    begin = {"ln_f0": np.log(3.0), "ln_zeta": np.log(3e-3), "ln_M": np.log(5.0), "aboard": 0.0}
+    b = SimpleNamespace(priors={"aboard": None}, start=dict(begin))
+    driven = {str(f): SimpleNamespace(own_rate=2.0 * np.pi * f) for f in rates}
+    _start_tests(b, {"repeats": SimpleNamespace(own_rate=0.0), **driven})
+    if not starts:
+        assert b.start == begin
+        return
+    assert np.exp(b.start["ln_f0"]) == pytest.approx(2.945, abs=1e-6)
+    ring = np.exp(b.start["ln_f0"]) / np.sqrt(1.0 + b.start["aboard"] / 5.0)
+    assert ring == pytest.approx(3.0, rel=1e-12)

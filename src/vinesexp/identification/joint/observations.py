@@ -232,6 +232,7 @@ def observe(
     b.blocks.clear()
     _decays(b, found)
     _sensors(b, found, driven)
+    _start_tests(b, driven)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
     b.late = _lateness(found, campaign, impacts, f0) | _phases(found, campaign, f0)
     for record in sorted(campaign.records, key=lambda one: one.id):
@@ -424,6 +425,21 @@ def _start_mass(b: _Builder, found: Sequence[Estimate]) -> None:
             b.start["ln_M"] = math.log(offset / slope)
     elif by_impacts and b.campaign.known.mass is None:
         b.start["ln_M"] = math.log(float(np.median(by_impacts)))
+
+
+def _start_tests(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
+    """Where f0 starts if the tests with a ball show another than the ring-downs: another mass.
+
+    From the f0 of the ring-downs the phase of the base, which turns by a radian within zeta of
+    resonance, leads to another solution.
+    """
+    shown = [w0 for one in driven.values() if (w0 := one.own_rate)]
+    if not shown or "aboard" not in b.priors or not {"ln_f0", "ln_zeta"} <= b.start.keys():
+        return
+    off = math.log(float(np.median(shown)) / (2.0 * math.pi)) - b.start["ln_f0"]
+    if abs(off) > math.exp(b.start["ln_zeta"]):
+        b.start["ln_f0"] += off
+        b.start["aboard"] = math.exp(b.start["ln_M"]) * math.expm1(2.0 * off)
 
 
 def _flights(

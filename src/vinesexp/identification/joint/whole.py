@@ -231,7 +231,7 @@ def answer_of(
     wide = observed.beliefs.wider(
         {name: _ANY_VALUE * largest for name, _ in observed.clearances.values()}
         | {name: _ANY_VALUE * load for load, name in observed.loads.items()}
-        | {"load scale": _ANY_LOAD}
+        | {"load scale": _ANY_LOAD, "aboard": abs(_started(observed, "aboard"))}
     )
     # With `uncertainties: exact` the test log is no evidence that could be wrong.
     exact = campaign.known.uncertainties == EXACT
@@ -244,6 +244,10 @@ def answer_of(
     judged = replace(judged, posterior=_only_so_true(data, observed, judged))
     judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
     return Answer(observed, data, judged, odd)
+
+
+def _started(observed: Observed, name: str) -> float:
+    return float(observed.start[observed.names.index(name)]) if name in observed.names else 0.0
 
 
 def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[Judged, Quadratic]:
