@@ -49,12 +49,16 @@ IMPACTS_PER_CYCLE = 1.9
 STEADY = 1.5
 #: s of one core an impact, for what is said beforehand (docs/benchmarks/simulation.md).
 PER_IMPACT = 0.3e-6
-#: s of one core: a run, a cycle, an impact of the two in a cycle and one beyond, in lanes; a cycle
-#: and an impact of several balls; the same by power series (friction, a damping law). By these a
-#: search shares out its time; counted, not measured, so that an answer is the same anywhere.
-WORK_RUN, WORK_LANES, WORK_BALLS, WORK_SERIES = (
-    5e-6, (3.3e-8, 5e-8, 1.8e-7), (2e-7, 6e-7, 6e-7), (1e-5, 4e-6, 4e-6),
+#: s of one core: a run, a cycle, an impact of the two in a cycle and one beyond. In lanes; one by one
+#: in closed form (several balls, a heavy one); with friction of the balls; with a damping law.
+#: TABLE: what is tabulated in lanes for another oscillator or frequency than that of the run
+#: before. By these a search shares out its time; counted, not measured, so that an answer is the
+#: same anywhere.
+WORK_LANES, WORK_ALONE, WORK_FRICTION, WORK_LAW = (
+    (5e-6, 3.3e-8, 5e-8, 1.8e-7), (2e-4, 2e-7, 6e-7, 6e-7), (4e-4, 5e-7, 1e-6, 3e-6),
+    (4e-4, 5e-6, 3e-6, 4e-6),
 )  # fmt: skip
+TABLE = 2.5e-5
 #: Bytes of a run in memory, with what is found of it.
 RUN_SIZE = 600.0
 #: A loop of fewer lanes takes hardly less: not so few runs are shared out over several cores.
@@ -415,11 +419,15 @@ def rows_of(runs: Runs, spans: FloatArray) -> FloatArray:
 
 def _work(runs: Runs, lanes: BoolArray, duration: FloatArray, hits: FloatArray) -> FloatArray:
     """About what runs with so many impacts a cycle take of a processor, s."""
-    other = WORK_BALLS if runs.plain else WORK_SERIES
-    per = np.where(lanes, np.array([WORK_LANES]).T, np.array([other]).T)
+    law = WORK_ALONE if runs.plain else WORK_FRICTION
+    law = law if runs.damping == VISCOUS else WORK_LAW
+    per = np.where(lanes, np.array([WORK_LANES]).T, np.array([law]).T)
+    rigs = runs.values[:, [V_M, V_C, V_K, V_F]]
+    tabulated = np.append(True, (rigs[1:] != rigs[:-1]).any(axis=1)) & lanes
     cycles, impacts = duration * runs.pace, duration * runs.values[:, V_F] * hits
     beyond = np.maximum(impacts - 2.0 * cycles, 0.0)
-    return np.asarray(WORK_RUN + per[0] * cycles + per[1] * (impacts - beyond) + per[2] * beyond)
+    moving = per[1] * cycles + per[2] * (impacts - beyond) + per[3] * beyond
+    return np.asarray(per[0] + TABLE * tabulated + moving)
 
 
 def _one(one: Run, settle: float, duration: float) -> tuple[float, float, float]:
