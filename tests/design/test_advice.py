@@ -14,11 +14,13 @@ from vinesexp.design.advice import (
     den_hartog,
     equal_mass_den_hartog,
     equal_mass_optimal,
+    judge,
     orbit_and_rest,
     theory_of,
 )
 from vinesexp.design.answer_json import as_json
-from vinesexp.design.ensemble import responses
+from vinesexp.design.around import Starts
+from vinesexp.design.ensemble import responses, watched
 from vinesexp.design.headline import warnings_of
 from vinesexp.design.task import Task, bare_gain, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError, ParameterError
@@ -166,6 +168,21 @@ def test_the_bare_mean_over_a_band_is_exact_however_narrow_the_resonance(
     assert frequencies[-1] == band[1]
     if band[0] < o.f0 < band[1]:
         assert min(abs(f - o.f0) for f in frequencies) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("levels", "band", "b"), [((G, G), (6.3, 9.4), 8e-3), ((5e-5, 5e-4), (7.862,) * 2, 24.8e-3)]
+)
+def test_a_mean_from_rest_over_a_range_is_that_of_any_levels_and_frequencies(
+    levels: tuple[float, float], band: tuple[float, float], b: float
+) -> None:
+    """The same ball at its wall, at frequencies, levels and phases drawn from the whole range."""
+    task = Task(TABLE_2, (0.05 * 4.7 if band[0] < band[1] else 0.02 * 4.7,), (0.6,), levels, band)
+    said = judge(task, b, Starts(24, 16), seed=1).rest_mean
+    rng, n = np.random.default_rng(5), 3000
+    base = [rng.uniform(*levels, n), rng.uniform(*band, n), rng.uniform(0.0, 2.0 * np.pi, n)]
+    drawn = task.runs(np.full(n, b), np.column_stack(base), np.full((n, 1), -1.0))
+    assert said == pytest.approx(watched(drawn, starts=n).mean.mean(), rel=0.05)
 
 
 def test_over_a_band_nothing_is_compared_with_the_motion_of_other_draws() -> None:

@@ -124,6 +124,16 @@ def test_what_the_starts_cannot_tell_apart_is_a_tie_and_the_least_mean_wins() ->
     assert won.starts == 400, "nothing that matters is left to be told apart"
 
 
+def test_what_is_preferred_is_among_those_that_are_called_equal() -> None:
+    """Worse by half a per cent beyond doubt, and preferred for its mean: equal within that."""
+    means = {0.010: np.full(400, 2.0), 0.011: np.full(400, 2.01)}
+    means[0.010][:8] = 9.0
+    won = raced(Drawn(means), first=400, most=0.0)
+    assert won.b == 0.011
+    assert won.tied == (0.010, 0.011)
+    assert won.within == pytest.approx(0.005)
+
+
 def test_the_error_is_that_of_other_samples() -> None:
     """Stated: the resampled error of one sample. Seen: the scatter over a hundred samples."""
     many = [percentile(amplitudes(seed, 0.5, 2.0, 6.0, 100)) for seed in range(100)]

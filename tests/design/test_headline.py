@@ -14,7 +14,7 @@ from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.design import best_clearance
 from vinesexp.design.advice import Advice, advise
 from vinesexp.design.around import Starts, cliffs_of
-from vinesexp.design.headline import Answer, build_this, headline_of, nothing_helps
+from vinesexp.design.headline import Answer, build_this, headline_of, nothing_helps, warnings_of
 from vinesexp.design.released import released
 from vinesexp.design.shown import from_random, from_rest
 from vinesexp.design.task import OpenRig, Task, random_starts, wall_starts
@@ -108,8 +108,42 @@ def test_a_rig_that_no_ball_helps_is_said_first() -> None:
     advice = advise(task, budget=0.5)
     assert advice.hopeless
     assert nothing_helps(advice)[0].startswith("No clearance helps: from")
+    assert not advice.robust.centre_touched
+    assert not any("start it at a wall" in one for one in warnings_of(advice)), "no use either"
     for table in (from_rest(advice), from_random(advice)):
         assert not any("100 %" in cell for row in table.rows for cell in row), "no gain"
+
+
+@pytest.mark.usefixtures("small")
+@pytest.mark.filterwarnings("ignore::vinesexp.errors.RigWarning")  # of clearances only tried
+def test_a_ball_that_only_adds_its_mass_is_said_to() -> None:
+    """Friction holds it: it moves the resonance away from the base, as any mass there would."""
+    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.0065)
+    task = Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, friction=200.0)
+    advice = advise(task, budget=0.2)
+    fixed = Oscillator(M=2.04, c1=o.c1, k1=o.k1)
+    alone = replace(task, oscillator=fixed).bare(3e-4, 12.0)
+    assert advice.robust.random_mean == pytest.approx(alone, rel=0.02)
+    assert advice.fixed_mass == pytest.approx(alone, rel=0.01)
+    said = f"the same mass would leave {1e3 * advice.fixed_mass:.3g} mm, no more than the ball."
+    assert said in " ".join(build_this(advice))
+
+
+def test_a_ball_that_does_better_than_its_mass_is_not_compared_with_it(advice: Advice) -> None:
+    assert "Fixed to the oscillator" not in " ".join(build_this(advice))
+
+
+def test_a_base_amplitude_that_no_ball_keeps_up_with_is_asked_about(advice: Advice) -> None:
+    assert not any("in the unit" in one for one in warnings_of(advice))
+    fast = replace(advice, robust=replace(advice.robust, b=20.7))
+    assert "a ball would cross the cavity of 2.07e+04 mm" in warnings_of(fast)[0]
+
+
+def test_an_undamped_oscillator_is_named(advice: Advice) -> None:
+    assert not any("nothing damps" in one for one in warnings_of(advice))
+    o = replace(advice.task.oscillator, c1=0.0)
+    undamped = replace(advice, task=replace(advice.task, oscillator=o))
+    assert any("nothing damps the oscillator alone" in one for one in warnings_of(undamped))
 
 
 def test_what_to_build_has_tolerance_cliff_and_damper_in_words(advice: Advice) -> None:

@@ -348,6 +348,18 @@ class Advice:
         return max(rest, self.random_gain)
 
     @property
+    def fixed_mass(self) -> float:
+        """Mean amplitude over the ranges with the balls fixed to the oscillator, m.
+
+        The same as an absorber that is far too stiff.
+        """
+        task, stiff = self.task, {"tuning": 1e6, "zeta": 0.0}
+        gain = host_gain(
+            task.oscillator, mass=sum(task.masses), frequency=_frequencies(task), **stiff
+        )
+        return float(np.mean(task.levels) * gain.mean())
+
+    @property
     def random_gain(self) -> float:
         """Share of the bare amplitude that the robust clearance takes over random starts."""
         return 1.0 - self.robust.random_mean / self.robust.random_bare
@@ -449,7 +461,10 @@ def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | No
 def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     """One clearance: from rest, and under random starts that had no part in the choice."""
     from_rest = wall_starts(task, b, phases=starts.phases, shift=0.4)
-    rest = watched(from_rest, starts=len(from_rest))
+    rest = worst = watched(from_rest, starts=len(from_rest))
+    if task.ranged:
+        at_nodes = wall_starts(task, b, phases=starts.phases, shift=0.4, nodes=True)
+        worst = watched(at_nodes, starts=len(at_nodes))
     drawn = random_starts(task, b, starts=starts.random, seed=seed)
     anywhere = watched(drawn, starts=len(drawn))
     means = anywhere.mean
@@ -457,7 +472,7 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     return Judged(
         b=b,
         rest_mean=float(task.average(rest.mean)),
-        rest_max=float(task.worst(rest.largest)),
+        rest_max=float(task.worst(worst.largest)),
         random_mean=float(means.mean()),
         random_p90=float(percentile(means)),
         random_error=float(percentile(_resampled(means)).std()),

@@ -232,7 +232,7 @@ def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArra
     along = frequency_weights(task.frequencies, task.oscillator, task.eps)
     mean, captured = (
         values.reshape(shape).mean(axis=-1) @ along
-        for values in (found.rest.mean, found.rest.captured.astype(np.float64))
+        for values in (found.nodes.mean, found.nodes.captured.astype(np.float64))
     )
     levels = np.outer(found.robust / found.grid, ends)
     left = mean / np.array([_bare(task, float(G)) for G in ends])

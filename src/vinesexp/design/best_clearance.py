@@ -399,8 +399,9 @@ class Contest:
             n *= 2
             self.purse.ask(self.starts, left, n)
         chosen = self._safest(now)
+        alike = sorted({*alike, chosen})
         within = float((excess + doubt)[alike].max() / now.value[best])
-        tied = tuple(sorted(now.b[i] for i in alike))
+        tied = tuple(now.b[i] for i in alike)
         return Race(
             now.b[chosen], float(now.value[chosen]), float(now.error[chosen]), tied, within, n
         )
@@ -557,7 +558,8 @@ class Found:
 
     Attributes
     ----------
-    rest, random : runs of the scan, one row for each clearance of `grid`.
+    rest, nodes, random : runs of the scan, one row for each clearance of `grid`: from rest, the
+        same at the nodes of the ranges, and from anywhere.
     race : contest of the robust clearances.
     captured : share of its starts that the robust clearance captures.
     work : what a start took around the clearances found: from rest under all conditions, and
@@ -568,6 +570,7 @@ class Found:
     least_max: float
     robust: float
     rest: Responses
+    nodes: Responses
     random: Responses
     race: Race
     captured: float
@@ -600,32 +603,42 @@ def search(
     budget : float
         Work that the answer may take, s.
     """
-    conditions = len(task.grid())
 
-    def from_rest(shift: float) -> Callable[[float, range], Runs]:
-        return lambda b, numbers: more_wall_starts(task, b, numbers, shift=shift)
+    def from_rest(shift: float, nodes: bool, tolerance: float = 0.0) -> Tried:
+        def draw(b: float, numbers: range) -> Runs:
+            return more_wall_starts(task, b, numbers, shift=shift, nodes=nodes)
+
+        return Tried(draw, len(task.grid()), shift > 0.0, tolerance)
 
     def anywhere(seed: int) -> Callable[[float, range], Runs]:
         return lambda b, numbers: random_starts(
             task, b, starts=len(numbers), seed=seed, first=numbers.start
         )
 
-    rest, random = Tried(from_rest(0.0), conditions, False), Tried(anywhere(seed), 1, False)
+    rest, random = from_rest(0.0, False), Tried(anywhere(seed), 1, False)
     grid = far_enough(np.geomspace(*ends, COARSE), rest, SCAN_REST[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
     mean, largest = _over(mean_of, task.average), _over(largest_of, task.worst)
-    curves, rest_scan = scanned(grid, rest, [mean, largest], ends=SCAN_REST, most=SCANS * budget)
+    kinds = [(rest, [mean, largest])]  # without a range the nodes are all there is
+    if task.ranged:
+        kinds = [(rest, [mean]), (from_rest(0.0, True), [largest])]
+    won: list[Race] = []
+    scans: list[Responses] = []
+    dearest = 0.0
+    for nodes, (starts, criteria) in enumerate(kinds):
+        most = SCANS * budget / len(kinds)
+        curves, scan = scanned(grid, starts, criteria, ends=SCAN_REST, most=most)
+        scans.append(scan)
+        starts = from_rest(0.25, nodes > 0, task.tolerance)
+        for one, criterion in zip(curves, criteria, strict=True):
+            contest = Contest(starts, criterion, Purse(CONTESTS * budget), seed=seed)
+            won.append(contest.won([*one.lowest(), *contest.known()], FIRST_REST))
+            dearest = max(dearest, starts.work(won[-1].b))
     [curve], random_scan = scanned(
         grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=SCANS * budget
     )
-    rest = Tried(from_rest(0.25), conditions, tolerance=task.tolerance)
     random = Tried(anywhere(seed + 1), tolerance=task.tolerance)
-    finalists = [one.lowest() for one in curves]
-    won: list[Race] = []
-    for few, criterion in zip(finalists, (mean, largest), strict=True):
-        contest = Contest(rest, criterion, Purse(CONTESTS * budget), seed=seed)
-        won.append(contest.won([*few, *contest.known()], FIRST_REST))
     lowest = curve.lowest()
 
     # the others compete too, and what is a little safer: no best is called so beside a better one
@@ -634,6 +647,7 @@ def search(
     robust_rule = Criterion(mean_of, weighted_percentile, cautious)
     contest = Contest(random, robust_rule, Purse(ROBUST * budget), seed)
     robust = contest.won([*lowest[:LOWEST], *safer, *others], FIRST_RANDOM)
-    work = max(rest.work(one.b) for one in won), random.work(robust.b)
+    work = dearest, random.work(robust.b)
     share = float(random.found[robust.b].captured.mean())
-    return Found(won[0].b, won[1].b, robust.b, rest_scan, random_scan, robust, share, grid, work)
+    few = won[0].b, won[1].b, robust.b
+    return Found(*few, scans[0], scans[-1], random_scan, robust, share, grid, work)

@@ -49,8 +49,8 @@ IMPACTS_PER_CYCLE = 1.9
 STEADY = 1.5
 #: s of one core an impact, for what is said beforehand (docs/benchmarks/simulation.md).
 PER_IMPACT = 0.3e-6
-#: s of one core: a run, a cycle, an impact of the two in a cycle and one beyond. In lanes; one by one
-#: in closed form (several balls, a heavy one); with friction of the balls; with a damping law.
+#: s of one core: a run, a cycle, an impact of the two in a cycle and one beyond. In lanes; one by
+#: one in closed form (several balls, a heavy one); with friction of the balls; with a damping law.
 #: TABLE: what is tabulated in lanes for another oscillator or frequency than that of the run
 #: before. By these a search shares out its time; counted, not measured, so that an answer is the
 #: same anywhere.

@@ -10,13 +10,14 @@ import numpy as np
 
 from vinesexp.design.advice import JUDGED, WORTH, Advice, Judged
 from vinesexp.design.around import JUMP, STEPS, Side
-from vinesexp.design.best_clearance import Race
+from vinesexp.design.best_clearance import MATTERS, Race
 from vinesexp.design.inputs import BEYOND, Given
 from vinesexp.design.predictions import Theory
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.design.task import Task, mean_of_cycle
 from vinesexp.excitation import WeakDamping
+from vinesexp.rig import UNHEARD_OF
 from vinesexp.theory.multiple import gaps
 from vinesexp.units import with_error
 
@@ -223,6 +224,17 @@ def _side(name: str, side: Side) -> str:
 
 
 def damper(advice: Advice) -> str:
+    """Whether a tuned mass damper of the same mass, or the mass alone, does better, in words."""
+    mass, ball = advice.fixed_mass, advice.robust.random_mean
+    if mass > (1.0 + MATTERS) * ball or mass > (1.0 - WORTH) * advice.bare_mean:
+        return tuned(advice)
+    return (
+        f"{tuned(advice)} Fixed to the oscillator without a cavity, the same mass would leave "
+        f"{brief(mass)} mm, no more than the ball."
+    )
+
+
+def tuned(advice: Advice) -> str:
     """Whether a tuned mass damper of the same mass does better, in words."""
     optimal, ball = advice.optimal, advice.robust.random_mean
     if min(advice.den_hartog.detuned, optimal.detuned) >= advice.bare:
@@ -307,8 +319,8 @@ def _between(ends: tuple[float, float], size: float, unit: str) -> str:
 
 def warnings_of(advice: Advice) -> list[str]:
     """What a reader of b_c would otherwise be misled by."""
-    said = []
     best = advice.robust
+    said = slips_of(advice)
     if advice.exact is None:
         said.append(
             "no orbit with two symmetric impacts per cycle is stable at any clearance: the "
@@ -325,13 +337,18 @@ def warnings_of(advice: Advice) -> list[str]:
     untouched = {"robust": best, "least-mean": advice.least_mean,
                  "least-largest": advice.least_max, "given": advice.asked}  # fmt: skip
     names = [n for n, one in untouched.items() if one is not None and not one.centre_touched]
-    if names:
+    if names and not advice.hopeless:
         said.append(
             f"with the {_listed(names)} clearance a ball at rest in the middle of its cavity never "
             f"meets a wall (the bare amplitude of {brief(advice.bare)} mm is too small): start it "
             "at a wall"
         )
     said += ends_of_search(advice)
+    if advice.task.undamped:
+        said.append(
+            "nothing damps the oscillator alone: without a ball it keeps the motion that it "
+            "started with, besides the bare amplitude. Give its damping, however small"
+        )
     if advice.watched < 1.0:
         said.append(
             "with damping this light the motion settles more slowly than can be simulated: the "
@@ -355,6 +372,17 @@ def warnings_of(advice: Advice) -> list[str]:
     return said + beside_resonance(advice.task)
 
 
+def slips_of(advice: Advice) -> list[str]:
+    """A ball faster than any is: a value was given in another unit than it was meant in."""
+    speed = 2.0 * advice.robust.b * advice.task.oscillator.w0 / math.pi
+    if speed <= UNHEARD_OF:
+        return []
+    return [
+        f"a ball would cross the cavity of {clearance(advice.robust.b)} mm at {speed:.3g} m/s: is "
+        f"the base amplitude of {clearance(advice.task.levels[1])} mm in the unit it is meant in?"
+    ]
+
+
 def few_starts(advice: Advice) -> list[str]:
     """Where runs take so long that the time of an answer allows fewer starts than usual."""
     if advice.judged.random >= JUDGED[0]:
@@ -372,8 +400,8 @@ def apart(published: float, exact: float) -> list[str]:
     if abs(published / exact - 1.0) <= 0.1:
         return []
     return [
-        f"the published b_c does not depend on frequency: {clearance(published)} mm, while the "
-        f"exact one is {clearance(exact)} mm; do not use the published one off resonance"
+        f"the published b_c, {clearance(published)} mm, holds at resonance and for a light ball; "
+        f"here the exact one is {clearance(exact)} mm"
     ]
 
 

@@ -2,7 +2,9 @@
 
 A resonance is narrow beside the band that one sweeps: evenly spaced frequencies would miss it, and
 with it all that a ball is for. So the frequencies that stand for a band crowd around it, ever wider
-apart, and a mean weighs each by what it stands for: the mean of the bare response is exact.
+apart. For a mean, the starts of each lie anywhere between it and its neighbours, and it counts for
+so much of the band: between few fixed frequencies and levels a response changes too much. The
+largest is looked for at these frequencies and levels themselves.
 """
 
 from __future__ import annotations
@@ -92,9 +94,23 @@ def frequencies_of(ends: tuple[float, float], oscillator: Oscillator, eps: float
     return np.sort(np.append(found, 0.5 * (found[widest] + found[widest + 1])))
 
 
+def shares_of(nodes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where the part of a range begins and ends that each of some nodes stands for, and its share.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in shares_of(np.array([1.0, 2.0, 5.0]))]
+    [[1.0, 1.5, 3.5], [1.5, 3.5, 5.0], [0.125, 0.5, 0.375]]
+    """
+    if nodes.size == 1:
+        return nodes, nodes, np.ones(1)
+    edges = np.concatenate([nodes[:1], 0.5 * (nodes[1:] + nodes[:-1]), nodes[-1:]])
+    return edges[:-1], edges[1:], np.diff(edges) / np.ptp(nodes)
+
+
 @lru_cache(maxsize=64)
 def frequency_weights(ends: tuple[float, float], oscillator: Oscillator, eps: float) -> FloatArray:
-    """What each of `frequencies_of` stands for in a mean over the band.
+    """What each of `frequencies_of` itself stands for in a mean over the band.
 
     Between two of them by the trapezoidal rule, times what the rule is off for the bare response.
     """
@@ -211,6 +227,11 @@ class Task(OpenRig):
         return self.friction == 0.0 and self.damping == VISCOUS
 
     @property
+    def undamped(self) -> bool:
+        """Whether nothing but a ball takes energy from the oscillator."""
+        return self.oscillator.c1 == 0.0 and self.damping == VISCOUS
+
+    @property
     def eps(self) -> float:
         """Mass of all balls over M."""
         return sum(self.masses) / self.oscillator.M
@@ -220,20 +241,33 @@ class Task(OpenRig):
         frequencies = frequencies_of(self.frequencies, self.oscillator, self.eps)
         return [(float(G), float(f)) for G in levels_of(self.levels) for f in frequencies]
 
+    @property
+    def ranged(self) -> bool:
+        """Whether there are several levels or frequencies."""
+        return self.levels[0] < self.levels[1] or self.frequencies[0] < self.frequencies[1]
+
+    def parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Of each of `grid`: least and greatest (level, frequency) of its part, and its share."""
+        levels = shares_of(levels_of(self.levels))
+        along = shares_of(frequencies_of(self.frequencies, self.oscillator, self.eps))
+        low, high = (
+            np.stack(np.meshgrid(a, b, indexing="ij"), axis=-1).reshape(-1, 2)
+            for a, b in zip(levels[:2], along[:2], strict=True)
+        )
+        return low, high, np.outer(levels[2], along[2]).ravel()
+
     def average(self, values: FloatArray) -> FloatArray:
-        """Mean over the phases of `wall_starts`, then over the ranges by weight; last axis."""
-        along = frequency_weights(self.frequencies, self.oscillator, self.eps)
-        weights = np.outer(level_weights(self.levels), along).ravel()
+        """Mean over the starts of each part of the ranges, then over the parts; last axis."""
+        weights = self.parts()[2]
         by_condition = values.reshape(*values.shape[:-1], weights.size, -1).mean(axis=-1)
         return np.asarray(by_condition @ weights)
 
     def share(self, found: BoolArray) -> FloatArray:
         """Share of the ranges for which something holds, from the runs of `wall_starts`."""
-        values = found.astype(np.float64)
-        return np.asarray(self.average(values) / self.average(np.ones_like(values)))
+        return self.average(found.astype(np.float64))
 
     def worst(self, values: FloatArray) -> FloatArray:
-        """Mean over the phases of `wall_starts`, the largest over the ranges; last axis."""
+        """Mean over the phases of `wall_starts` at the nodes, the largest of these; last axis."""
         shaped = values.reshape(*values.shape[:-1], len(self.grid()), -1)
         return np.asarray(shaped.mean(axis=-1).max(axis=-1))
 
@@ -255,8 +289,10 @@ class Task(OpenRig):
         return self.levels[1], 0.5 * sum(self.frequencies)
 
     def mean_bare(self) -> float:
-        """The mean of `bare` over the ranges, as that of `average` (m)."""
-        return float(self.average(np.array([self.bare(G, f) for G, f in self.grid()])))
+        """The mean of `bare` over the ranges (m)."""
+        along = frequency_weights(self.frequencies, self.oscillator, self.eps)
+        weights = np.outer(level_weights(self.levels), along).ravel()
+        return float(weights @ [self.bare(G, f) for G, f in self.grid()])
 
     def bare_of(self, runs: Runs) -> FloatArray:
         """What the oscillator of each run would do without its balls (m)."""
@@ -307,34 +343,47 @@ def _bare_simulated(
     return float(np.hypot(x, v / o.w0).mean())
 
 
-def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> Runs:
+def wall_starts(
+    task: Task, b: float, *, phases: int, shift: float = 0.0, nodes: bool = False
+) -> Runs:
     """Oscillator at rest, balls at their walls, the shaker starting at `phases` phases.
 
-    One block of `phases` runs for each (level, frequency) of `Task.grid`; `shift` (of a step)
-    moves the phases, so that a choice can be judged by phases it was not made with.
+    One block of `phases` runs for each part of the ranges (`Task.parts`), evenly spread over it, or
+    at its node; `shift` (of a step) moves the phases, so that a choice can be judged by phases it
+    was not made with.
     """
     # evenly within the tolerance, in an order that has nothing to do with the phase
     off = (np.arange(float(phases)) + 0.5 + shift) * GOLDEN % 1.0
-    return _from_walls(task, b, (np.arange(float(phases)) + shift) / phases, off)
+    within = evenly_spread(range(phases), np.full(2, 0.5 + shift))
+    turns = (np.arange(float(phases)) + shift) / phases
+    return _from_walls(task, b, turns, off, None if nodes else within)
 
 
-def more_wall_starts(task: Task, b: float, numbers: range, *, shift: float) -> Runs:
+def more_wall_starts(
+    task: Task, b: float, numbers: range, *, shift: float, nodes: bool = False
+) -> Runs:
     """The same by numbered starts, evenly spread whatever their number; `shift` moves all of them.
 
-    In phase and place within the tolerance (`evenly_spread`).
+    In phase, place within the tolerance and part of the ranges (`evenly_spread`).
     """
-    turns, off = evenly_spread(numbers, np.full(2, shift)).T
-    return _from_walls(task, b, turns, off)
+    spread = task.ranged and not nodes
+    turns, off, *within = evenly_spread(numbers, np.full(4 if spread else 2, shift)).T
+    return _from_walls(task, b, turns, off, np.array(within).T if spread else None)
 
 
-def _from_walls(task: Task, b: float, turns: FloatArray, off: FloatArray) -> Runs:
-    """Starts by phase and place within the tolerance, both from 0 to 1.
+def _from_walls(
+    task: Task, b: float, turns: FloatArray, off: FloatArray, within: FloatArray | None
+) -> Runs:
+    """Starts by phase, place within the tolerance and in each part of the ranges, from 0 to 1.
 
     Everything is at rest, neighbours among the balls are at opposite walls.
     """
     task.rig(b)  # refused, or warned of, once
     grid = np.repeat(np.array(task.grid()), turns.size, axis=0)
     again = len(grid) // turns.size
+    if within is not None:
+        low, high, _ = (np.repeat(part, turns.size, axis=0) for part in task.parts())
+        grid = low + np.tile(within, (again, 1)) * (high - low)
     made = b * (1.0 + task.tolerance * (2.0 * off - 1.0))
     base = np.column_stack([grid, np.tile(2.0 * np.pi * turns, again)])
     walls = np.broadcast_to(-((-1.0) ** np.arange(len(task.masses))), (len(grid), len(task.masses)))
