@@ -3,7 +3,8 @@
 On the displacement it is read as a place and a velocity of the mass at each impact: 0.1 mm of 60 Hz
 on the laser of a mass that moves by 6 mm made r 0.997 of 0.600, and M a fifth. A line is hum where
 it lies at 50 or 60 Hz, or a multiple, is as strong at the end as at the beginning, stands alone
-among the lines around it, and is no multiple of the motion itself. What impacts of a modulated
+among the lines around it, and is no multiple of the motion itself, if that is as strong at the end:
+what stays while the motion decays is no part of it. What impacts of a modulated
 motion or of one that repeats after several cycles add lies between the multiples, but never alone:
 it comes again at a distance of one and two times the frequency of the motion, and is no hum.
 """
@@ -78,28 +79,33 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
     x = x - x.mean()
     whole = np.fft.rfft(x[: max(x.size // _ROUND, 1) * _ROUND])
     seconds = step * 2.0 * (whole.size - 1)
-    frequency = _of_motion(x, step, whole, frequency)
+    frequency, stays = _of_motion(x, step, whole, frequency)
     found = []
     for line in (grid * n for grid in _GRIDS for n in range(1, _MULTIPLES)):
         if line > 0.4 / step:
             continue
-        near = _alone(whole, seconds, line, frequency)
+        near = _alone(whole, seconds, line, frequency, stays=stays)
         if near is not None and (hum := _steady(x, step, near)) is not None:
             found.append(hum)
     return found
 
 
-def _of_motion(x: FloatArray, step: float, whole: ComplexArray, stated: float) -> float:
-    """Frequency of the motion, Hz: what a test log states, or a clock says, may be off."""
+def _of_motion(
+    x: FloatArray, step: float, whole: ComplexArray, stated: float
+) -> tuple[float, bool]:
+    """Frequency of the motion, Hz, and whether it is as strong at the end of the record.
+
+    What a test log states, or a clock says, may be off.
+    """
     seconds = step * 2.0 * (whole.size - 1)
     low, high = ((1.0 + off) * stated * seconds for off in (-_OFF, _OFF))
     k = np.arange(max(int(low), 1), min(int(high) + 2, whole.size - 1))
     if k.size < 2 * _OWN:
-        return stated
+        return stated, True
     near = float(k[np.argmax(_strength(whole, k))]) / seconds
     size = group_size(1.0 / step, near, points=_A_CYCLE)  # the motion is slow: its means show it
     steady = _steady(block_means(x, size), size * step, near)
-    return near if steady is None else steady.frequency
+    return (near, False) if steady is None else (steady.frequency, True)
 
 
 def _strength(whole: ComplexArray, k: IntArray) -> FloatArray:
@@ -107,7 +113,9 @@ def _strength(whole: ComplexArray, k: IntArray) -> FloatArray:
     return np.asarray(np.abs(0.5 * whole[k] - 0.25 * (whole[k - 1] + whole[k + 1])))
 
 
-def _alone(whole: ComplexArray, seconds: float, line: float, frequency: float) -> float | None:
+def _alone(
+    whole: ComplexArray, seconds: float, line: float, frequency: float, *, stays: bool
+) -> float | None:
     """Frequency of the peak at a multiple of the mains, where it stands alone and is no motion."""
     reach = _AROUND + 2.0 * _WANDERS * line + max(_AGAIN) * frequency
     last = min(int((line + reach) * seconds), whole.size - 1)
@@ -119,7 +127,7 @@ def _alone(whole: ComplexArray, seconds: float, line: float, frequency: float) -
     of_motion = np.abs(order - np.rint(order)) * frequency * seconds < _OWN
     band = np.flatnonzero(np.abs(f - line) < _WANDERS * line)
     peak = int(band[np.argmax(strength[band])])
-    if of_motion[peak] or abs(f[peak] / frequency - 1.0) < _APART:
+    if (stays and of_motion[peak]) or abs(f[peak] / frequency - 1.0) < _APART:
         return None
     beside = np.abs(f - f[peak]) < _AROUND
     for times in _AGAIN:
