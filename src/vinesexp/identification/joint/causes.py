@@ -899,14 +899,17 @@ _UNLIKE = {
 
 
 def _remounted(o: Observed) -> list[Cause]:
-    """Ring-downs of one load, which have one mounting, as if each had its own."""
-    own = {
-        name: o.beliefs.priors[mounting].error
-        for kind in ("f0", "zeta")
-        for name, sums in _of_decays(o, kind).items()
-        for mounting in o.kinds.get(f"mounting {kind}", ()) if mounting in sums
-    }  # fmt: skip
-    return [Cause("remounted", "remounting", "remounting", None, wider=own)] if own else []
+    """Ring-downs of one load, which have one mounting, as if each had its own f0, or damping."""
+    found = []
+    for kind in ("f0", "zeta"):
+        own = {
+            name: o.beliefs.priors[mounting].error
+            for name, sums in _of_decays(o, kind).items()
+            for mounting in o.kinds.get(f"mounting {kind}", ()) if mounting in sums
+        }  # fmt: skip
+        if own:
+            found.append(Cause(f"remounted {kind}", "remounting", kind, None, wider=own))
+    return found
 
 
 def _of_decays(o: Observed, kind: str) -> dict[str, Mapping[str, float]]:

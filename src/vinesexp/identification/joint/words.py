@@ -73,11 +73,12 @@ def cause_checks(judged: Judged) -> list[Check]:
         offered = (cause, *weighed.rivals)
         names = " or ".join(dict.fromkeys(called(c) for c in offered[:4]))
         outcome: Outcome = "warning"
-        if any(c.kind == "remounting" for c in offered):  # nothing that contradicts the test log
+        mounted = next((c.about for c in offered if c.kind == "remounting"), None)
+        if mounted is not None:  # nothing that contradicts the test log
             kind, outcome, record = "remounting", "ok", ""
             others = [called(c) for c in offered[:4] if c.kind != "remounting"]
             detail = (
-                "f0 and zeta of ring-downs with the same load differ as they do after separate "
+                f"{mounted} of ring-downs with the same load differs as it does after separate "
                 "mountings. Each ring-down counts as its own mounting, and the errors include this "
                 f"scatter{''.join(f'; or it is {one}' for one in others)}"
             )
@@ -150,7 +151,7 @@ def called(cause: Cause) -> str:
     if cause.kind == "unlike":
         return f"{cause.records[0]} that is unlike the other records"
     if cause.kind == "remounting":
-        return "ring-downs with a separate mounting each"
+        return f"{cause.about} of ring-downs with a separate mounting each"
     if cause.kind == "scatter":
         return f"an unexplained cause ({_SCATTERED[cause.about]})"
     if cause.about == "beside":
