@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import re
 import subprocess
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -42,6 +42,7 @@ from vinesexp.report.verdict import (
 )
 from vinesexp.results import CampaignResults
 from vinesexp.settings.stages import differences
+from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.whole_files import digest_of_file, write_whole
 
@@ -65,39 +66,28 @@ def git_revision(folder: Path) -> str:
     return done.stdout.strip()
 
 
-def provenance(
-    inputs: Iterable[Path], *, folder: Path, digests: Mapping[Path, str] | None = None
-) -> dict[str, Any]:
+def provenance(files: Mapping[Path, str], *, folder: Path) -> dict[str, Any]:
     """Everything that is needed to make the same report again.
 
     Parameters
     ----------
-    inputs : iterable of Path
-        Those that exist are listed.
+    files : mapping
+        Inputs to their digests as they were read; empty: it is taken now. Those that exist are
+        listed.
     folder : Path
         Names are relative to it.
-    digests : mapping, optional
-        Digests that were taken when a file was read; the others are taken now.
     """
-    digests = digests or {}
-    files = []
-    for path in inputs:
+    home, inputs = folder.resolve(), []
+    for path, digest in files.items():
         if path.is_file():
-            status = path.stat()
-            changed = datetime.fromtimestamp(status.st_mtime, tz=UTC)
-            try:
-                name = path.resolve().relative_to(folder.resolve()).as_posix()
-            except ValueError:
-                name = str(path)
-            sha256 = digests.get(path) or digest_of_file(path)
-            files.append(
-                {
-                    "name": name,
-                    "size": status.st_size,
-                    "changed": _minute(changed),
-                    "sha256": sha256,
-                }
-            )
+            status, full = path.stat(), path.resolve()
+            inside = full.is_relative_to(home)
+            inputs.append({
+                "name": full.relative_to(home).as_posix() if inside else str(path),
+                "size": status.st_size,
+                "changed": _minute(datetime.fromtimestamp(status.st_mtime, tz=UTC)),
+                "sha256": digest or digest_of_file(path),
+            })  # fmt: skip
     return {
         "made": _minute(datetime.now(tz=UTC)),
         "package": version("vinesexp"),
@@ -105,7 +95,7 @@ def provenance(
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.machine()}",
         "software": {name: version(name) for name in SOFTWARE},
-        "inputs": files,
+        "inputs": inputs,
     }
 
 
@@ -131,17 +121,17 @@ def processed_records(campaign: Campaign, results: Path) -> list[dict[str, Any]]
         with open_record(results / f"conditioned/{record.id}.nc") as view:
             if view.refused is not None or not view.n:
                 continue
-            found_in, drop = view.attributes, record.test == "drop"
+            drop = record.test == "drop"
             found.append(
                 {
                     "record": record.id,
                     "length": f"{view.n / view.sample_rate:.4g} s",
                     "sample_rate": f"{1e-3 * view.sample_rate:.4g} kHz",
                     # What a drop test's bands follow is the ringing of its impacts.
-                    "oscillation": "–" if drop else _hertz(found_in.get("oscillation_hz")),
+                    "oscillation": "–" if drop else _hertz(view.oscillation),
                     "motion_band": band_kept(view, "displacement") if not drop else "–",
                     "impact_band": band_kept(view, "acceleration"),
-                    "impacts": _count(results / f"impacts/{record.id}.csv"),
+                    "impacts": read_impacts(results / f"impacts/{record.id}.csv").n,
                     "sha256": sha256,
                 }
             )
@@ -150,11 +140,11 @@ def processed_records(campaign: Campaign, results: Path) -> list[dict[str, Any]]
 
 def changed_settings(campaign: Campaign) -> list[tuple[str, str]]:
     """Settings that the campaign or a record changes: what they apply to, and their values."""
-    found = [("all records", text) for text in differences(campaign.settings)]
-    for record in campaign.records:
-        own = differences(record.settings, campaign.settings)
-        found += [(record.id, text) for text in own]
-    return found
+    every = campaign.settings
+    found = [("all records", text) for text in differences(every)]
+    return found + [
+        (one.id, text) for one in campaign.records for text in differences(one.settings, every)
+    ]
 
 
 def _hertz(value: Any) -> str:
@@ -173,11 +163,6 @@ def band_kept(view: RecordView, role: str) -> str:
     if high is None:
         return f"above {_hertz(low)}"
     return f"below {_hertz(high)}" if low is None else f"{_hertz(low)} to {_hertz(high)}"
-
-
-def _count(table: Path) -> int:
-    with table.open("rb") as stream:
-        return max(sum(1 for _ in stream) - 1, 0)
 
 
 #: Rows of a table of records that are shown; the others are on the page of all records.
@@ -248,18 +233,12 @@ def sections_of_tests(
     for row in tests:
         test = row["test"]
         own = [figure for figure in figures if figure["section"] == test]
-        said = ""
-        if row["unused"] == row["count"]:
-            said = f"None of the {row['count']} records was used"
-            said = "The only record was not used" if row["count"] == 1 else said
+        none = "The only record was not used"
+        none = f"None of the {row['count']} records was used" if row["count"] > 1 else none
+        said = none if row["unused"] == row["count"] else ""
         if own or test in regimes or said:
             found.append({"test": test, "heading": headings[test], "figures": own, "said": said})
     return found
-
-
-def files_beside(results: Path, known: Collection[str]) -> list[str]:
-    """Tables in the results folder, by name."""
-    return sorted(path.name for path in results.glob("*.csv") if path.stem in known)
 
 
 #: Outcomes of checks, worst first.
@@ -347,7 +326,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "stated_sentence": stated_sentence(inputs),
         "contradicted": [named(row) for row in inputs if row["verdict"] == "off"],
         **_inputs(campaign, results),
-        "files": files_beside(results, list(TABLES)),
+        "files": sorted(path.name for path in results.glob("*.csv") if path.stem in TABLES),
         "most": MOST_ROWS,
     }
 
@@ -395,26 +374,13 @@ def _early(figure: Mapping[str, Any]) -> int:
 def _inputs(campaign: Campaign, results: Path) -> dict[str, Any]:
     """What went in: how each record was processed, changed settings, digests of all files."""
     processed = processed_records(campaign, results)
-    description = [campaign.folder / "campaign.yaml", campaign.sheet]
-    records = [file_of(file) for record in campaign.records for file in record.files]
-    records = list(dict.fromkeys(records))  # a file may hold several records
+    every = [file_of(file) for record in campaign.records for file in record.files]
+    files = dict.fromkeys([campaign.folder / "campaign.yaml", campaign.sheet, *every], "")
+    for row in processed:
+        own = campaign.record(row["record"]).files
+        files |= zip(map(file_of, own), row["sha256"].split(";"), strict=False)
     return {
         "processed": processed,
         "changed_settings": changed_settings(campaign),
-        "provenance": provenance(
-            [*description, *records],
-            folder=campaign.folder,
-            digests=_digests(campaign, processed),
-        ),
-    }
-
-
-def _digests(campaign: Campaign, processed: Sequence[Mapping[str, Any]]) -> dict[Path, str]:
-    """SHA-256 of each raw file as it was read."""
-    return {
-        file_of(file): digest
-        for row in processed
-        for file, digest in zip(
-            campaign.record(row["record"]).files, row["sha256"].split(";"), strict=False
-        )
+        "provenance": provenance(files, folder=campaign.folder),
     }

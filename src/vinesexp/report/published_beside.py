@@ -75,11 +75,7 @@ def _verdict(value: PublishedValue, own: Own) -> tuple[str, str]:
     if own.best:
         return (AGREES if value.value == own.best else DIFFERS), ""
     printed, half = float(value.value), value.half_digit
-    met = [
-        name
-        for v, low, high, name in own.intervals
-        if _meets(v, low, high, printed=printed, half=half)
-    ]
+    met = [name for *of, name in own.intervals if _meets(*of, printed=printed, half=half)]
     if len(met) == len(own.intervals) or (met and own.measures):
         return AGREES, ""
     if met:
@@ -111,13 +107,8 @@ def _what(value: PublishedValue) -> str:
         parts = [value.quantity.replace("tried", f"{', '.join(tried)} mm")]
     if value.clearance_mm:
         parts.append(f"b = {value.clearance_mm.replace(';', ' + ')} mm")
-    if value.base_amplitude_mm is not None:
-        parts.append(f"G = {value.base_amplitude_mm:g} mm")
-    if value.release_mm is not None:
-        parts.append(f"release {value.release_mm:g} mm")
-    if value.level_mm is not None:
-        parts.append(f"to {value.level_mm:g} mm")
-    return ", ".join(parts)
+    at = (("G =", value.base_amplitude_mm), ("release", value.release_mm), ("to", value.level_mm))
+    return ", ".join([*parts, *(f"{words} {mm:g} mm" for words, mm in at if mm is not None)])
 
 
 def _own(value: PublishedValue, results: CampaignResults) -> Own | None:
@@ -127,22 +118,17 @@ def _own(value: PublishedValue, results: CampaignResults) -> Own | None:
         return _clearance(value, results.rows("clearances"))
     if "tried" in value.quantity:
         return _best_of(value, results)
-    for record in _as_stated(results):
-        if _same_test(record, value, value.clearance_mm):
-            found = _of_record(value, record, results)
-            if found is not None:
-                return found
-    return None
+    same = (one for one in _as_stated(results) if _same_test(one, value, value.clearance_mm))
+    found = (_of_record(value, record, results) for record in same)
+    return next((own for own in found if own is not None), None)
 
 
 def _rig(name: str, results: CampaignResults) -> Own | None:
     rows = results.values
     if name in rows:
-        row = rows[name]
-        v, low, high = row["value"], row["ci95_low"], row["ci95_high"]
-        low, high = v if low is None else low, v if high is None else high
-        unit = "" if row["unit"] in ("", "1") else f" {row['unit']}"
-        return Own(f"{v:.6g} ({low:.6g} to {high:.6g}){unit}", ((v, low, high, ""),))
+        unit = "" if rows[name]["unit"] in ("", "1") else f" {rows[name]['unit']}"
+        v, low, high, _ = one = _interval(rows[name], "value", "ci95_low", "ci95_high")
+        return Own(f"{v:.6g} ({low:.6g} to {high:.6g}){unit}", (one,))
     masses = [mass.value for mass in results.as_found.known.nes_mass]
     if name not in ("eps", "lambda") or not masses or "M" not in rows:
         return None
@@ -169,21 +155,27 @@ def _clearance(value: PublishedValue, clearances: Sequence[Row]) -> Own | None:
         rows = [row for row in rows if row["kind"] == "lowest amplitude"]
     if not rows:
         return None
-    brackets = tuple(_bracket(row) for row in rows)
+    columns = ("measured_mm", "measured_low_mm", "measured_high_mm")
+    brackets = tuple(_interval(row, *columns) for row in rows)
     said = [f"{v:.4g} ({low:.4g} to {high:.4g}) mm {to}".rstrip() for v, low, high, to in brackets]
     return Own("; ".join(said), brackets)
 
 
-def _bracket(row: Row) -> Interval:
-    measured, low, high = (row[f"measured_{end}mm"] for end in ("", "low_", "high_"))
+def _interval(row: Row, *columns: str) -> Interval:
+    """Value and ends in these columns; an end that is not known is the value."""
+    value, low, high = (row[column] for column in columns)
     name = "" if row.get("target_mm") is None else f"to {row['target_mm']:.6g} mm"
-    return measured, measured if low is None else low, measured if high is None else high, name
+    return value, value if low is None else low, value if high is None else high, name
 
 
 def _same_level(row: Row, value: PublishedValue) -> bool:
     if value.base_amplitude_mm is not None:
         return bool(abs(row["stated_base_mm"] / value.base_amplitude_mm - 1.0) < 1e-3)
     return bool(abs(row["release_mm"] - (value.release_mm or 0.0)) < 1e-6)
+
+
+#: Tests of quantities that not all tests of their kind show.
+_KINDS = {"best of tried": ("periodic",), "largest amplitude": ("sweep",)}
 
 
 def _as_stated(results: CampaignResults) -> list[Record]:
@@ -195,13 +187,11 @@ def _as_stated(results: CampaignResults) -> list[Record]:
 
 def _same_test(record: Record, value: PublishedValue, clearance: str) -> bool:
     b = tuple(float(part) / 1e3 for part in clearance.split(";"))
-    level = record.release if value.release_mm is not None else record.base_amplitude
-    wanted = value.release_mm if value.release_mm is not None else value.base_amplitude_mm
-    kinds = ("transient",) if value.release_mm is not None else ("sweep", "periodic")
-    if value.quantity == "best of tried":
-        kinds = ("periodic",)
-    elif value.quantity == "largest amplitude":
-        kinds = ("sweep",)
+    released = value.release_mm is not None
+    level, wanted = record.base_amplitude, value.base_amplitude_mm
+    if released:
+        level, wanted = record.release, value.release_mm
+    kinds = _KINDS.get(value.quantity, ("transient",) if released else ("sweep", "periodic"))
     return (
         record.test in kinds
         and sorted(record.clearance) == sorted(b)
@@ -220,7 +210,7 @@ def _of_record(value: PublishedValue, record: Record, results: CampaignResults) 
         words = f"{peak:.2f} mm; {mean:.2f} as a mean over 0.1 Hz"
         return Own(words, tuple((v, v, v, "") for v in (peak, mean)), measures=True)
     if value.quantity == "time to level":
-        time = _time(record, value, results.rows("decay_times"))
+        time = _time(record, value, results)
         return None if time is None else _exact(time, f"{time:.3g} s")
     if value.quantity == "transition amplitude":
         own = results.of_record("transitions", record.id)
@@ -231,31 +221,26 @@ def _of_record(value: PublishedValue, record: Record, results: CampaignResults) 
     return None
 
 
-def _time(record: Record, value: PublishedValue, times: Sequence[Row]) -> float | None:
-    level = 1e-3 * (value.level_mm or 0.0)
-    own = (row for row in times if row["record"] == record.id)
+def _time(record: Record, value: PublishedValue, results: CampaignResults) -> float | None:
+    level, own = 1e-3 * (value.level_mm or 1.0), results.of_record("decay_times", record.id)
     return next((row["time_s"] for row in own if abs(row["target_m"] / level - 1.0) < 1e-3), None)
 
 
 def _best_of(value: PublishedValue, results: CampaignResults) -> Own | None:
     """The best of the clearances that the authors tried, among the records of the same ones."""
     found: list[tuple[float, str]] = []
+    fastest, stated = value.quantity == "fastest of tried", _as_stated(results)
     for clearance in value.tried:
-        for record in _as_stated(results):
-            if not _same_test(record, value, clearance):
-                continue
-            if value.quantity == "fastest of tried":
-                number_of = _time(record, value, results.rows("decay_times"))
-            else:
-                row = next(iter(results.of_record("regimes", record.id)), {})
-                mean = row.get("amplitude_mean_m")
-                number_of = None if mean is None else 1e3 * mean
+        for record in (one for one in stated if _same_test(one, value, clearance)):
+            row = next(iter(results.of_record("regimes", record.id)), {})
+            reached, mean = _time(record, value, results), row.get("amplitude_mean_m")
+            number_of = reached if fastest else None if mean is None else 1e3 * mean
             if number_of is not None:
                 found.append((number_of, clearance))
                 break
     if len(found) < len(value.tried):
         return None
-    unit = "s" if value.quantity == "fastest of tried" else "mm"
+    unit = "s" if fastest else "mm"
     _, best = min(found)
     others = ", ".join(f"{_plus(b)}: {v:.3g} {unit}" for v, b in found)
     return Own(f"{_plus(best)} mm ({others})", best=best)

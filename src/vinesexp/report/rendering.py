@@ -54,9 +54,8 @@ def inline_svg(results: Path, drawn: Drawn) -> str:
     text = text.replace('href="../records.html', 'href="records.html')
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     head, rest = text.split(">", maxsplit=1)
-    head = re.sub(
-        r'\s(?:width|height)="[^"]*"', "", head
-    )  # the view box is left: it fills its place
+    # The view box is left: it fills its place.
+    head = re.sub(r'\s(?:width|height)="[^"]*"', "", head)
     return f"{head}>{themed(rest)}"
 
 
@@ -127,16 +126,8 @@ def environment(package: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters.update(
-        counted=counted,
-        millimetres=millimetres,
-        percent=percent,
-        plus_minus=plus_minus,
-        plus_minus_brief=plus_minus_brief,
-        rounded=rounded,
-        significant=significant,
-        symbols=symbols,
-    )
+    numbers = (millimetres, percent, plus_minus, plus_minus_brief, rounded, significant)
+    found.filters.update({one.__name__: one for one in (*numbers, counted, symbols)})
     return found
 
 

@@ -81,19 +81,15 @@ def _within(rows: Sequence[Row]) -> str:
         for row in rows
         if row["quantity"] == "regime" and row["measured"] in PERMANENT
     }
-    kinds = (
-        ("amplitude", True, "amplitude of permanent two impacts per cycle"),
-        ("amplitude", False, "mean amplitude" + (" of other motions" if steady else "")),
-        ("decay time", False, "decay time"),
-        ("decay time", True, "decay time"),
-    )
+    other = "mean amplitude" + (" of other motions" if steady else "")
     parts: dict[str, float] = {}
     for row in rows:
-        if row["deviation"] is None:
-            continue
-        for quantity, permanent, words in kinds:
-            if (row["quantity"], row["record"] in steady) == (quantity, permanent):
-                parts[words] = max(parts.get(words, 0.0), abs(row["deviation"]))
+        words, off = row["quantity"], row["deviation"]
+        if words == "amplitude":
+            permanent = "amplitude of permanent two impacts per cycle"
+            words = permanent if row["record"] in steady else other
+        if off is not None and row["quantity"] in ("amplitude", "decay time"):
+            parts[words] = max(parts.get(words, 0.0), abs(off))
     shown = [f"{words} within {max(100.0 * off, 0.1):.2g} %" for words, off in parts.items()]
     return ", ".join(shown) or "as far as they can be compared"
 
@@ -178,19 +174,19 @@ def explanation(test: Tested, found: Sequence[Attractor]) -> str:
     >>> explanation(Tested(0.03, 6.2e-3, "strongly modulated"), [low, high])
     'another motion explains it: strongly modulated, 6 mm, from 25 % of the starts'
     """
-    alike = [one for one in found if _of_the_record(test, one)]
+    value, regimes = test.value or 0.0, {test.regime}
+    regimes |= set(PERMANENT) if test.regime in PERMANENT else set()
+    alike = [
+        one
+        for one in found
+        if one.regime in regimes and (1.0 - ALIKE) * one.low <= value <= (1.0 + ALIKE) * one.high
+    ]
     if not alike:
         return f"not explained: none of {STARTS} starts leads to the measured motion"
     best = max(alike, key=lambda one: one.share)
     if best.share == 1.0:
         return "all starts lead to the motion of the record, none to the orbit that b_c belongs to"
     return f"another motion explains it: {_in_words(best)}"
-
-
-def _of_the_record(test: Tested, one: Attractor) -> bool:
-    same = one.regime == test.regime or {one.regime, test.regime} <= set(PERMANENT)
-    value = test.value or 0.0
-    return same and (1.0 - ALIKE) * one.low <= value <= (1.0 + ALIKE) * one.high
 
 
 def _in_words(one: Attractor) -> str:

@@ -3,8 +3,8 @@ stated intervals held the truth."""
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from importlib import resources
 from typing import Any
@@ -50,25 +50,18 @@ def tests_table(campaign: Campaign, checks: Sequence[Row]) -> list[dict[str, Any
     """
     rows: list[dict[str, Any]] = []
     unused = {row["record"] for row in checks if row["outcome"] in ("refused", "excluded")}
+    used = [record for record in campaign.records if record.id not in unused]
+    filled = {name: of for name, of in SETTINGS.items() if any(any(of(record)) for record in used)}
     for test, heading in TESTS.items():
-        every = [r for r in campaign.records if r.test == test]
-        used = [record for record in every if record.id not in unused]
-        if every:
-            rows.append(
-                {
-                    "test": test,
-                    "heading": heading,
-                    "count": len(every),
-                    "unused": len(every) - len(used),
-                    "settings": {
-                        name: _range([value for record in used for value in of(record) if value])
-                        for name, of in SETTINGS.items()
-                    },
-                }
-            )
-    empty = [name for name in SETTINGS if all(row["settings"][name] == "–" for row in rows)]
-    for row, name in itertools.product(rows, empty):
-        del row["settings"][name]
+        count = sum(record.test == test for record in campaign.records)
+        own = [record for record in used if record.test == test]
+        settings = {
+            name: _range([value for record in own for value in of(record) if value])
+            for name, of in filled.items()
+        }
+        if count:
+            said = {"test": test, "heading": heading, "count": count, "unused": count - len(own)}
+            rows.append({**said, "settings": settings})
     return rows
 
 
@@ -140,6 +133,12 @@ _WORDS = {
 }
 
 
+_VERBS = (
+    *(("agree with", "ok"), ("contradict", "off")),
+    *(("differ, not explained, from", "doubtful"), ("do not test", "not tested")),
+)
+
+
 def stated_rows(rows: Sequence[Row]) -> list[dict[str, str]]:
     """One row an input, in the order of `rows`.
 
@@ -186,19 +185,13 @@ def stated_sentence(rows: Sequence[Row]) -> str:
     """
     if not rows:
         return ""
-    kinds = ("ok", "off", "doubtful")
-    agree, off, doubtful = (sum(row["verdict"] == kind for row in rows) for kind in kinds)
-    untested = len(rows) - agree - off - doubtful
-    verdicts = (
-        *(("agree with", agree), ("contradict", off)),
-        *(("differ, not explained, from", doubtful), ("do not test", untested)),
-    )
-    all_of_them = f"all {len(rows)}" if len(rows) > 1 else "it"
-    said = [f"{verb} {n if n < len(rows) else all_of_them}" for verb, n in verdicts if n]
+    counts, every = Counter(row["verdict"] for row in rows), len(rows)
+    all_of_them = f"all {every}" if every > 1 else "it"
+    said = [f"{verb} {n if n < every else all_of_them}" for verb, k in _VERBS if (n := counts[k])]
     *first, last = said
     words = f"{', '.join(first)} and {last}" if first else last
-    words = "test none of them" if untested == len(rows) > 1 else words
-    stated = counted(len(rows), "value")
+    words = "test none of them" if counts["not tested"] == every > 1 else words
+    stated = counted(every, "value")
     return f"campaign.yaml and records.csv state {stated}. The records {words}."
 
 

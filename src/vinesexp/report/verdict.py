@@ -7,11 +7,11 @@ and a prediction is compared with a bound only where it contradicts it.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 from vinesexp.clearance.comparison import END
-from vinesexp.clearance.levels import PeriodicLevel, Tested
+from vinesexp.clearance.levels import PeriodicLevel
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import predicted_lowest
 from vinesexp.figures.numbers import millimetres, outwards, percent, with_interval
@@ -86,9 +86,7 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
     if not row.get("measured_mm") or not row.get("exact_mm"):
         return "nothing to compare", None
     low, high = row["measured_low_mm"], row["measured_high_mm"]
-    bound = low is None or high is None
-    low = low if low is not None else 0.0
-    high = high if high is not None else math.inf
+    bound, low, high = None in (low, high), low or 0.0, math.inf if high is None else high
     reach, exact = (row["predicted_low_mm"], row["predicted_high_mm"]), row["exact_mm"]
     width = (reach[1] - reach[0]) / exact
     if width > DECIDES:
@@ -106,8 +104,8 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
     share = f"b_c is {percent(abs(apart), sign='-')} {side}"
     if bound:
         tried = low if apart < 0.0 else high
-        text = f"{share} {tried:.4g} mm, but {what} {within(row)}"
-        return text, None if abs(apart) < NEAR else False
+        agrees = None if abs(apart) < NEAR else False
+        return f"{share} {tried:.4g} mm, but {what} {within(row)}", agrees
     return f"{share} the clearances between which {what}", abs(apart) < NEAR
 
 
@@ -158,27 +156,17 @@ def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
     replay : sequence of mappings
         Rows of replay.csv.
     """
-    low, exact = end.get("measured_low_mm"), end.get("exact_mm")
-    if exact is None:
-        return ""
-    for test, shown in _replayed(level, replay):
-        above = low is None or 1e3 * test.clearance > low
-        if not above or test.regime in (*PERMANENT, "", UNSEEN):
-            continue
-        if 1e3 * test.clearance < exact and shown & set(PERMANENT):
+    low, exact = end.get("measured_low_mm") or 0.0, end.get("exact_mm") or 0.0
+    replayed = {row["record"]: row for row in replay if row["quantity"] == "regime"}
+    for test in level.tests:
+        b, lost = 1e3 * test.clearance, test.regime not in (*PERMANENT, "", UNSEEN)
+        shown = regimes_of(replayed[test.record]) if test.record in replayed else set()
+        if lost and low < b < exact and shown & set(PERMANENT):
             return (
-                f"at {1e3 * test.clearance:g} mm the identified rig keeps two impacts per cycle "
-                "from some starts only, so these tests do not show where that orbit ends"
+                f"at {b:g} mm the identified rig keeps two impacts per cycle from some starts "
+                "only, so these tests do not show where that orbit ends"
             )
     return ""
-
-
-def _replayed(level: PeriodicLevel, replay: Sequence[Row]) -> Iterator[tuple[Tested, set[str]]]:
-    """Tests of a level with the regimes of their replays, where there are any."""
-    starts = {row["record"]: row for row in replay if row["quantity"] == "regime"}
-    for test in level.tests:
-        if test.record in starts:
-            yield test, regimes_of(starts[test.record])
 
 
 @dataclass(frozen=True)
