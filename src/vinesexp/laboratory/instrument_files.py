@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -85,8 +86,7 @@ def write_text(path: Path, trace: Capture, style: TextStyle) -> None:
     lowest = -(2 ** (trace.scope.bits - 1))
     with path.open("w", encoding=style.encoding, newline=style.newline) as out:
         out.write(_text_head(trace, style, interval))
-        for first, codes in _blocks(trace):
-            ticks = _ticks(trace, first, codes.shape[1])
+        for ticks, codes in _blocks(trace):
             times = np.rint(ticks * (interval * 10.0**decimals)) / 10.0**decimals
             columns = [[f"{t:.{decimals}f}".replace(".", style.decimal) for t in times.tolist()]]
             columns += [[volts[code - lowest] for code in row.tolist()] for row in codes]
@@ -161,26 +161,22 @@ def write_wav(path: Path, trace: Capture) -> None:
     fmt = struct.pack("<HHIIHH", 1, channels, int(rate), int(rate) * 2 * channels, 2 * channels, 16)
     size = 2 * channels * n
     with path.open("wb") as out:
-        out.write(
-            b"RIFF" + struct.pack("<I", 4 + 8 + len(fmt) + 8 + len(ixml) + 8 + size) + b"WAVE"
-        )
-        out.write(b"fmt " + struct.pack("<I", len(fmt)) + fmt)
-        out.write(b"iXML" + struct.pack("<I", len(ixml)) + ixml)
-        out.write(b"data" + struct.pack("<I", size))
+        whole = 4 + 8 + len(fmt) + 8 + len(ixml) + 8 + size
+        out.write(struct.pack("<4sI4s4sI", b"RIFF", whole, b"WAVE", b"fmt ", len(fmt)) + fmt)
+        out.write(struct.pack("<4sI", b"iXML", len(ixml)) + ixml)
+        out.write(struct.pack("<4sI", b"data", size))
         for _, codes in _blocks(trace):
             shifted = codes.T << (16 - trace.scope.bits)
             out.write(np.ascontiguousarray(shifted, dtype="<i2").tobytes())
 
 
-def _blocks(trace: Capture) -> Iterator[tuple[int, NDArray[np.int16]]]:
-    for first in range(0, trace.codes.shape[1], _BLOCK):
-        yield first, trace.codes[:, first : first + _BLOCK]
-
-
-def _ticks(trace: Capture, first: int, count: int) -> IntArray:
-    if trace.ticks is None:
-        return np.arange(first, first + count)
-    return trace.ticks[first : first + count]
+def _blocks(trace: Capture) -> Iterator[tuple[IntArray, NDArray[np.int16]]]:
+    """Numbers of the samples and their codes, so many at a time."""
+    n = trace.codes.shape[1]
+    for first in range(0, n, _BLOCK):
+        end = min(first + _BLOCK, n)
+        ticks = np.arange(first, end) if trace.ticks is None else trace.ticks[first:end]
+        yield ticks, trace.codes[:, first:end]
 
 
 def _decimals_of(interval: float) -> int:
@@ -198,14 +194,10 @@ def _decimals_of(interval: float) -> int:
     return 9
 
 
-def _text_writer(style: TextStyle) -> Callable[[Path, Capture], None]:
-    return lambda path, trace: write_text(path, trace, style)
-
-
 #: Format name -> (file suffix, writer).
 FORMATS: dict[str, tuple[str, Callable[[Path, Capture], None]]] = {
-    **{name: (".csv", _text_writer(style)) for name, style in TEXT_STYLES.items()},
-    "tab": (".txt", _text_writer(TEXT_STYLES["tab"])),
+    **{name: (".csv", partial(write_text, style=style)) for name, style in TEXT_STYLES.items()},
+    "tab": (".txt", partial(write_text, style=TEXT_STYLES["tab"])),
     "hdf5": (".h5", write_hdf5),
     "matlab": (".mat", write_matlab),
     "wav": (".wav", write_wav),

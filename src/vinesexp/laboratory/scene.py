@@ -71,6 +71,13 @@ ALLOWED = {
     "transient": ("clearance_minus", "ball_start"),
     "drop": (),
 }
+#: Numbers of a test, each with its kind and what it may be beside above zero.
+NUMBERS = {
+    "release": ("displacement", "signed"),
+    "height": ("displacement", ""),
+    "settle": ("time", "zero"),
+    "added_mass": ("mass", "zero"),
+}
 _ALWAYS = ("test", "duration", "note", "sensors", "oscilloscope")
 #: Keys of a record; a group takes them too, and `records`.
 TEST_KEYS = tuple(dict.fromkeys(chain(_ALWAYS, *NEEDED.values(), *ALLOWED.values())))
@@ -118,6 +125,11 @@ ACCELEROMETER = {
     "ac_corner": ("frequency", ""),
     "cross_axis": ("ratio", "signed"),
     "range": ("acceleration", ""),
+}
+SCOPE = {
+    "sample_rate": ("frequency", "needed"),
+    "full_scale": ("voltage", ""),
+    "clock_error": ("ratio", "signed"),
 }
 LASERS = ("displacement", LASER)
 OSCILLOSCOPE_KEYS = tuple(field.name for field in fields(Oscilloscope))
@@ -181,20 +193,19 @@ def read_oscilloscope(layers: Section, clock: float) -> Oscilloscope | None:
     """The oscilloscope, its clock off by what the sheet leaves open; None where it is wrong."""
     layers.refuse_unknown(OSCILLOSCOPE_KEYS)
     before = len(layers.problems.found)
-    rate = layers.quantity("sample_rate", "frequency", needed=True)
+    values = {"sample_rate": 1.0, "clock_error": 0.0, **layers.quantities(SCOPE)}
+    values["clock_error"] += clock
     form = layers.text("format") or "oscilloscope-csv"
     if form not in FORMATS:
         layers.complain("format", f"unknown format '{form}'; {nearest(form, FORMATS)}")
     skew = layers.under("skew")
     skew.refuse_unknown(MOTIONS)
     scope = Oscilloscope(
-        sample_rate=rate or 1.0,
         bits=layers.whole("bits", low=2, high=16, default=14),
-        full_scale=layers.quantity("full_scale", "voltage") or 1.0,
         format=form,
         skew=skew.quantities(dict.fromkeys(MOTIONS, ("time", "signed"))),
-        clock_error=(layers.quantity("clock_error", "ratio", signed=True) or 0.0) + clock,
         dropped_samples=layers.whole("dropped_samples", low=0, high=10**6, default=0),
+        **values,
     )
     if scope.dropped_samples and form not in TEXT_STYLES:
         known = ", ".join(TEXT_STYLES)
@@ -390,34 +401,23 @@ def _test(
     base = read_base(entry, kind, duration)
     if duration is None and isinstance(base, SteppedSweep):
         duration = base.duration
-    release = entry.quantity("release", "displacement", needed="release" in needed, signed=True)
-    height = entry.quantity("height", "displacement", needed="height" in needed)
+    values = entry.quantities({
+        key: (of, f"{may} needed" if key in needed else may) for key, (of, may) in NUMBERS.items()
+    })  # fmt: skip
     minus = entry.lengthy("clearance_minus", "displacement")
     minus = minus and _for_each(entry, "clearance_minus", minus, len(clearance), "clearances")
     start = _ball_start(entry, clearance, minus or clearance)
     sensors = read_sensors(entry.under("sensors").over(whole.under("sensors")), seed)
     described = entry.under("oscilloscope").over(whole.under("oscilloscope"))
     scope = read_oscilloscope(described, clock)
-    settle = entry.quantity("settle", "time", zero=True) or 0.0
-    added_mass = entry.quantity("added_mass", "mass", zero=True) or 0.0
     if len(entry.problems.found) > before or scope is None or duration is None:
         return None
+    note = entry.text("note") or ""
     return Test(
-        record=name,
-        kind=kind,
-        duration=duration,
-        sensors=sensors,
-        oscilloscope=scope,
-        settle=settle,
-        clearance=clearance,
-        clearance_minus=minus,
-        driven=base,
-        release=release or 0.0,
-        ball_start=start,
-        added_mass=added_mass,
-        height=height or 0.0,
-        note=entry.text("note") or "",
-    )
+        record=name, kind=kind, duration=duration, sensors=sensors, oscilloscope=scope,
+        clearance=clearance, clearance_minus=minus, driven=base, ball_start=start, note=note,
+        **values,
+    )  # fmt: skip
 
 
 def _refuse_unused(kind: str, entry: Section) -> None:

@@ -84,30 +84,27 @@ def first_tests(
     tests.append(planned("drop_1", {"test": "drop"}, "r from successive bounces"))
     valley = expected_valley(rig, G=G, frequency=frequency)
     if valley is not None:
-        for k, b in enumerate(_around(valley), start=1):
-            tests.append(planned(f"periodic_{k}", periodic_cells(b, G.value, frequency), _WHY[k]))
+        for k, (b, why) in enumerate(_around(valley), start=1):
+            tests.append(planned(f"periodic_{k}", periodic_cells(b, G.value, frequency), why))
         if release is not None:
             b_t = float(b_t_exact(x_m=release, r=rig.values["r"].value))
-            for k, share in enumerate((0.8, 1.0, 1.25), start=1):
+            for k, share in enumerate(_FIRST, start=1):
                 cells = {"test": "transient", "release_mm": in_mm(release)}
                 cells["clearance_mm"] = in_mm(share * b_t)
                 tests.append(planned(f"release_{k}", cells, "how fast a release decays near b_t"))
     return tests, valley
 
 
-_WHY = {
-    1: "where the lowest amplitude is expected",
-    2: "a step below it",
-    3: "a step above it",
-    4: "far below: every impact is certain, for r and M",
-    5: "beyond the end of two impacts per cycle",
-}
-
-
-def _around(valley: Valley) -> list[float]:
-    """The expected minimum, one step of a 2 % bracket to either side, and both far sides."""
+def _around(valley: Valley) -> list[tuple[float, str]]:
+    """The expected minimum, one step of a 2 % bracket to either side, and both far sides; why."""
     b, step = valley.lowest, 0.5 * 0.95 * TARGET
-    return [b, b * (1.0 - step), b * (1.0 + step), 0.85 * b, 1.03 * valley.end]
+    return [
+        (b, "where the lowest amplitude is expected"),
+        (b * (1.0 - step), "a step below it"),
+        (b * (1.0 + step), "a step above it"),
+        (0.85 * b, "far below: every impact is certain, for r and M"),
+        (1.03 * valley.end, "beyond the end of two impacts per cycle"),
+    ]
 
 
 def next_tests(plans: Sequence[LevelPlan]) -> list[PlannedTest]:
@@ -207,19 +204,21 @@ def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPl
         wanted = [(b, "three clearances are needed to bracket the fastest one") for b in new]
         state = f"tested at {_list(tried)} mm"
     else:
-        if low_open:
-            wanted.append(
-                (tried[0] / _STRIDE, f"the narrowest one is the fastest to {_list(low_open)} mm")
-            )
-        if high_open:
-            why = f"the widest one is the fastest to {_list(high_open)} mm"
-            wanted.append((tried[-1] * _STRIDE, why))
-        both = {level.target for level in levels} - {*low_open, *high_open}
-        parts = (
-            [f"to {_list(sorted(both))} mm the fastest one is between two others"] if both else []
+        ends = (
+            (tried[0] / _STRIDE, "narrowest", low_open),
+            (tried[-1] * _STRIDE, "widest", high_open),
         )
-        edges = sorted({*low_open, *high_open})
-        parts += [f"to {_list(edges)} mm it is known from one side only"] if edges else []
+        wanted = [
+            (b, f"the {which} one is the fastest to {_list(own)} mm")
+            for b, which, own in ends
+            if own
+        ]
+        edges = {*low_open, *high_open}
+        said = (
+            ({level.target for level in levels} - edges, "the fastest one is between two others"),
+            (edges, "it is known from one side only"),
+        )
+        parts = [f"to {_list(sorted(own))} mm {words}" for own, words in said if own]
         state = f"{len(tried)} clearances tested; {'; '.join(parts)}"
     tests = [
         planned(
@@ -251,7 +250,7 @@ def _open_sides(levels: Iterable[ReleaseLevel]) -> tuple[list[float], list[float
 
 def plan_drops(campaign: Campaign, rig: IdentifiedRig) -> OtherPlan:
     """Drops until r is known to 1 %."""
-    done = _count(campaign, "drop")
+    done = len(_used(campaign, "drop"))
     r = rig.values.get("r")
     error = r.std_error / r.value if r and r.std_error else None
     if error is None:
@@ -271,10 +270,9 @@ def plan_drops(campaign: Campaign, rig: IdentifiedRig) -> OtherPlan:
 
 def plan_ring_downs(campaign: Campaign, rig: IdentifiedRig, needs: Needs) -> OtherPlan:
     """Ring-downs without and with an added mass, until M is known to 0.5 % and zeta to 5 %."""
-    with_mass = sum(
-        bool(record.added_mass) for record in campaign.records if _used(record, "ringdown")
-    )
-    bare = _count(campaign, "ringdown") - with_mass
+    used = _used(campaign, "ringdown")
+    with_mass = sum(bool(record.added_mass) for record in used)
+    bare = len(used) - with_mass
     wanted = needs.ring_downs or 1
     heights = [abs(r.release) for r in campaign.records if r.test == "ringdown" and r.release]
     start = {"release_mm": in_mm(float(np.median(heights)))} if heights else {}
@@ -300,12 +298,8 @@ def plan_ring_downs(campaign: Campaign, rig: IdentifiedRig, needs: Needs) -> Oth
     return OtherPlan("ring-downs", state, tuple(tests))
 
 
-def _used(record: Record, test: str) -> bool:
-    return record.test == test and not record.exclude
-
-
-def _count(campaign: Campaign, test: str) -> int:
-    return sum(_used(record, test) for record in campaign.records)
+def _used(campaign: Campaign, test: str) -> list[Record]:
+    return [record for record in campaign.records if record.test == test and not record.exclude]
 
 
 def _more(done: int, error: float, wanted: float) -> int:

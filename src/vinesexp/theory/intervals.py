@@ -23,7 +23,7 @@ from vinesexp.theory.optimal_clearance import (
     b_t_published,
     release_amplitude,
 )
-from vinesexp.theory.orbits import Reduced, family
+from vinesexp.theory.orbits import Reduced, family, reduced
 from vinesexp.theory.transient import (
     Decaying,
     best_clearance,
@@ -53,11 +53,6 @@ def _around(values: Sequence[float], steps: FloatArray) -> FloatArray:
     for row in range(n):
         points[row, row] += steps[row] * _OFFSETS
     return points
-
-
-def _beta_and_H(C: FloatArray, p: Reduced, node: bool) -> tuple[FloatArray, FloatArray]:
-    at_node, H, _ = boundary_residuals(C, p)
-    return family(C, p).b, at_node if node else H
 
 
 def gradient_exact(
@@ -96,8 +91,11 @@ def gradient_exact(
     points = _around([C, *rig.values()], steps)
     moved = dict(zip(rig, points[1:], strict=True))
     with_frequency = None if frequency is None else np.broadcast_to(frequency, (6, 4))
-    reduced = _unchecked(moved, with_frequency)
-    beta, H = _beta_and_H(points[0], reduced, node)
+    # Unchecked: a step may leave r <= 1 or c1 >= 0 by a hair. The formulas are smooth across those
+    # ends, so a central difference there is still right.
+    moved_rig = Reduced(**reduced(**moved, frequency=with_frequency))
+    at_node, H, _ = boundary_residuals(points[0], moved_rig)
+    beta, H = family(points[0], moved_rig).b, at_node if node else H
     d_beta, d_H = (f @ _WEIGHTS / steps for f in (beta, H))
     along = d_beta[0] / d_H[0] if not node else 0.0  # b is stationary in C at a saddle-node
     slopes = G * (d_beta[1:] - along * d_H[1:])
@@ -117,21 +115,6 @@ def _scale(name: str, rig: dict[str, float], near: float, frequency: float | Non
     if name == "c1":
         return max(rig["c1"], 1e-3 * float(np.sqrt(rig["k1"] * rig["M"])))
     return rig[name]
-
-
-def _unchecked(rig: dict[str, FloatArray], frequency: FloatArray | None) -> Reduced:
-    """Reduced parameters without the range check: a step may leave r <= 1 or c1 >= 0 by a hair.
-
-    The formulas are smooth across those ends, so a central difference there is still right.
-    """
-    w0 = np.sqrt(rig["k1"] / rig["M"])
-    Omega = np.ones_like(w0) if frequency is None else 2.0 * np.pi * frequency / w0
-    return Reduced(
-        eps=rig["m"] / rig["M"],
-        zeta=0.5 * rig["c1"] / np.sqrt(rig["k1"] * rig["M"]),
-        r=rig["r"],
-        Omega=Omega,
-    )
 
 
 @dataclass(frozen=True)

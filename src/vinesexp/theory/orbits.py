@@ -63,12 +63,9 @@ class Reduced:
         damping = checked(c1, "damping c1", "N s/m, zero or above")
         stiffness = checked(k1, "stiffness k1", "N/m, above zero", closed=False)
         ball = checked(m, "ball mass m", "kg, above zero", closed=False)
-        Omega: ArrayLike = 1.0
         if frequency is not None:
-            hertz = checked(frequency, "frequency", "Hz, above zero", closed=False)
-            Omega = 2.0 * np.pi * hertz / np.sqrt(stiffness / mass)
-        zeta = 0.5 * damping / np.sqrt(stiffness * mass)
-        return cls.of(eps=ball / mass, zeta=zeta, r=r, Omega=Omega)
+            frequency = checked(frequency, "frequency", "Hz, above zero", closed=False)
+        return cls.of(**reduced(M=mass, c1=damping, k1=stiffness, m=ball, r=r, frequency=frequency))
 
     @cached_property
     def closing(self) -> tuple[ComplexArray, ComplexArray]:
@@ -84,6 +81,18 @@ class Reduced:
         """The chosen rigs, or with an added axis (``[..., None]``)."""
         parts = (np.asarray(getattr(self, f)[index]) for f in ("eps", "zeta", "r", "Omega"))
         return Reduced(*parts)
+
+
+def reduced(
+    *, M: ArrayLike, c1: ArrayLike, k1: ArrayLike, m: ArrayLike, r: ArrayLike,
+    frequency: ArrayLike | None,
+) -> dict[str, Any]:  # fmt: skip
+    """eps, zeta, r and Omega of SI values, unchecked."""
+    w0, Omega = np.sqrt(np.divide(k1, M)), np.ones_like(np.divide(k1, M))
+    if frequency is not None:
+        Omega = 2.0 * np.pi * np.asarray(frequency) / w0
+    zeta = 0.5 * np.asarray(c1) / np.sqrt(np.multiply(k1, M))
+    return {"eps": np.divide(m, M), "zeta": zeta, "r": r, "Omega": Omega}
 
 
 def transition(zeta: FloatArray, t: FloatArray) -> FloatArray:

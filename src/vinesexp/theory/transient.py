@@ -353,9 +353,9 @@ class DecayCurve:
 
     def between(self, start: FloatArray, end: FloatArray) -> FloatArray:
         """tau1 from `start` to `end` (clearances, arrays alike)."""
-        captured = np.interp(-end, -self.A, self.tau1) - np.interp(-start, -self.A, self.tau1)
-        chaotic = np.interp(-end, -self.chaos_A, self.chaos_tau1) - np.interp(
-            -start, -self.chaos_A, self.chaos_tau1
+        branches = (self.A, self.tau1), (self.chaos_A, self.chaos_tau1)
+        captured, chaotic = (
+            np.diff(np.interp([-start, -end], -A, t), axis=0)[0] for A, t in branches
         )
         return np.where(start >= self.fold, captured, chaotic)
 
