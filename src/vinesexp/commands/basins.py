@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
     from vinesexp.design.ensemble import workload_of
-    from vinesexp.maps.basins import each_clearance
+    from vinesexp.maps.basins import coexisting
     from vinesexp.maps.response_map import rig_of
 
     values, ranges = map_values(args)
@@ -66,17 +66,12 @@ def run(args: argparse.Namespace) -> int:
     announce(workload_of(rig, values["frequency"], len(clearances) * starts))
     bar, stopped = Bar("clearances"), False
     found: list[Attractor] = []
-    every = each_clearance(
-        rig,
-        level=values["G"],
-        frequency=values["frequency"],
-        clearances=clearances,
-        starts=starts,
-        seed=seed,
-    )
+    level, frequency = values["G"], values["frequency"]
     try:
-        for done, ones in enumerate(every, start=1):
-            found += ones
+        for done, b in enumerate(clearances, start=1):
+            found += coexisting(
+                rig, level=level, frequency=frequency, clearances=[b], starts=starts, seed=seed
+            )
             bar(done, len(clearances))
     except KeyboardInterrupt:
         stopped = True

@@ -113,9 +113,8 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[Plan
 def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
     """One level: where it stands, what to test, what that leaves."""
     now = plan.width_now
-    state = "its lowest amplitude is at the edge of what was tried"
-    if now is not None:
-        state = f"lowest amplitude bracketed within {100 * now:.2g} %"
+    state = f"lowest amplitude bracketed within {100 * (now or 0.0):.2g} %"
+    state = "its lowest amplitude is at the edge of what was tried" if now is None else state
     lines = ["", f"{plan.level.name}: {counted(len(plan.tested), 'clearance')} tested, {state}"]
     if plan.valley is None:
         lines.append("  the rig is not identified far enough to say where the minimum lies")

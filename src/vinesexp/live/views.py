@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 #: The rig as some records show it, with what was concluded of the test log, and their number.
 Values = tuple["Identified", int]
 
+_HISTORY = Path("finished", "values.json")  # in the results folder
 #: Impacts per cycle below which a ball of a steady test may be stuck.
 _STILL = 0.1
 
@@ -98,16 +99,11 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordShown:
 def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[str]:
     """Whether the ball moves as a test with a ball needs it."""
     per_cycle = regime.get("impacts_per_cycle")
-    if record.test == "drop":
-        return (
-            []
-            if impacts > 2
-            else [f"{counted(impacts, 'hit')} found: repeat the drop from a greater height"]
-        )
-    if not record.clearance:
+    if record.test == "drop" and impacts <= 2:
+        return [f"{counted(impacts, 'hit')} found: repeat the drop from a greater height"]
+    # Of no impact the impacts step has said so, with its cause.
+    if not record.clearance or regime.get("regime") == Regime.NO_IMPACT.value:
         return []
-    if regime.get("regime") == Regime.NO_IMPACT.value:
-        return []  # which the impacts step has said, with its cause
     if regime.get("regime") is None:
         return ["impacts cannot be seen in this record: it is too noisy, or sampled too slowly"]
     if isinstance(per_cycle, float) and per_cycle < _STILL and record.test == "periodic":
@@ -306,19 +302,14 @@ def _only(folder: Path, ids: Collection[str]) -> Campaign:
 
 def _remember(paths: ResultPaths, values: Identified, records: int) -> None:
     """Add what was found to the history of the values."""
-    found = {
-        row.parameter: [row.value, row.std_error] for row in values.rows if row.method == COMBINED
-    }
+    combined = (row for row in values.rows if row.method == COMBINED)
+    found = {row.parameter: [row.value, row.std_error] for row in combined}
     history = [*_history(paths), {"records": records, "values": found}]
-    write_whole(_history_file(paths), json.dumps(history))
+    write_whole(paths.folder / _HISTORY, json.dumps(history))
 
 
 def _history(paths: ResultPaths) -> list[dict[str, Any]]:
     """Values as they were found, each with the number of records; the oldest first."""
     with suppress(OSError, ValueError):
-        return list(json.loads(_history_file(paths).read_text(encoding="utf-8")))
+        return list(json.loads((paths.folder / _HISTORY).read_text(encoding="utf-8")))
     return []
-
-
-def _history_file(paths: ResultPaths) -> Path:
-    return paths.folder / "finished" / "values.json"

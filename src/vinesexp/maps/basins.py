@@ -9,7 +9,7 @@ count as one. A motion that has not settled within the time that it is given (th
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -180,33 +180,21 @@ def coexisting(
     >>> [(one.regime, one.starts) for one in found]  # a ball mid-cavity is never touched
     [('two symmetric', 4), ('no impact', 2)]
     """
-    along = np.unique(np.asarray(list(clearances), dtype=np.float64)).tolist()
-    every = each_clearance(
-        rig, level=level, frequency=frequency, clearances=along, starts=starts, seed=seed,
-        workers=workers,
-    )  # fmt: skip
-    return [one for found in every for one in found]
-
-
-def each_clearance(
-    rig: Rig, *, level: float, frequency: float, clearances: Iterable[float],
-    starts: int = STARTS, seed: int = 1, workers: int | None = None,
-) -> Iterator[list[Attractor]]:  # fmt: skip
-    """`coexisting`, one clearance after the other, for whoever wants to stop in between."""
     if len(rig.nes) != 1:
         raise ParameterError(f"the rig has {len(rig.nes)} NESs: motions side by side are for one")
     if starts < 1:
         raise ParameterError(f"{starts} starts: expected 1 or more")
     refuse_beyond_memory(RUN_SIZE * starts, f"{starts} starts", "ask for fewer")
-    ball, o = rig.nes[0], rig.oscillator
+    ball, o, found = rig.nes[0], rig.oscillator, list[Attractor]()
     task = Task(o, (ball.m,), (ball.r,), (level, level), (frequency, frequency))
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
         try:
-            for b in clearances:
+            for b in np.unique(np.asarray(list(clearances), dtype=np.float64)).tolist():
                 runs = [
                     replace(run, rig=Rig(o, [replace(ball, b=b)]))
                     for run in random_starts(task, b, starts=starts, seed=seed)
                 ]
-                yield grouped(b, list(pool.map(settled, runs)))
+                found += grouped(b, list(pool.map(settled, runs)))
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+    return found

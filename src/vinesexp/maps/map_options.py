@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from vinesexp.design import inputs as design
 from vinesexp.design.inputs import Option, ends_of, read_identified, read_options
 from vinesexp.errors import ParameterError
 from vinesexp.rig import Oscillator
 from vinesexp.units import Quantity, parse_quantity
 
 #: Every value of a rig and its excitation; those with a range in their note may be an axis.
-OPTIONS = (
-    Option("M", "--mass", "mass", "4.7 kg", "kg"),
-    Option("c1", "--damping", "damping", "3.02 N s/m", "N s/m"),
-    Option("k1", "--stiffness", "stiffness", "1.147e4 N/m", "N/m"),
-    Option("b", "--clearance", "displacement", "30 mm", "m", " or '5:60 mm'"),
-    Option("frequency", "--frequency", "frequency", "7.86 Hz", "Hz", " or '7.2:8.4 Hz'"),
-    Option("G", "--base-amplitude", "displacement", "0.25 mm", "m", " or '0.05:0.4 mm'"),
-    Option("m", "--nes-mass", "mass", "32 g", "kg", " or '10:60 g'"),
-    Option("r", "--restitution", "ratio", "0.6", "", " or '0.3:0.9'"),
-)
+_NOTES = {
+    **{"M": "", "c1": "", "k1": "", "b": " or '5:60 mm'", "frequency": " or '7.2:8.4 Hz'"},
+    **{"G": " or '0.05:0.4 mm'", "m": " or '10:60 g'", "r": " or '0.3:0.9'"},
+}
+_KNOWN = {option.symbol: option for option in design.OPTIONS}
+OPTIONS = tuple(replace(_KNOWN[symbol], note=note) for symbol, note in _NOTES.items())
 #: Digits of a number of cells.
 MOST_DIGITS = 6
 _MAY_VARY = {option.symbol for option in OPTIONS if option.note}

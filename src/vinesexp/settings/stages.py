@@ -324,13 +324,7 @@ class Settings:
 
 @lru_cache(maxsize=256)  # thousands of records share a few settings
 def _changes(settings: Settings) -> str:
-    changes = [
-        f"{stage.name}.{number.name}={getattr(own, number.name)!r}"
-        for stage in fields(settings)
-        for own in (getattr(settings, stage.name),)
-        for number in fields(own)
-        if getattr(own, number.name) != number.default
-    ]
+    changes = (f"{stage}.{s.name}={new!r}" for stage, s, new in changes_of(settings, Settings()))
     return f"Settings({', '.join(changes)})"
 
 
@@ -398,10 +392,13 @@ def changed_by_text(settings: Settings, text: str) -> Settings:
 
 def differences(settings: Settings, base: Settings | None = None) -> tuple[str, ...]:
     """What differs from `base` (the defaults), as a person would write it."""
-    base = Settings() if base is None else base
-    found = []
+    changes = changes_of(settings, Settings() if base is None else base)
+    return tuple(f"{stage}.{one.name} = {written(one, new)}" for stage, one, new in changes)
+
+
+def changes_of(settings: Settings, base: Settings) -> Iterator[tuple[str, Field[Any], Any]]:
+    """Stage, setting and value of everything that differs from `base`."""
     for stage, setting in every_setting():
         new, old = (getattr(getattr(s, stage), setting.name) for s in (settings, base))
         if new != old:
-            found.append(f"{stage}.{setting.name} = {written(setting, new)}")
-    return tuple(found)
+            yield stage, setting, new

@@ -334,32 +334,6 @@ def next_collision(state: FloatArray, *, zeta: float) -> FloatArray:
     return flight
 
 
-@dataclass(frozen=True)
-class DecayCurve:
-    """Slow time tau1 against amplitude for a captured ball, then for one that has let go.
-
-    Attributes
-    ----------
-    A, tau1 : captured branch followed by chaos, amplitudes falling; mean over the passage.
-    chaos_A, chaos_tau1 : chaos alone, for releases that start below A_1.
-    fold : A_1.
-    """
-
-    A: FloatArray
-    tau1: FloatArray
-    chaos_A: FloatArray
-    chaos_tau1: FloatArray
-    fold: float
-
-    def between(self, start: FloatArray, end: FloatArray) -> FloatArray:
-        """tau1 from `start` to `end` (clearances, arrays alike)."""
-        branches = (self.A, self.tau1), (self.chaos_A, self.chaos_tau1)
-        captured, chaotic = (
-            np.diff(np.interp([-start, -end], -A, t), axis=0)[0] for A, t in branches
-        )
-        return np.where(start >= self.fold, captured, chaotic)
-
-
 def _elapsed(A: FloatArray, *, lam: float, r: float) -> FloatArray:
     """Cumulative tau1 along falling amplitudes by the trapezoidal rule in log A (27)."""
     rate = A**2 / (0.5 * lam * A**2 + ball_power(A, r=r))
@@ -367,8 +341,11 @@ def _elapsed(A: FloatArray, *, lam: float, r: float) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def decay_curve(*, eps: float, lam: float, r: float, high: float, low: float) -> DecayCurve:
-    """Slow time against amplitude from `high` down to `low` (clearances), docs/theory.md (26-29).
+def decay_curves(
+    *, eps: float, lam: float, r: float, high: float, low: float
+) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """Falling amplitudes from `high` to `low` (clearances) with their slow times, of a captured
+    ball that then lets go, and of one in chaos from A_1 on (docs/theory.md, 26-29).
 
     Above T2 with the power of the shaken box, on the stable branch with that of the SIM, through
     the fold as the mean of balls flown through it (`passage`), below it in chaos.
@@ -393,13 +370,8 @@ def decay_curve(*, eps: float, lam: float, r: float, high: float, low: float) ->
     lanes[:, : run.A.size] = run.tau1
     after = run.end_tau1[:, None] + drifting(below) - drifting(run.end_A)[:, None]
     lanes = first[-1] + np.where(np.isnan(lanes), after, lanes)
-    return DecayCurve(
-        A=np.concatenate([upper, below[1:]]),
-        tau1=np.concatenate([first, lanes.mean(axis=0)[1:]]),
-        chaos_A=chaos,
-        chaos_tau1=chaos_tau1,
-        fold=fold,
-    )
+    A, tau1 = np.concatenate([upper, below[1:]]), np.concatenate([first, lanes.mean(axis=0)[1:]])
+    return (A, tau1), (chaos, chaos_tau1)
 
 
 def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> FloatArray:
@@ -438,10 +410,12 @@ def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
             raise AnalysisError("a ball of r = 1 without damping never loses energy")
         return np.log(release.x_m / target) * 2.0 / (lam * eps * release.w0)
     start, end = release.x_m / clearance, target / clearance
-    curve = decay_curve(
+    curves = decay_curves(
         eps=eps, lam=lam, r=release.r, high=float(start.max()), low=float(end.min())
     )
-    return curve.between(start, end) / (eps * release.w0)
+    captured, chaotic = (np.interp(-end, -A, t) - np.interp(-start, -A, t) for A, t in curves)
+    fold = float(A_1(release.r))
+    return np.where(start >= fold, captured, chaotic) / (eps * release.w0)
 
 
 def capture_rate(*, x_m: ArrayLike, b: ArrayLike) -> FloatArray:
