@@ -106,10 +106,9 @@ def _close(values: Mapping[str, float | None]) -> list[list[tuple[float, str]]]:
     """
     groups: list[list[tuple[float, str]]] = []
     for b, name in sorted((1e3 * b, name) for name, b in values.items() if b is not None):
-        if groups and b < _BESIDE * groups[-1][0][0]:
-            groups[-1].append((b, name))
-        else:
-            groups.append([(b, name)])
+        if not groups or b >= _BESIDE * groups[-1][0][0]:
+            groups.append([])
+        groups[-1].append((b, name))
     return groups
 
 

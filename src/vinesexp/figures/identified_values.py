@@ -125,9 +125,8 @@ def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figur
     for axis, name in zip(axes, shown, strict=True):
         _panel(axis, methods[name], combined[name])
         axis.set_title(f"{SYMBOLS.get(name, name.replace('_', ' '))} = {values[name]}")
-    at = (1.0, 1.0)
-    above = {"va": "bottom", "xycoords": "axes fraction"}
-    label(axes[0], "combined", at, "exact", (0, 4), ha="right", **above)
+    above = {"ha": "right", "va": "bottom", "xycoords": "axes fraction"}
+    label(axes[0], "combined", (1.0, 1.0), "exact", (0, 4), **above)
     return figure
 
 
@@ -154,10 +153,9 @@ def intervals_over_records(history: Sequence[Mapping[str, Any]]) -> Figure:
             records, widths = zip(*own, strict=True)
             axis.plot(records, widths, "o-", color=colour, markersize=3)
             near = [end for end in ends if abs(math.log(end[1][1] / widths[-1])) < _SAME_PLACE]
-            if near:  # one name beside the other
-                near[0][0].append(SYMBOLS[name])
-            else:
-                ends.append(([SYMBOLS[name]], own[-1], colour))
+            if not near:
+                ends += (near := [([], own[-1], colour)])
+            near[0][0].append(SYMBOLS[name])  # one name beside the other
     for names, place, colour in ends:
         label(axis, ", ".join(names), place, colour)
     axis.set_yscale("log")
@@ -274,10 +272,8 @@ def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
     if untested := len(rows) - len(tested):
         text += f" Left out: {untested} that the records do not test."
     if len(known) > _MOST:
-        text += (
-            f" Shown are the {_MOST} of {len(known)} that are farthest from what was stated; "
-            "inputs.csv has all."
-        )
+        shown = f"Shown are the {_MOST} of {len(known)} that are farthest from what was stated"
+        text += f" {shown}; inputs.csv has all."
     title = "Values in campaign.yaml and records.csv, tested by the records"
     yield figure, Drawn("stated_values", "inputs", title, text)
 

@@ -113,10 +113,9 @@ def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
         axis.set_ylim(0.0, 1.1 * max(top, 0.5))
     axes[0].set_ylabel("amplitude A (clearances)")
     low = 0.5 * float(manifold.C_1(r))
-    for name, C, kind in (("unstable", low, "unstable"), ("stable", 1.45, "stable")):
+    for kind, C, down in (("unstable", low, 4.0), ("stable", 1.45, -6.0)):
         place = (C, float(manifold.amplitude(C, r=r)))
-        shift = (5.0, 4.0) if kind == "unstable" else (5.0, -6.0)
-        label(axes[0], name, place, _PARTS[kind], shift)
+        label(axes[0], kind, place, _PARTS[kind], (5.0, down))
     return figure
 
 
@@ -125,12 +124,9 @@ def draw_manifold(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     rig = results.rig
     if not {"M", "k1", "r", "m"} <= set(rig.values):
         return
-    shown = []
-    for record in _chosen(results.as_found, results.regime_of):
-        motion = on_manifold(record, results.folder, rig)
-        if motion.C.size >= _FEWEST:
-            shown.append(motion)
-    if not shown:
+    chosen = _chosen(results.as_found, results.regime_of)
+    motions = [on_manifold(record, results.folder, rig) for record in chosen]
+    if not (shown := [motion for motion in motions if motion.C.size >= _FEWEST]):
         return
     title = "Measured motions on the slow invariant manifold of the identified restitution"
     text = (
@@ -139,10 +135,8 @@ def draw_manifold(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         "there; a strongly modulated response circles round the manifold. The first impact has a "
         "ring."
     )
-    yield (
-        manifold_figure(shown, r=rig.values["r"].value),
-        Drawn("manifold", "transient", title, text),
-    )
+    figure = manifold_figure(shown, r=rig.values["r"].value)
+    yield figure, Drawn("manifold", "transient", title, text)
 
 
 def _chosen(campaign: Campaign, regime_of: Mapping[str, str]) -> list[Record]:

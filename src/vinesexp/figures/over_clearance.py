@@ -213,13 +213,8 @@ def _deviation(axis: Axes, valley: DrawnLevel, exact: float, beside: float) -> N
             continue  # a bound is no point
         value, low, high = (100.0 * (b / exact - 1.0) for b in kind)
         at = (valley.G + place * beside, value)  # else one bracket would cover the other
-        axis.errorbar(
-            *(*at, [[value - low], [high - value]]),
-            fmt=marker,
-            color=COLOURS[colour],
-            capsize=3,
-            markersize=4.5,
-        )
+        reach, ink = [[value - low], [high - value]], COLOURS[colour]
+        axis.errorbar(*at, reach, fmt=marker, color=ink, capsize=3, markersize=4.5)
         words = f"{kind[0]:.1f} mm"
         label(axis, words, at, colour, (9.0 * place, 0), ha=side)
 
@@ -235,7 +230,10 @@ def time_over_clearance(
     figure, (axis,) = new_figure(height=3.6)
     for level, curve, best in levels:
         axis.plot(*curve, color=COLOURS["exact"], linewidth=1.2, zorder=1)
-        _curve_minimum(axis, *curve)
+        (b, time), i = curve, int(curve[1].argmin()) if curve[1].size else 0
+        if 0 < i < b.size - 1:  # the predicted fastest one lies inside what was tried
+            axis.plot(b[i], time[i], "o", color=COLOURS["exact"], markerfacecolor="white", zorder=2)
+            label(axis, f"{b[i]:.0f} mm", (b[i], time[i]), "exact", (0, 8), ha="center")
         _measured_times(axis, level, best)
     axis.set_ylim(bottom=0.0)
     top = 1.12 * axis.get_ylim()[1]
@@ -276,13 +274,6 @@ def _measured_times(axis: Axes, level: ReleaseLevel, best: Interval | None) -> N
         axis.plot(best[0], time, "o", color=COLOURS["impact"], markersize=6, zorder=4)
 
 
-def _curve_minimum(axis: Axes, b: FloatArray, time: FloatArray) -> None:
-    """The predicted fastest clearance, where it lies inside what was tried."""
-    if b.size and 0 < (i := int(time.argmin())) < b.size - 1:
-        axis.plot(b[i], time[i], "o", color=COLOURS["exact"], markerfacecolor="white", zorder=2)
-        label(axis, f"{b[i]:.0f} mm", (b[i], time[i]), "exact", (0, 8), ha="center")
-
-
 def draw_clearances(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Amplitude over clearance of the periodic tests, and time over clearance of the releases."""
     yield from _periodic(results)
@@ -307,11 +298,9 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         "end. A bracket reaches to the clearances tried on either side: the upper one of the "
         "lowest amplitude, the lower one of the end of two impacts per cycle." + line
     )
-    figure = amplitude_over_clearance(valleys)
-    yield (
-        figure,
-        Drawn("clearance_periodic", "clearance", "Amplitude of the mass over clearance", text),
-    )
+    title = "Amplitude of the mass over clearance"
+    drawn = Drawn("clearance_periodic", "clearance", title, text)
+    yield amplitude_over_clearance(valleys), drawn
     predicted = [valley for valley in valleys if valley.lowest.get("exact_mm") is not None]
     if len(predicted) > 1:
         title = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,6 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.record_words import clearance_of
 from vinesexp.figures.style import COLOURS, Drawn, label, link, new_figure, regime_colour
-from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.results import CampaignResults
@@ -164,16 +162,19 @@ def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     regime_of = {id: regime for id, regime in results.regime_of.items() if regime}
     records = [r for r in results.as_found.records if r.test == "periodic" and r.id in regime_of]
     records.sort(key=lambda r: (len(r.clearance), r.base_amplitude or 0.0, r.clearance))
-    groups: dict[str, list[Strip]] = {}
+    groups, paths = dict[str, list[Strip]](), ResultPaths(results.folder)
     for record in records[:_MOST]:
         title = f"G = {1e3 * (record.base_amplitude or 0.0):g} mm"
         title += f", {len(record.clearance)} NESs" if len(record.clearance) > 1 else ""
         name = f"{clearance_of(record, results.campaign.record(record.id))} mm"
-        counts = _impacts_per_cycle(record, results.folder)
+        with open_record(paths.conditioned(record.id)) as view:
+            frequency, start = view.oscillation or 0.0, view.start
+            length = view.n / view.sample_rate if view.n else 0.0
+        times = read_impacts(paths.impacts(record.id)).time_s
+        counts = impacts_per_cycle(times, frequency=frequency, start=start, length=length)
         if counts.size:
-            groups.setdefault(title, []).append(
-                Strip(name, regime_of[record.id], counts, record.id)
-            )
+            strip = Strip(name, regime_of[record.id], counts, record.id)
+            groups.setdefault(title, []).append(strip)
     if not groups:
         return
     title = "Impacts in each cycle of every periodic test, one strip a clearance"
@@ -186,11 +187,3 @@ def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         text += f" Shown are the first {_MOST} of {len(records)} records."
     drawn = Drawn("regimes_periodic", "periodic", title, text)
     yield regime_strips(list(groups.items())), drawn
-
-
-def _impacts_per_cycle(record: Record, results: Path) -> FloatArray:
-    with open_record(ResultPaths(results).conditioned(record.id)) as view:
-        frequency = float(view.attributes.get("oscillation_hz") or 0.0)
-        length, start = view.n / view.sample_rate if view.n else 0.0, view.start
-    times = read_impacts(ResultPaths(results).impacts(record.id)).time_s
-    return impacts_per_cycle(times, frequency=frequency, start=start, length=length)

@@ -410,9 +410,8 @@ def impacts_on_acceleration(
     motion : Trace, optional
         Displacement in the enlarged stretch, mm.
     """
-    jumps = bool(
-        np.isfinite(impacts.velocity_jump_m_s).any()
-    )  # of a bouncing ball only times are known
+    # Of a bouncing ball only times are known.
+    jumps = bool(np.isfinite(impacts.velocity_jump_m_s).any())
     ratios = [1.0, 0.8, 1.5] if jumps else [1.0, 1.5]
     figure, (above, *middle, below) = new_figure(
         len(ratios), 1, height=5.6 if jumps else 4.4, gridspec_kw={"height_ratios": ratios}
@@ -478,11 +477,12 @@ def _top(values: FloatArray) -> float:
 
 def draw_records(found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Every figure of the family, with its entry for the list."""
-    results = found.folder
-    usable = [record for record in found.as_found.records if _usable(record, results)]
+    results, usable = found.folder, list[Record]()
+    for record in found.as_found.records:
+        with open_record(ResultPaths(results).conditioned(record.id)) as view:
+            usable += [record] if view.refused is None and not record.exclude else []
     for test in ("ringdown", "periodic", "transient", "drop"):
-        record = _representative([r for r in usable if r.test == test])
-        if record is not None:
+        for record in _representative([r for r in usable if r.test == test]):
             yield from draw_record(record, results, stated=found.campaign.record(record.id))
     yield from _sweeps([r for r in usable if r.test == "sweep"], found)
     yield from _releases([r for r in usable if r.test in ("transient", "ringdown")], found)
@@ -501,15 +501,10 @@ def draw_record(
         yield from _impacts(record, results, title)
 
 
-def _usable(record: Record, results: Path) -> bool:
-    with open_record(ResultPaths(results).conditioned(record.id)) as view:
-        return view.refused is None and not record.exclude
-
-
-def _representative(records: Sequence[Record]) -> Record | None:
+def _representative(records: Sequence[Record]) -> Sequence[Record]:
     """The record in the middle of the tested clearances; the first where there are none."""
     single = sorted((r for r in records if len(r.clearance) == 1), key=lambda r: r.clearance)
-    return single[len(single) // 2] if single else next(iter(records), None)
+    return [single[len(single) // 2]] if single else records[:1]
 
 
 def extremes(
@@ -577,14 +572,10 @@ def _oscillation(record: Record, results: Path) -> float:
         return 0.0 if record.test == "drop" else view.oscillation or 0.0
 
 
-def impacts_drawn(record: Record, results: Path) -> Impacts:
-    """The impacts of a record as they are drawn; a ball that is dropped meets one wall alone."""
-    impacts = read_impacts(ResultPaths(results).impacts(record.id))
-    return replace(impacts, side=0 * impacts.side) if record.test == "drop" else impacts
-
-
 def _impacts(record: Record, results: Path, title: str) -> Iterator[tuple[Figure, Drawn]]:
-    marks = impacts_drawn(record, results)
+    marks = read_impacts(ResultPaths(results).impacts(record.id))
+    if record.test == "drop":  # a ball that is dropped meets one wall alone
+        marks = replace(marks, side=0 * marks.side)
     with open_record(ResultPaths(results).conditioned(record.id)) as view:
         role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
         if role is None or not marks.n:

@@ -7,7 +7,7 @@ when the record is shown. Both work from disk: no server, no network (docs/repor
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -86,7 +86,11 @@ def estimate_rows(found: Iterable[Estimate], contradicted: str = "") -> list[lis
         words = _words(one.parameter)
         if not words or not np.isfinite(one.value):
             continue
-        value, note = _value_of(one), _note(one)
+        size, unit = (1e3, "mm") if one.unit == "m" else (1.0, one.unit)
+        value, at = plus_minus(size * one.value, size * one.std_error, unit), ""
+        if one.amplitude and one.parameter.startswith(("f0", "zeta")):  # where they hold
+            at = f"at {1e3 * one.amplitude:.3g} mm"
+        note = "; ".join(filter(None, (at, one.note)))
         if contradicted and one.parameter.startswith(("r", "M")) and one.method == "impacts":
             value = "–"
             note = f"not usable: the records contradict the stated clearance of {contradicted} mm"
@@ -95,25 +99,9 @@ def estimate_rows(found: Iterable[Estimate], contradicted: str = "") -> list[lis
 
 
 def _words(parameter: str) -> str:
-    ball = _BALL.match(parameter)
-    if ball is None:
-        return _WORDS.get(parameter, "")
-    words = _WORDS.get(f"{ball[1]}{ball[3]}", "")
-    return f"{words} of ball {ball[2]}" if words else ""
-
-
-def _value_of(one: Estimate) -> str:
-    if one.unit == "m":
-        return plus_minus(1e3 * one.value, 1e3 * one.std_error, "mm")
-    return plus_minus(one.value, one.std_error, one.unit)
-
-
-def _note(one: Estimate) -> str:
-    """Its own note, and the amplitude at which f0 and zeta hold."""
-    at = ""
-    if one.amplitude and one.parameter.startswith(("f0", "zeta")):
-        at = f"at {1e3 * one.amplitude:.3g} mm"
-    return "; ".join(part for part in (at, one.note) if part)
+    of_one, ball = _BALL.sub(r"\1\3", parameter), _BALL.match(parameter)
+    words = _WORDS.get(of_one, "")
+    return f"{words} of ball {ball[2]}" if words and ball else words
 
 
 #: Points on the manifold that are drawn.
@@ -144,7 +132,10 @@ def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
         for name in ("checks", "replay", "replay_cycles", "regimes", "transitions")
     )
     return {
-        "settings": set_up(record, stated),
+        "settings": [
+            ["test", record.test],
+            *([name, value] for name, value, _ in settings_of(record, stated)),
+        ],
         "regime": regime_words(regimes[0] if regimes else {}, transitions),
         "checks": [
             [row["check"], row["outcome"], row["detail"].replace("+-", "±")] for row in checks
@@ -158,12 +149,6 @@ def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
         "manifold": _manifold(record, paths, results.rig),
         "provenance": _provenance(record, paths),
     }
-
-
-def set_up(record: Record, stated: Record) -> list[list[str]]:
-    """How the record was taken, name and value; where the records contradict it, both values."""
-    taken = [[name, value] for name, value, _ in settings_of(record, stated)]
-    return [["test", record.test], *taken]
 
 
 def _estimates(record: Record, stated: Record, paths: ResultPaths) -> list[list[str]]:
@@ -342,10 +327,7 @@ def _facts(campaign: Campaign, paths: ResultPaths) -> Iterable[Path]:
         "manifold": manifold_curve(results.rig),
         "colours": COLOURS,
     }
-    write_whole(paths.records_page, _page(campaign, content))
-
-
-def _page(campaign: Campaign, content: Mapping[str, Any]) -> str:
     shown = {"campaign": campaign, "content": content, "library": LIBRARY}
-    shown["version"] = version("bokeh")
-    return rendered("vinesexp.record_pages", "records.html.j2", shown)
+    shown |= {"version": version("bokeh")}
+    whole = rendered("vinesexp.record_pages", "records.html.j2", shown)
+    write_whole(paths.records_page, whole)

@@ -414,8 +414,8 @@ def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
         eps=eps, lam=lam, r=release.r, high=float(start.max()), low=float(end.min())
     )
     captured, chaotic = (np.interp(-end, -A, t) - np.interp(-start, -A, t) for A, t in curves)
-    fold = float(A_1(release.r))
-    return np.where(start >= fold, captured, chaotic) / (eps * release.w0)
+    tau1 = np.where(start >= float(A_1(release.r)), captured, chaotic)
+    return np.asarray(tau1 / (eps * release.w0))
 
 
 def capture_rate(*, x_m: ArrayLike, b: ArrayLike) -> FloatArray:
