@@ -137,6 +137,19 @@ def test_a_base_amplitude_that_no_ball_keeps_up_with_is_asked_about(advice: Advi
     assert not any("in the unit" in one for one in warnings_of(advice))
     fast = replace(advice, robust=replace(advice.robust, b=20.7))
     assert "a ball would cross the cavity of 2.07e+04 mm" in warnings_of(fast)[0]
+    small = replace(advice, robust=replace(advice.robust, b=1.7e-8))
+    assert "1.7e-05 mm is smaller than any that can be built" in warnings_of(small)[0]
+
+
+def test_a_best_clearance_that_changes_nothing_is_not_said_to_raise_the_amplitude(
+    advice: Advice,
+) -> None:
+    bare = replace(advice.robust, rest_mean=advice.bare_mean, random_mean=advice.robust.random_bare)
+    poor = replace(advice, robust=bare, least_mean=replace(bare, rest_mean=1.001 * bare.rest_mean))
+    assert (
+        f"leaves the bare amplitude of {1e3 * bare.random_bare:.3g} mm as it is"
+        in (nothing_helps(poor)[0])
+    )
 
 
 def test_an_undamped_oscillator_is_named(advice: Advice) -> None:

@@ -39,6 +39,15 @@ def test_the_best_clearance_falls_with_the_level_and_wide_cavities_capture_fewer
     assert (again.found[4].times == falls.found[4].times).all()
 
 
+def test_a_ball_that_takes_all_within_a_few_cycles_is_captured() -> None:
+    """A twentieth of the mass, ten times as fast as c1: there are no ten cycles to be kept for."""
+    balls = OpenRig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), (0.235,), (0.6,))
+    falls = released(balls, x0=0.02, v0=0.0, levels=[0.01, 0.002])
+    best = falls.found[falls.fastest[1]]
+    assert best.sure(1) < 10.0 / balls.oscillator.f0
+    assert best.share > 0.7
+
+
 def test_an_undamped_release_may_never_reach_its_level() -> None:
     undamped = Oscillator(M=4.7, c1=0.0, k1=1.147e4)
     falls = released(OpenRig(undamped, (0.032,), (1.0,)), x0=0.02, v0=0.0, levels=(0.002,))

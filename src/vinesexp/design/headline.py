@@ -187,11 +187,13 @@ def _each(task: Task, b: float) -> str:
 def nothing_helps(advice: Advice) -> list[str]:
     """That no clearance takes a twentieth off the bare amplitude."""
     grid, best = advice.found.grid, advice.robust
-    does = "reduces" if advice.gain >= 0.0 else "raises"
+    bare = f"the bare amplitude of {brief(best.random_bare)} mm"
+    does = f"{'reduces' if advice.gain >= 0.0 else 'raises'} {bare} by {percent(abs(advice.gain))}"
+    if percent(abs(advice.gain)) == percent(0.0):
+        does = f"leaves {bare} as it is"
     return [
         f"No clearance helps: from {clearance(float(grid[0]))} to {clearance(float(grid[-1]))} mm "
-        f"the best one {does} the bare amplitude of {brief(best.random_bare)} mm by "
-        f"{percent(abs(advice.gain))}.",
+        f"the best one {does}.",
         f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
@@ -373,12 +375,18 @@ def warnings_of(advice: Advice) -> list[str]:
 
 
 def slips_of(advice: Advice) -> list[str]:
-    """A ball faster than any is: a value was given in another unit than it was meant in."""
-    speed = 2.0 * advice.robust.b * advice.task.oscillator.w0 / math.pi
+    """A ball faster than any is, or a cavity smaller: a value in another unit than it is meant in.
+
+    Far from resonance the clearance may really be so small.
+    """
+    b = advice.robust.b
+    if b < LEAST and not advice.hopeless:
+        return [f"a clearance of {clearance(b)} mm is smaller than any that can be built"]
+    speed = 2.0 * b * advice.task.oscillator.w0 / math.pi
     if speed <= UNHEARD_OF:
         return []
     return [
-        f"a ball would cross the cavity of {clearance(advice.robust.b)} mm at {speed:.3g} m/s: is "
+        f"a ball would cross the cavity of {clearance(b)} mm at {speed:.3g} m/s: is "
         f"the base amplitude of {clearance(advice.task.levels[1])} mm in the unit it is meant in?"
     ]
 
@@ -432,6 +440,8 @@ def remarks_of(answer: Answer) -> list[str]:
     return said
 
 
+#: A clearance, m, that no workshop and no hand can set.
+LEAST = 5e-6
 #: Amplitudes are means of hypot(x, x'/w0); from this share beside f0 on the difference is named.
 BESIDE = 0.1
 

@@ -36,9 +36,10 @@ FRESH, FRESH_AT_WALL = 36, 12
 ENDS = (0.25, 4.0)
 #: Where starts at a wall are: from it up to this share of b off it.
 OFF_WALL = 0.06
-#: A start is captured when its largest ball makes this share of two impacts a cycle from the third
-#: to the tenth cycle.
-CAPTURED = 0.9
+#: A start is captured when its largest ball makes this share of two impacts a cycle between these
+#: cycles, or until the least level is reached: nothing is left then to keep a ball captured. A fall
+#: of fewer than BRIEF cycles counts from its start.
+CAPTURED, FROM, TO, BRIEF = 0.9, 2.0, 10.0, 4.0
 #: A release is followed for this many times 1/(zeta w0), and at most for so many cycles.
 FOLLOWED, LONGEST = 3.5, 600.0
 #: The oscillator alone is followed further, for at most so many cycles: beyond, what c1 damps is
@@ -331,7 +332,11 @@ def _measures(
         return times, False, 0.0, 0.0, 1.0
     own = i["nes"] == int(np.argmax([nes.b for nes in motion.rig.nes]))
     cycles = i["time"][own] * o.f0
-    captured = bool(((cycles > 2.0) & (cycles < 10.0)).sum() >= CAPTURED * 16.0)
+    fallen = times[int(np.argmin(levels))] * o.f0
+    last = min(fallen, TO) if fallen > 0.0 else TO
+    first = FROM if last >= BRIEF else 0.0
+    hits = ((cycles > first) & (cycles < last)).sum()
+    captured = bool(hits >= CAPTURED * 2.0 * (last - first))
     spells = activation_spells(i["time"][own], i["side"][own], period=1.0 / o.f0)
     if not len(spells):
         return times, captured, dissipated, 0.0, 1.0

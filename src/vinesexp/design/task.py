@@ -42,7 +42,9 @@ def bare_gains(M: FloatArray, c1: FloatArray, k1: FloatArray, frequency: FloatAr
     w0 = np.sqrt(k1 / M)
     w = 2.0 * np.pi * frequency / w0
     z = c1 / (M * w0) * w
-    return np.asarray(np.hypot(1.0, z) / np.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w))
+    with np.errstate(divide="ignore"):  # undamped at resonance: infinite
+        gain = np.hypot(1.0, z) / np.hypot((1.0 - w) * (1.0 + w), z)
+    return np.asarray(gain * mean_of_cycle(w))
 
 
 def mean_of_cycle(w: FloatArray) -> FloatArray:
