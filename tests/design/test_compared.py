@@ -32,7 +32,7 @@ MEAN = Criterion(mean_of, lambda values, weights: means_of(values, weights)[:, 0
 def written(means: np.ndarray) -> Responses:
     """Runs of these mean amplitudes, each a second's work."""
     one = np.ones((1, means.size))
-    return Responses(means[np.newaxis], 1.1 * means[np.newaxis], 2.0 * one, one, 1)
+    return Responses(means[np.newaxis], 1.1 * means[np.newaxis], 2.0 * one, one, 0.0 * one, 1)
 
 
 class Drawn(Tried):
@@ -252,7 +252,7 @@ def test_without_a_tolerance_a_start_is_the_same_at_every_clearance_and_run_once
     def simulated(runs: Runs, *, starts: int) -> Responses:
         asked.append(len(runs))
         b, phase = runs.balls[:, 0, B_B], runs.values[:, V_PHASE]
-        return Responses(b, phase, b, b, 1)
+        return Responses(b, phase, b, b, b, 1)
 
     monkeypatch.setattr("vinesexp.design.best_clearance.watched", simulated)
     task = Task(Oscillator(M=1.0, c1=0.02, k1=1.0), (0.01,), (0.6,), (1e-3, 2e-3), (0.159, 0.159))

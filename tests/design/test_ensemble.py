@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Rig, design
+from vinesexp.design import ensemble
 from vinesexp.design.ensemble import responses, watched
 from vinesexp.design.task import Task, bare_gain, centre_starts, random_starts, wall_starts
 
@@ -60,15 +61,19 @@ def test_all_starts_of_a_clearance_are_judged_at_one_time() -> None:
     assert not (found.mean == at_one_time[0].mean).all()
 
 
-def test_starts_that_differ_are_waited_for_where_none_of_them_is_captured() -> None:
-    """All settle on one modulated motion, the last after twice the time that they are given.
+def test_starts_that_differ_are_waited_for_where_none_of_them_is_captured(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All settle on one motion, the last after twice the time that they are given.
 
     The clearance was left for a jump that is none: its 90th percentile was 1.5 times as large as
-    beside it, where a single captured start had the others watched.
+    beside it, where a single captured start had the others watched. Here none counts as captured,
+    as where every motion is modulated.
     """
     o = Oscillator(M=1.0, c1=0.023820, k1=1.0)
     task = Task(o, (0.090776,), (0.79601,), (1e-4,) * 2, (0.154993,) * 2, tolerance=0.01)
     runs = random_starts(task, 1.42e-3, starts=64, seed=4)
+    monkeypatch.setattr(ensemble, "IMPACTS_PER_CYCLE", 3.0)
     soon, late = responses(runs), watched(runs, starts=64)
     assert not soon.captured.any()
     assert np.percentile(soon.mean, 90.0) > 1.25 * np.percentile(late.mean, 90.0)
@@ -88,3 +93,15 @@ def test_the_least_mean_beside_a_late_capture() -> None:
     )  # fmt: skip
     assert answer.advice is not None
     assert 16.5e-3 < answer.advice.least_mean.b < 16.78e-3
+
+
+@pytest.mark.parametrize(("eps", "b"), [(0.2, 1.575e-3), (0.5, 0.659e-3)])
+def test_a_heavy_ball_that_keeps_two_impacts_a_cycle_is_captured(eps: float, b: float) -> None:
+    """Every cycle is as the one before; within it the amplitude steps by as much as it is large."""
+    o = Oscillator.from_modal(M=4.7, f0=7.862, zeta=0.0065 if eps < 0.3 else 0.02)
+    task = Task(o, (4.7 * eps,), (0.6,), (0.25e-3,) * 2, (o.f0,) * 2)
+    found = responses(random_starts(task, b, starts=20, seed=3))
+    assert np.ptp(found.mean) < 0.01 * found.mean.mean()
+    assert (found.largest > 1.6 * found.mean).all()
+    assert found.impacts_per_cycle == pytest.approx(2.0, abs=0.05)
+    assert found.captured.all()

@@ -44,7 +44,8 @@ SHORTEST = 60.0
 #: resonance, and farther from it than a factor of `FAR`, where the ball hardly matters.
 LONGEST, LONGEST_FAR, FAR = 6_000.0, 4_000.0, 2.0
 #: A start is captured when its balls make at least this many impacts a cycle each, taken together
-#: and over the window, and its largest amplitude stays below STEADY times the mean one.
+#: and over the window, and its largest amplitude stays below STEADY times the mean one and the step
+#: that impacts of a steady motion make (`Responses.step`).
 IMPACTS_PER_CYCLE = 1.9
 STEADY = 1.5
 #: s of one core an impact, for what is said beforehand (docs/benchmarks/simulation.md).
@@ -162,6 +163,8 @@ class Responses:
     mean, largest : amplitude hypot(x, x'/w0) over the window, m.
     impacts_per_cycle : of all balls together, per cycle of the base.
     work : about what the run took of a processor, s.
+    step : half the step that the amplitude takes at an impact when the balls cross their cavities
+        twice a cycle, m: 2/pi b eps f/f0 each. Of a heavy ball it is as large as the amplitude.
     balls : how many balls the rig of that run has.
     """
 
@@ -169,21 +172,22 @@ class Responses:
     largest: FloatArray
     impacts_per_cycle: FloatArray
     work: FloatArray
+    step: FloatArray
     balls: int
 
     @property
     def captured(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         """Whether the balls keep two impacts a cycle or more each, on the average, unmodulated."""
-        steady = self.largest <= STEADY * self.mean
+        steady = self.largest <= STEADY * self.mean + self.step
         return steady & (self.impacts_per_cycle >= IMPACTS_PER_CYCLE * max(self.balls, 1))
 
     def each(self, change: Callable[..., FloatArray], *others: Responses) -> Responses:
         """The same change of every array; with those of others, if any."""
-        mean, largest, impacts, work = (
+        mean, largest, impacts, work, step = (
             change(*(getattr(one, name) for one in (self, *others)))
-            for name in ("mean", "largest", "impacts_per_cycle", "work")
+            for name in ("mean", "largest", "impacts_per_cycle", "work", "step")
         )
-        return Responses(mean, largest, impacts, work, self.balls)
+        return Responses(mean, largest, impacts, work, step, self.balls)
 
     def joined(self, more: Responses) -> Responses:
         """These runs and more of them, along the last axis."""
@@ -398,7 +402,9 @@ def responses(
             finally:  # an interrupt ends the other threads too
                 stop.set()
     work = _work(runs, lanes, spans[:, 1], out[2])
-    return Responses(out[0], out[1], out[2], work, runs.balls.shape[1])
+    crossed = (runs.balls[..., B_M] * runs.balls[..., B_B]).sum(axis=1) / M
+    step = 4.0 * crossed * f / np.sqrt(runs.values[:, V_K] / M)
+    return Responses(out[0], out[1], out[2], work, step, runs.balls.shape[1])
 
 
 def rows_of(runs: Runs, spans: FloatArray) -> FloatArray:

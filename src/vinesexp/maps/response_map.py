@@ -51,7 +51,7 @@ VALUES = {
     "captured_share": (
         "1",
         "share of the starts with two impacts per cycle or more and the largest amplitude below "
-        "1.5 times the mean",
+        "1.5 times the mean, plus half the step at an impact of a steady motion",
     ),
     "impacts_per_cycle": (
         "1",
