@@ -91,6 +91,16 @@ def test_lines_between_the_multiples_of_a_modulated_motion_are_no_hum():
     assert line.size == pytest.approx(2e-5, rel=0.01)
 
 
+def test_hum_beside_a_release_whose_spectrum_is_broad_is_hum():
+    """It stayed in one release of three: the motion is strong f0 beside it, and no line there."""
+    t = np.arange(60_000) / 1e4
+    begun = np.maximum(t - 0.4, 0.0)
+    x = 6e-3 * np.exp(-0.9 * begun) * np.cos(2 * np.pi * 22.03 * begun + 3e-2 * np.sin(9.0 * begun))
+    (line,) = hum_in(x + 3e-5 * np.cos(2 * np.pi * 50.02 * t), 1e-4, frequency=22.0)
+    assert line.frequency == pytest.approx(50.02, abs=5e-3)
+    assert line.size == pytest.approx(3e-5, rel=0.05)
+
+
 def test_hum_at_a_multiple_of_a_motion_that_decays_is_no_part_of_it():
     """At five times f0 it stayed in two ring-downs of four; in a steady motion nobody can tell."""
     t = np.arange(80_000) / 1e4

@@ -129,12 +129,17 @@ def _alone(
     peak = int(band[np.argmax(strength[band])])
     if (stays and of_motion[peak]) or abs(f[peak] / frequency - 1.0) < _APART:
         return None
-    beside = np.abs(f - f[peak]) < _AROUND
-    for times in _AGAIN:
-        beside |= np.abs(np.abs(f - f[peak]) - times * frequency) * seconds < _OWN
-    beside &= ~of_motion
+    beside = ~of_motion & (np.abs(f - f[peak]) < _AROUND)
     beside[peak - _OWN : peak + _OWN + 1] = False
-    alone = strength[peak] > _ALONE * float(strength[beside].max(initial=0.0))
+    strongest = float(strength[beside].max(initial=0.0))
+    for times in (*_AGAIN, *(-times for times in _AGAIN)):
+        off = np.abs(f - f[peak] - times * frequency)
+        again = ~of_motion & (off * seconds < _OWN)
+        around = ~of_motion & ~again & (off < _AROUND)
+        if again.any() and around.any():  # as a line above what is around: a decay is broad
+            above = float(strength[again].max() - np.median(strength[around]))
+            strongest = max(strongest, above)
+    alone = strength[peak] > _ALONE * strongest
     return float(f[peak]) if alone else None
 
 
