@@ -13,6 +13,7 @@ from vinesexp.identification.joint.causes import (
     _effects,
     believed,
     gains_of,
+    gains_of_scatter,
     judge,
     needed,
     of_some_rows,
@@ -83,6 +84,18 @@ def one(i):
 
 
 CAUSES = [drift(), *(jump(k) for k in range(2, N - 1)), *(one(i) for i in range(N))]
+
+
+@pytest.mark.parametrize("width", [3e-4, 3e-3, 0.1, 10.0])
+def test_the_short_way_to_the_evidence_of_a_scatter_is_the_long_way(width):
+    """Beside a cause believed, of unknowns known as well as any number, or less well than that."""
+    observed, data = campaign(np.random.default_rng(1).normal(0.3, 0.03, N))
+    beliefs = believed(observed.beliefs.exact(["own r: t2", "own r: t3"]), drift())
+    base = posterior_of(data, beliefs)
+    every = [dict.fromkeys(NAMES[first:], width) for first in (1, 3, N)]
+    found = gains_of_scatter(data, beliefs, base, every)
+    whole = [posterior_of(data, beliefs.wider(one)).log_evidence for one in every]
+    np.testing.assert_allclose(found, np.array(whole) - base.log_evidence, atol=1e-8)
 
 
 @pytest.mark.parametrize("cause", CAUSES, ids=lambda c: c.key)

@@ -246,7 +246,8 @@ def proposed(
         Believed to begin with; they go again where the records do not need them.
     """
     in_flights = _in_flights(observed)
-    begin = needed(data, observed, begin)
+    # a scatter of f0 stands for separate mountings and for what else the ring-downs contradict
+    begin = needed(data, observed, begin or [c for c in causes if c.kind == "remounting"])
     by_odds = zip(_odds(data, observed.beliefs, begin), begin, strict=True)
     untrue = max((cause.untrue * odds for odds, cause in by_odds), default=0.0)
     best, most = tuple(begin), 0.0
@@ -454,11 +455,32 @@ def scores(
             odds[i] += gain if possible(causes[i], value, error) else -math.inf
             beyond = (value - causes[i].least) / error
             odds[i] += math.log(max(_above_zero(beyond), 1e-300))
-    for i, cause in enumerate(causes):
-        if cause.direction is None:
-            wide = evidence_of(data, beliefs.wider(cause.wider))
-            odds[i] += wide - base.log_evidence
+    others = [i for i, cause in enumerate(causes) if cause.direction is None]
+    odds[others] += gains_of_scatter(data, beliefs, base, [causes[i].wider for i in others])
     return odds
+
+
+def gains_of_scatter(
+    data: Quadratic, beliefs: Beliefs, base: Posterior, wider: Sequence[Mapping[str, float]]
+) -> FloatArray:
+    """Log evidence that each of some sets of wider priors adds, by what it adds to them alone."""
+    names = list(dict.fromkeys(name for one in wider for name in one if name in data.index))
+    place = {name: k for k, name in enumerate(names)}
+    D = np.zeros((len(data.names), len(names)))
+    D[[data.index[name] for name in names], range(len(names))] = 1.0
+    slope, left, held = _apart_from_all_else(data, beliefs, base, D)
+    curvature = left.T @ (data.information @ left) + held.T @ held
+    gains = np.zeros(len(wider))
+    for i, one in enumerate(wider):
+        own = [name for name in one if name in place]
+        k = [place[name] for name in own]
+        more = [max(one[name] ** 2 - beliefs.priors[name].error ** 2, 0.0) for name in own]
+        more = np.sqrt(more)
+        inner = np.eye(len(k)) + curvature[np.ix_(k, k)] * np.outer(more, more)
+        factor = np.linalg.cholesky(inner)
+        half = np.linalg.solve(factor, more * slope[k])
+        gains[i] = 0.5 * half @ half - np.log(np.diag(factor)).sum()
+    return gains
 
 
 def _above_zero(z: float) -> float:
@@ -474,15 +496,7 @@ def gains_of(
         for name, factor in direction.terms.items():
             if name in data.index:
                 D[data.index[name], k] = factor
-    added, n = beliefs.added(data.names), len(data.names)
-    here = base.values[:n] + added @ base.values[n:]
-    slope = D.T @ (data.gradient - data.information @ (here - data.at))
-    # what is left of a direction when everything else follows it: a sum of squares, since the
-    # difference of two large numbers would be all rounding
-    along = data.information @ D
-    follows = base.covariance @ np.concatenate([along, added.T @ along])
-    left = D - follows[:n] - added @ follows[n:]
-    held = follows / beliefs.widths(data.names)[:, np.newaxis]
+    slope, left, held = _apart_from_all_else(data, beliefs, base, D)
     curvature = (left * (data.information @ left)).sum(axis=0) + (held**2).sum(axis=0)
     centre = np.array([direction.prior.value for direction in directions])
     w = np.array([direction.prior.error for direction in directions]) ** -2.0
@@ -490,6 +504,24 @@ def gains_of(
     gain = 0.5 * ((slope + centre * w) ** 2 / (curvature + w) - centre**2 * w
                   - np.log1p(curvature / w))  # fmt: skip
     return gain, value, 1.0 / np.sqrt(curvature + w)
+
+
+def _apart_from_all_else(
+    data: Quadratic, beliefs: Beliefs, base: Posterior, D: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Slope of the log-likelihood along some directions, and what is left of these, and of the
+    priors in their widths, when everything else follows.
+
+    The curvature is a sum of squares of both: the difference of two large numbers would be all
+    rounding.
+    """
+    added, n = beliefs.added(data.names), len(data.names)
+    here = base.values[:n] + added @ base.values[n:]
+    slope = D.T @ (data.gradient - data.information @ (here - data.at))
+    along = data.information @ D
+    follows = base.covariance @ np.concatenate([along, added.T @ along])
+    left = D - follows[:n] - added @ follows[n:]
+    return slope, left, follows / beliefs.widths(data.names)[:, np.newaxis]
 
 
 def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:
