@@ -474,8 +474,8 @@ def gains_of_scatter(
     for i, one in enumerate(wider):
         own = [name for name in one if name in place]
         k = [place[name] for name in own]
-        more = [max(one[name] ** 2 - beliefs.priors[name].error ** 2, 0.0) for name in own]
-        more = np.sqrt(more)
+        errors = np.array([beliefs.priors[name].error for name in own])
+        more = np.sqrt(np.maximum(np.array([one[name] for name in own]) ** 2 - errors**2, 0.0))
         inner = np.eye(len(k)) + curvature[np.ix_(k, k)] * np.outer(more, more)
         factor = np.linalg.cholesky(inner)
         half = np.linalg.solve(factor, more * slope[k])
