@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+
 import numpy as np
+from benchmarks.design.kept import ROOT
 from benchmarks.design.rigs import MODELS, RIGS
 from benchmarks.design.truth import (
     BESIDE,
@@ -143,6 +146,15 @@ def numbers(rows: Rows) -> str:
     return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ends)
 
 
+def measured() -> str:
+    """The latest commit of the code that `kept.digest` stands for."""
+    rooms = [f"src/vinesexp/{room}" for room in ("design", "solver", "theory")]
+    words = ["git", "log", "-1", "--format=%h", "--", *rooms]
+    return subprocess.run(
+        words, cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.strip()
+
+
 def page(rows: Rows) -> str:
     """The whole page."""
     useful = [row for row in rows if row["reduction"] > 0.1]
@@ -163,6 +175,7 @@ def page(rows: Rows) -> str:
         f"{FINE[0]} phases and {FINE[1]} random starts, or {FINE_LONG[0]} and {FINE_LONG[1]}",
         f"where a run lasts {LONG:.0f} cycles.",
         "Processor time is that of all threads together, on a machine with other work.",
+        f"Measured by the code of {measured()}.",
         "Every number here is printed by",
         "",
         f"    python -m benchmarks.design {RIGS}         # goes on where it was stopped",

@@ -172,12 +172,13 @@ def from_rest(advice: Advice) -> Table:
     task = advice.task
     frequency = 0.5 * sum(task.frequencies)
     longest = longest_watch(task.rig(advice.robust.b), frequency)
+    over = " and over levels and frequencies; largest is that of the worst" if task.ranged else ""
     below = (
         f"Exact event simulation; settled amplitudes in mm (after at most {longest:.2g} s where "
         "starts differ in capture or amplitude); b is one-sided. The oscillator starts at rest; "
-        "values are averaged over the phase at which the shaker starts. Less: reduction of the "
-        f"mean from the bare oscillator's {mm(advice.bare_mean)} mm. Captured: two impacts per "
-        "cycle or more, not modulated. Mid-cavity: mean with the ball at rest in the middle."
+        f"values are averaged over the phase at which the shaker starts{over}. Less: reduction "
+        f"of the mean from the bare oscillator's {mm(advice.bare_mean)} mm. Captured: two impacts "
+        "per cycle or more, not modulated. Mid-cavity: mean with the ball at rest in the middle."
     )
     if advice.task.frequencies[0] < advice.task.frequencies[1]:
         below += (
