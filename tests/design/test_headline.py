@@ -171,6 +171,13 @@ def test_what_to_build_has_tolerance_cliff_and_damper_in_words(advice: Advice) -
     assert advice.robust.random_p90 <= min(low) + 3.0 * error, "its definition is the least"
 
 
+def test_a_jump_is_told_by_what_it_multiplies_the_amplitude_with(advice: Advice) -> None:
+    """Its few starts have another mean than the many that the first sentence tells of."""
+    side = replace(advice.cliffs.wider, jump=0.025, before=5e-3, amplitude=9e-3)
+    words = " ".join(build_this(replace(advice, cliffs=replace(advice.cliffs, wider=side))))
+    assert "2.5 % wider (to 1.8 times)" in words
+
+
 def test_a_mean_above_the_percentile_is_explained_by_the_starts_that_are_lost(
     advice: Advice,
 ) -> None:

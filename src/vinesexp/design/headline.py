@@ -220,9 +220,11 @@ def _cliff(advice: Advice) -> str:
 
 
 def _side(name: str, side: Side) -> str:
+    """Where it jumps, and to how many times itself: few starts do not know the amplitude better."""
     assert side.jump is not None
-    ends = f"from {brief(side.before or 0.0)} to {brief(side.amplitude or 0.0)} mm"
-    return f"{100.0 * side.jump:.2g} % {name} ({ends})"
+    assert side.before is not None
+    assert side.amplitude is not None
+    return f"{100.0 * side.jump:.2g} % {name} (to {side.amplitude / side.before:.2g} times)"
 
 
 def damper(advice: Advice) -> str:
