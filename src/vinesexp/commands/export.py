@@ -68,12 +68,8 @@ def _said(results: Path) -> dict[str, Any]:
         raise VinesexpError(
             f"license: found '{license}', expected an SPDX identifier such as CC-BY-4.0 or CC0-1.0"
         )
-    authors = people.get("author", "").split(";")
-    return {
-        "title": title,
-        "authors": [name.strip() for name in authors if name.strip()],
-        "license": license,
-    }
+    authors = [name.strip() for name in people.get("author", "").split(";") if name.strip()]
+    return {"title": title, "authors": authors, "license": license}
 
 
 def _asked(results: Path, wanted: Sequence[str] | None) -> list[str]:
@@ -111,8 +107,8 @@ def _figures(args: argparse.Namespace, campaign: Campaign) -> list[Described]:
     for width in dict.fromkeys(args.figures):
         folder = args.out / f"figures_{width:g}mm"
         for drawn in draw_at_width(campaign, args.results, folder, width=width):
-            for ending in ("svg", "pdf"):
-                found.append(Described(folder / f"{drawn.name}.{ending}", drawn.caption, {}))
+            places = (folder / f"{drawn.name}.{ending}" for ending in ("svg", "pdf"))
+            found += [Described(place, drawn.caption, {}) for place in places]
     return found
 
 
@@ -128,13 +124,8 @@ def _records(args: argparse.Namespace, names: Sequence[str]) -> list[Described]:
         if refused is not None:
             print(f"{name}: left out: {refused}")
             continue
-        sources = dict(
-            zip(
-                str(about.get("source", "")).split(";"),
-                str(about.get("source_sha256", "")).split(";"),
-                strict=False,
-            )
-        )
+        behind = (str(about.get(name, "")).split(";") for name in ("source", "source_sha256"))
+        sources = dict(zip(*behind, strict=False))
         path = paths.conditioned(name) if args.conditioned else paths.record(name)
         try:
             with open_record(path) as view, TemporaryDirectory(dir=args.out, prefix=".") as half:

@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
 
 def grid_of(args: argparse.Namespace) -> MapGrid:
     """The grid that the options describe."""
-    from vinesexp.maps.response_map import AXES, MapGrid, refuse_too_many
+    from vinesexp.maps.response_map import AXES, MapGrid
 
     values, ranges = map_values(args)
     if len(ranges) != 2:
@@ -102,7 +102,6 @@ def grid_of(args: argparse.Namespace) -> MapGrid:
         )
     x, y = (symbol for symbol in AXES if symbol in ranges)
     cells = cells_of(args.cells or "40x40", 2)
-    refuse_too_many((cells[1], cells[0]), whole_option(args.starts, "--starts", 8))
     return MapGrid(
         values=values,
         x=x,

@@ -28,11 +28,8 @@ def run(args: argparse.Namespace) -> int:
 
     scene = load_scene(args.scene)
     groups = args.group or list(scene.groups)
-    for group in groups:
-        if group not in scene.groups:
-            raise CampaignError(
-                f"no group '{group}'; {nearest(group, scene.groups)}", file=args.scene
-            )
+    for group in (group for group in groups if group not in scene.groups):
+        raise CampaignError(f"no group '{group}'; {nearest(group, scene.groups)}", file=args.scene)
     if not args.force:
         refuse_measured(args.out)
     write_description(args.scene, args.out)
@@ -59,11 +56,8 @@ def run(args: argparse.Namespace) -> int:
             print(f"{group:20} is there already, from this scene", flush=True)
             continue
         megabytes = sum(path.stat().st_size for path in made) / 1e6
-        seconds = time.perf_counter() - started
-        print(
-            f"{group:20} {f'{len(made)} records':>11} {megabytes:8.1f} MB {seconds:6.2f} s",
-            flush=True,
-        )
+        size, took = f"{megabytes:8.1f} MB", f"{time.perf_counter() - started:6.2f} s"
+        print(f"{group:20} {f'{len(made)} records':>11} {size} {took}", flush=True)
     return 0
 
 

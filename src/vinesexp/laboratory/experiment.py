@@ -96,29 +96,16 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
     """
     fall = math.sqrt(2.0 * height / STANDARD_GRAVITY)
     speed = STANDARD_GRAVITY * fall
-    times, speeds, left, t, v = [], [], [], fall, speed
+    bounces, t, v = [], fall, speed
     while t <= duration and v > _OVER * speed:
-        times.append(t)
-        speeds.append(v)
-        left.append(ball.restitution(1, v))
-        v *= left[-1]
+        r = ball.restitution(1, v)
+        bounces.append((t, 0.0, 0.0, -(1.0 + r) * ball.m / M * v, -v, r * v))
+        v *= r
         t += 2.0 * v / STANDARD_GRAVITY
-    before = -np.array(speeds)
-    r = np.array(left)
-    jump = (1.0 + r) * ball.m / M * before
-    zero = np.zeros(len(times))
-    return Drop(
-        {
-            "time": np.array(times),
-            "nes": np.zeros(len(times), dtype=np.int64),
-            "side": np.ones(len(times), dtype=np.int64),
-            "x": zero,
-            "v_before": zero,
-            "v_after": jump,
-            "vy_before": before,
-            "vy_after": -r * before,
-        }
-    )
+    names = ("time", "x", "v_before", "v_after", "vy_before", "vy_after")
+    columns = np.array(bounces).reshape(-1, len(names)).T
+    nes, side = np.zeros(len(bounces), dtype=np.int64), np.ones(len(bounces), dtype=np.int64)
+    return Drop({**dict(zip(names, columns, strict=True)), "nes": nes, "side": side})
 
 
 def departures_text(scene: Scene, test: Test) -> str | None:

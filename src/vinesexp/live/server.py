@@ -88,6 +88,7 @@ def _content(session: Session) -> dict[str, Any]:
     newest = by_id.get(status.newest) or next(iter(records), None)
     seen = session.seen.get(newest.id, Followed()) if newest else Followed()
     view = status.campaign
+    done = sum(session.seen.get(r.id, Followed()).state == "done" for r in records)
     stated = {kind: [row for row in view.stated if row["kind"] == kind] for kind in _KINDS}
     return {
         "status": status,
@@ -104,17 +105,17 @@ def _content(session: Session) -> dict[str, Any]:
         "rows": [
             _shown_row(one, session.seen.get(one.id, Followed()), view.record) for one in records
         ],
-        "counted": _counted(session, records),
+        "counted": f"{counted(len(records), 'record')}, {done} analysed",
         "head_of": head_of,
     }
 
 
 def _is_short(seen: Followed, record: Record | None, wanted: float | None) -> str:
     """That a steady test is shorter than the rig needs, in words."""
-    if record is None or record.test != "periodic" or seen.view is None or wanted is None:
+    length = seen.view.length if seen.view else None
+    if record is None or record.test != "periodic" or length is None or wanted is None:
         return ""
-    length = seen.view.length
-    if length is None or length >= 0.5 * wanted:
+    if length >= 0.5 * wanted:
         return ""
     return f"recorded for {length:.3g} s: this rig needs {rounded(wanted)} s for a certain mean"
 
@@ -129,11 +130,6 @@ def _shown_row(
     words = [*([short] if short else []), *seen.view.words]
     state = "look" if short and seen.view.verdict == "good" else seen.view.verdict
     return record, _row_words(record), seen, state, words[0] if words else ""
-
-
-def _counted(session: Session, records: list[Record]) -> str:
-    done = sum(session.seen.get(r.id, Followed()).state == "done" for r in records)
-    return f"{counted(len(records), 'record')}, {done} analysed"
 
 
 def _row_words(record: Record) -> str:

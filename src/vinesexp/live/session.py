@@ -282,7 +282,7 @@ class Session:
         self.campaign: Campaign | None = None
         self._by_file: dict[Path, Record] = {}
         self._editing, self._drawing = threading.RLock(), threading.Lock()
-        self._drawn: dict[str, tuple[str, list[tuple[str, str]]]] = {}
+        self._drawn = "", "", list[tuple[str, str]]()  # figures of the newest: record, key
         self._texts = ("", "")  # digests of campaign.yaml and the table
         self._rows: dict[RowText, Record] = {}
         self._places: dict[str, list[Path]] = {}  # files of each record, links followed
@@ -342,13 +342,10 @@ class Session:
     def settle(self, timeout: float = 600.0) -> None:
         """Work until nothing is left to do; for tests and for a last look."""
         end = time.monotonic() + timeout
-        while time.monotonic() < end:
-            stepped = self.step()
-            at_work = self.arrivals.growing or self.identifying.busy or self.looking.busy
-            if not stepped and not at_work:
-                return
+        while self.step() or self.arrivals.growing or self.identifying.busy or self.looking.busy:
+            if time.monotonic() > end:
+                raise TimeoutError("the session did not come to rest")
             time.sleep(0.05)
-        raise TimeoutError("the session did not come to rest")
 
     def step(self) -> bool:
         """One piece of work, the most urgent; False where there is none."""
@@ -482,14 +479,9 @@ class Session:
 
     def _next_record(self) -> Record | None:
         """The newest record whose results are not those of its file and row."""
-        for record in reversed(self.known.records):
-            if self.seen.get(record.id, Followed()).state == "waiting" and not self._grows(record):
-                return record
-        return None
-
-    def _grows(self, record: Record) -> bool:
         growing = {path.resolve() for path in self.arrivals.growing}
-        return any(file in growing for file in self._places[record.id])
+        waiting = (r for r in reversed(self.known.records) if self.seen[r.id].state == "waiting")
+        return next((r for r in waiting if not growing & {*self._places[r.id]}), None)
 
     def _due(self, record: Record) -> None:
         key = self._key(record)
@@ -521,13 +513,11 @@ class Session:
             return []
         record, key = self.campaign.record(id), seen.key
         with self._drawing:
-            if self._drawn.get(id, ("", []))[0] != key:
-                figures = [
-                    (figure_markup(figure, drawn.name), drawn.caption)
-                    for figure, drawn in draw_record(record, self.results)
-                ]
-                self._drawn = {id: (key, figures)}  # of one record: the newest
-            return self._drawn[id][1]
+            if self._drawn[:2] != (id, key):
+                drawn = draw_record(record, self.results)
+                figures = [(figure_markup(figure, one.name), one.caption) for figure, one in drawn]
+                self._drawn = id, key, figures
+            return self._drawn[2]
 
     def _key(self, record: Record) -> str:
         """All that the results of a record depend on."""

@@ -104,7 +104,15 @@ class MapGrid:
             raise ParameterError(f"starts '{self.kind}': expected {' or '.join(STARTS)}")
         if self.starts < 1:
             raise ParameterError(f"{self.starts} starts a cell: expected 1 or more")
-        refuse_too_many(self.shape, self.starts)
+        cells, (rows, columns) = "x".join(str(n) for n in reversed(self.shape)), self.shape
+        refuse_beyond_memory(
+            2.0 * 8.0 * len(VALUES) * rows * columns, f"a map of {cells} cells",
+            "ask for fewer cells, or for shares of the rows",
+        )  # fmt: skip
+        refuse_beyond_memory(
+            RUN_SIZE * columns * self.starts, f"a row of {columns} cells of {self.starts} starts",
+            "ask for fewer starts",
+        )  # fmt: skip
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -144,19 +152,6 @@ def _host(values: Mapping[str, float]) -> Oscillator:
 def rig_of(values: Mapping[str, float]) -> Rig:
     """The rig with one ball of values by symbol, SI."""
     return Rig(_host(values), [NES(m=values["m"], b=values["b"], r=values["r"])])
-
-
-def refuse_too_many(shape: tuple[int, int], starts: int) -> None:
-    """Refuse a map, or starts of one of its rows, that the memory cannot hold."""
-    cells = "x".join(str(n) for n in reversed(shape))
-    refuse_beyond_memory(
-        2.0 * 8.0 * len(VALUES) * shape[0] * shape[1], f"a map of {cells} cells",
-        "ask for fewer cells, or for shares of the rows",
-    )  # fmt: skip
-    refuse_beyond_memory(
-        RUN_SIZE * shape[1] * starts, f"a row of {shape[1]} cells of {starts} starts",
-        "ask for fewer starts",
-    )  # fmt: skip
 
 
 def empty(grid: MapGrid) -> Values:

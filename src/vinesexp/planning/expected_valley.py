@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, orbit_swing
@@ -51,10 +52,11 @@ class Valley:
         half = COVERAGE_95 * self.error
         return self.lowest - half, self.lowest + half
 
-    def contrast(self, share: float) -> float:
+    def contrast(self, share: ArrayLike) -> FloatArray:
         """Relative rise of the amplitude a `share` of the clearance below the minimum."""
-        low = float(np.interp(self.lowest, self.b, self.amplitude))
-        return float(np.interp(self.lowest * (1.0 - share), self.b, self.amplitude)) / low - 1.0
+        shares = 1.0 - np.append(0.0, share)
+        low, *rest = np.interp(self.lowest * shares, self.b, self.amplitude)
+        return np.array(rest) / low - 1.0
 
     def narrowest(self, scatter: float) -> float:
         """Relative bracket that amplitudes with this relative scatter (standard) can decide.
@@ -62,8 +64,7 @@ class Valley:
         Each side has to rise by twice the scatter of a difference of two records.
         """
         shares = np.linspace(0.001, 0.3, 300)
-        rises = np.array([self.contrast(share) for share in shares])
-        enough = np.flatnonzero(rises >= 2.0 * math.sqrt(2.0) * scatter)
+        enough = np.flatnonzero(self.contrast(shares) >= 2.0 * math.sqrt(2.0) * scatter)
         return 2.0 * float(shares[enough[0]]) if enough.size else math.inf
 
 
@@ -83,12 +84,11 @@ def expected_valley(
     if rig.missing or G.value <= 0.0:
         return None
     rng = np.random.default_rng(_SEED)
-    rigs, bases = [], []
-    for _ in range(draws):
-        rigs.append(_drawn(rig, rng))
-        bases.append(G.value + G.std_error * rng.standard_normal())
-    values = np.vstack([list(rig.numbers.values()), *rigs])
-    amplitudes = np.maximum([G.value, *bases], 1e-3 * G.value)
+    drawn = [
+        (_drawn(rig, rng), G.value + G.std_error * rng.standard_normal()) for _ in range(draws)
+    ]
+    values = np.vstack([list(rig.numbers.values()), *(one for one, _ in drawn)])
+    amplitudes = np.maximum([G.value, *(base for _, base in drawn)], 1e-3 * G.value)
     lowest, b, amplitude = _lowest(values, amplitudes, frequency, rig.rolling)
     if not math.isfinite(lowest[0]):
         return None

@@ -514,15 +514,6 @@ def slip(
     return row
 
 
-@compiled
-def any_lasts(balls: FloatArray) -> bool:
-    """Whether contacts of any ball last."""
-    lasts = False
-    for i in range(balls.shape[0]):
-        lasts = lasts or balls[i, TAU] > 0.0
-    return lasts
-
-
 @apart
 def turn(
     par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
@@ -538,7 +529,7 @@ def turn(
     base_rate = expand_base(kind, table[piece], since, E)
     if closing_now(balls, state[V_NOW]) > 0:
         x2 = 0.0
-        if weak is not None and any_lasts(balls):
+        if weak is not None and balls[:, TAU].any():
             x2 = free_acceleration(par, balls, state[X_NOW], state[V_NOW], E, X)
         row = collide(balls, par[P_M], x2, state, numbers, labels, row)
         if weak is None:  # ends at the impact, from where samples of the amplitude count
