@@ -248,12 +248,5 @@ def bent_at(
         u2, u1, u = fused(u2, p, u1), fused(u1, p, u), fused(u, p, bent[k])
     q = per * per
     r, f = q * per, q * q
-    return (
-        u,
-        u1 * per,
-        2.0 * u2 * q,
-        6.0 * u3 * r,
-        24.0 * u4 * f,
-        120.0 * u5 * f * per,
-        (720.0 * u6 * f * q),
-    )
+    u3, u4, u5, u6 = 6.0 * u3 * r, 24.0 * u4 * f, 120.0 * u5 * f * per, 720.0 * u6 * f * q
+    return u, u1 * per, 2.0 * u2 * q, u3, u4, u5, u6

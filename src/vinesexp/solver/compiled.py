@@ -2,7 +2,7 @@
 
 numba looks only at the file a function stands in to decide whether its cached machine code is still
 good, but the code holds the functions it calls from other files too: after an edit there, it
-would silently run the old ones. Here the whole set of compiled modules is the stamp.
+would silently run the old ones. Here all modules of the solver are the stamp.
 
 Every operation is rounded by itself, in the order in which it is written. Which products and sums
 a compiler would contract into one rounding depends on what it has inlined, and that on what was
@@ -27,29 +27,14 @@ from numba.extending import intrinsic
 
 from vinesexp.environment import keep_caches_writable
 
-MODULES = (
-    "bent",
-    "compiled",
-    "contact",
-    "events",
-    "flight",
-    "kernel",
-    "lanes",
-    "response",
-    "search",
-    "series",
-    "state",
-)
-
 keep_caches_writable()  # numba asks for its folder when a function is marked
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def _stamp() -> str:
-    """Digest of the text of every compiled module: a file that is touched or copied keeps it."""
-    here = Path(__file__).parent
-    texts = ((here / f"{name}.py").read_bytes() for name in MODULES)
+    """Digest of the text of every module here: a file that is touched or copied keeps it."""
+    texts = (path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
     return sha256(b"\0".join(texts)).hexdigest()
 
 

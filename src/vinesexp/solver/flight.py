@@ -520,10 +520,8 @@ def bounce(
 SHORT = 0.3  # rad: flights shorter than this are hops
 TOP = 12
 HOP_BRIEF, HOP_BRIEF_TOP = 0.01, 6  # rad: 0.01^7/7! = 2e-18
-HOP_TRIES, SETTLED = (
-    10,
-    1e-9,
-)  # of s: the error left by Newton's rule is the square of its last step
+#: Steps of Newton's rule; of s, its last step, whose square is the error left.
+HOP_TRIES, SETTLED = 10, 1e-9
 
 
 @compiled

@@ -79,8 +79,8 @@ REFRESH = 64  # flights after which the turned phasor, which gathers rounding, i
 
 
 @compiled
-def is_flight(balls: FloatArray, acceleration: float, rate: float) -> bool:
-    """Whether every ball flies, and none comes straight back to the wall it left."""
+def is_flight(balls: FloatArray, acceleration: float, rate: float, least: float) -> bool:
+    """Whether every ball flies, and none is back at the wall it left within `least` over `rate`."""
     for i in range(balls.shape[0]):
         if balls[i, STATE] != FREE:
             return False
@@ -90,7 +90,7 @@ def is_flight(balls: FloatArray, acceleration: float, rate: float) -> bool:
             return False
         if a > 0.0:
             back = away + math.sqrt(away * away + 2.0 * a * balls[i, D])
-            if back * rate < SHORT * a:
+            if back * rate < least * a:
                 return False
     return True
 
@@ -243,7 +243,7 @@ def plain_turn(
         xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
         a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
         flown = 0
-        if is_flight(balls, a, head[H_RATE]):
+        if is_flight(balls, a, head[H_RATE], SHORT):
             flown = look_and_cross(response, state, balls, c, min(left, span))
         elif hop(head, state, balls, c, work[1], a, left, 1.0 / duration, remainder):
             flown = 1

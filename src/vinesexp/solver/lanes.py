@@ -34,7 +34,7 @@ from vinesexp.solver.arrays import gap_of, starts_of
 from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
-from vinesexp.solver.kernel import plain_turn
+from vinesexp.solver.kernel import is_flight, plain_turn
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.response import (
     ENTRIES,
@@ -56,7 +56,6 @@ from vinesexp.solver.series import ORDER as SERIES_ORDER
 from vinesexp.solver.state import (
     CLEARANCE,
     COLUMNS,
-    FREE,
     IMPACT,
     LOG_COLUMNS,
     MASS,
@@ -68,7 +67,6 @@ from vinesexp.solver.state import (
     RESTITUTION,
     RHO,
     SIDE,
-    STATE,
     T_HIGH,
     T_LOW,
     V_NOW,
@@ -643,20 +641,12 @@ def load(P: FloatArray, i: int, run: FloatArray, head: FloatArray) -> None:
 
 
 @compiled
-def is_calm(ball: FloatArray, state: FloatArray, head: FloatArray, c: FloatArray) -> bool:
+def is_calm(balls: FloatArray, state: FloatArray, head: FloatArray, c: FloatArray) -> bool:
     """Whether the flight that begins is one for a lane; `c` is the phasor."""
-    if ball[STATE] != FREE:
-        return False
     w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
     xh, vh = state[X_NOW] - c[0], state[V_NOW] + w * c[1]
-    push = -ball[SIDE] * (w * w * c[0] + two_alpha * vh + w0sq * xh)
-    away = -ball[SIDE] * ball[RHO]
-    if ball[D] <= 0.0 and away <= 0.0:
-        return False
-    if push > 0.0:
-        back = away + math.sqrt(away * away + 2.0 * push * ball[D])
-        return bool(back * math.sqrt(w0sq) >= BRIEF * push)
-    return True
+    a = -(w * w * c[0] + two_alpha * vh + w0sq * xh)
+    return bool(is_flight(balls, a, math.sqrt(w0sq), BRIEF))
 
 
 @compiled
@@ -699,7 +689,7 @@ def leave(
     node[0], node[1], node[2] = state[T_HIGH], state[X_NOW], state[V_NOW]
     c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
     row, spent = int(np.int64(0)), int(np.int64(0))
-    calm = begin and is_calm(ball, state, response, c)
+    calm = begin and is_calm(balls, state, response, c)
     while not calm and state[T_HIGH] < duration and spent < STALL:
         had = row
         row, used = plain_turn(
@@ -708,7 +698,7 @@ def leave(
         )  # fmt: skip
         spent += used
         if row > had:
-            calm = is_calm(ball, state, response, c)
+            calm = is_calm(balls, state, response, c)
         if row > numbers.shape[0] - 10 or calm:
             sum_amplitudes(response, numbers, labels, row, state, node, shares, settle, sums)
             row = 0

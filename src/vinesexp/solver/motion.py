@@ -53,9 +53,8 @@ class Motion:
     duration: float
     damping: WeakDamping
     release: Release
-    events: FloatArray = field(
-        repr=False
-    )  # time, x, v_before, v_after, vy_before, vy_after; state.py
+    #: time, x, v_before, v_after, vy_before, vy_after; state.py
+    events: FloatArray = field(repr=False)
     labels: NDArray[np.int32] = field(repr=False)  # kind, nes, side
 
     @cached_property
@@ -66,32 +65,23 @@ class Motion:
         labels = self.labels.T.take(hit, axis=1).astype(np.int64)
         names = ("x", "v_before", "v_after", "vy_before", "vy_after")
         return {
-            "time": columns[0],
-            "nes": labels[1],
-            "side": labels[2],
+            **{"time": columns[0], "nes": labels[1], "side": labels[2]},
             **dict(zip(names, columns[1:], strict=True)),
         }
 
     @cached_property
     def rests(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
         """One entry per spell of rest, by start."""
+        kind, nes, side = self.labels.T
+        begins, ends = kind == REST_START, kind == REST_END
         spells: list[tuple[float, float, int, int]] = []
         for i in range(len(self.rig.nes)):
-            mine = self.labels[:, 1] == i
-            begin = mine & (self.labels[:, 0] == REST_START)
-            end = self.events[mine & (self.labels[:, 0] == REST_END), 0].tolist()
-            starts = self.events[begin, 0].tolist()
-            end += [self.duration] * (len(starts) - len(end))
-            sides = self.labels[begin, 2].tolist()
-            spells += [(s, e, i, side) for s, e, side in zip(starts, end, sides, strict=True)]
-        spells.sort()
-        columns = list(zip(*spells, strict=True)) or [(), (), (), ()]
-        return {
-            "start": np.array(columns[0], dtype=np.float64),
-            "end": np.array(columns[1], dtype=np.float64),
-            "nes": np.array(columns[2], dtype=np.int64),
-            "side": np.array(columns[3], dtype=np.int64),
-        }
+            starts, sides = self.events[begins & (nes == i), 0], side[begins & (nes == i)]
+            until = np.append(self.events[ends & (nes == i), 0], self.duration)[: starts.size]
+            spells += zip(starts, until, [i] * starts.size, sides, strict=True)
+        of = {"start": np.float64, "end": np.float64, "nes": np.int64, "side": np.int64}
+        columns = zip(*sorted(spells), strict=True) if spells else [()] * 4
+        return {name: np.array(c, dtype=of[name]) for name, c in zip(of, columns, strict=True)}
 
     @cached_property
     def _nodes(self) -> FloatArray:

@@ -172,8 +172,5 @@ def after(
     c *= r * r
     s = fused(s, r * r, r)
     re, im = turned(re, im, response[H_W] * r)
-    x, v = (
-        x + fused(c, x, s * v),
-        v + fused(fused(-two_alpha, s, c), v, -w0sq * s * x),
-    )
-    return re, im, x, v
+    dx, dv = fused(c, x, s * v), fused(fused(-two_alpha, s, c), v, -w0sq * s * x)
+    return re, im, x + dx, v + dv
