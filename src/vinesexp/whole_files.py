@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 #: How a growing file ends: nothing but this package names files so, and a killed run leaves some.
@@ -50,6 +50,29 @@ def write_whole(path: Path, content: str | bytes) -> None:
     """Write text (UTF-8, line ends as they are) or bytes, whole or not at all."""
     with whole_file(path) as growing:
         growing.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def alone(lock: Path | None) -> Iterator[None]:
+    """Hold a lock file, so that one process does a piece of work and the others wait.
+
+    The operating system gives it back when the process ends, however it ends. Without one (no
+    place for it, no such locks here) go on alike.
+    """
+    try:
+        import fcntl
+
+        if lock is None:
+            raise OSError("no place")
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        stream = lock.open("a")
+    except (ImportError, OSError):
+        yield
+        return
+    with stream:
+        with suppress(OSError):
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield
 
 
 def digest_of_file(path: str | Path) -> str:

@@ -9,8 +9,6 @@ sheets, what was set on the bench.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from vinesexp.codedigest import code_digest
@@ -22,6 +20,7 @@ from vinesexp.laboratory.sensors import Accelerometer
 from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.units import STANDARD_GRAVITY
+from vinesexp.whole_files import alone
 
 
 def simulate_once(scene: Scene, test: Test, folder: Path, *, force: bool = False) -> bool:
@@ -49,8 +48,7 @@ def simulate_once(scene: Scene, test: Test, folder: Path, *, force: bool = False
         return False
     if not force:
         refuse_measured(folder)
-    noted.parent.mkdir(parents=True, exist_ok=True)
-    with _alone(noted.with_suffix(".lock")):
+    with alone(noted.with_suffix(".lock")):
         notes.read()
         if not force and not notes.why_outdated("simulate", used):
             return False
@@ -68,16 +66,6 @@ def refuse_measured(folder: Path) -> None:
             "`vinesexp simulate --force`",
             file=measured,
         )
-
-
-@contextmanager
-def _alone(lock: Path) -> Iterator[None]:
-    """Wait until no other process simulates the same test."""
-    import fcntl
-
-    with lock.open("w") as stream:
-        fcntl.flock(stream, fcntl.LOCK_EX)
-        yield
 
 
 def campaign_text(scene: Scene) -> str:

@@ -56,7 +56,7 @@ class Valley:
         """Relative rise of the amplitude a `share` of the clearance below the minimum."""
         shares = 1.0 - np.append(0.0, share)
         low, *rest = np.interp(self.lowest * shares, self.b, self.amplitude)
-        return np.array(rest) / low - 1.0
+        return np.asarray(np.array(rest) / low - 1.0)
 
     def narrowest(self, scatter: float) -> float:
         """Relative bracket that amplitudes with this relative scatter (standard) can decide.

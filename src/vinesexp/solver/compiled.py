@@ -15,8 +15,7 @@ shorter by one rounding, and by a third of the time of a polynomial.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from hashlib import sha256
 from pathlib import Path
@@ -26,6 +25,7 @@ from numba import njit, typeof, types
 from numba.extending import intrinsic
 
 from vinesexp.environment import keep_caches_writable
+from vinesexp.whole_files import alone
 
 keep_caches_writable()  # numba asks for its folder when a function is marked
 
@@ -107,34 +107,13 @@ def entry(function: F) -> F:
     def call(*arguments: Any) -> Any:
         kinds = tuple(map(type, arguments))
         if kinds not in compiled_for:
-            with _alone(dispatcher.stats.cache_path):
+            folder = dispatcher.stats.cache_path
+            with alone(Path(folder) / "vinesexp.lock" if folder else None):
                 dispatcher.compile(tuple(type_of(argument) for argument in arguments))
             compiled_for.add(kinds)
         return dispatcher(*arguments)
 
     return cast("F", call)
-
-
-@contextmanager
-def _alone(folder: str | None) -> Iterator[None]:
-    """Hold the lock of a cache folder; without one (no folder, no such lock here) go on alike.
-
-    The operating system gives it back when the process ends, however it ends.
-    """
-    try:
-        import fcntl
-
-        if folder is None:
-            raise OSError("no cache")
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        stream = (Path(folder) / "vinesexp.lock").open("a")
-    except (ImportError, OSError):
-        yield
-        return
-    with stream:
-        with suppress(OSError):
-            fcntl.flock(stream, fcntl.LOCK_EX)
-        yield
 
 
 if TYPE_CHECKING:

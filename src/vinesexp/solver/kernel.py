@@ -96,15 +96,6 @@ def is_flight(balls: FloatArray, acceleration: float, rate: float, least: float)
 
 
 @compiled
-def only_hit(balls: FloatArray) -> int:
-    """The one ball that is marked."""
-    for i in range(balls.shape[0]):
-        if balls[i, HIT] == 1.0:
-            return i
-    return -1
-
-
-@compiled
 def next_turn(
     response: FloatArray, par: FloatArray, state: FloatArray, c: FloatArray, force: float,
     E: FloatArray, X: FloatArray,
@@ -251,7 +242,9 @@ def plain_turn(
             if state[T_HIGH] >= duration or left <= EPS * duration:
                 state[T_HIGH], state[T_LOW] = duration, 0.0
             elif closing_now(balls, state[V_NOW]) == 1:
-                row = bounce(state, balls, only_hit(balls), par[P_M], numbers, labels, row)
+                row = bounce(
+                    state, balls, int(balls[:, HIT].argmax()), par[P_M], numbers, labels, row
+                )
             return row, flown
     row = turn(
         par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,

@@ -79,9 +79,11 @@ class Motion:
             starts, sides = self.events[begins & (nes == i), 0], side[begins & (nes == i)]
             until = np.append(self.events[ends & (nes == i), 0], self.duration)[: starts.size]
             spells += zip(starts, until, [i] * starts.size, sides, strict=True)
-        of = {"start": np.float64, "end": np.float64, "nes": np.int64, "side": np.int64}
-        columns = zip(*sorted(spells), strict=True) if spells else [()] * 4
-        return {name: np.array(c, dtype=of[name]) for name, c in zip(of, columns, strict=True)}
+        start, end, ball, at = zip(*sorted(spells), strict=True) if spells else [()] * 4
+        return {
+            **{"start": np.array(start, dtype=np.float64), "end": np.array(end, dtype=np.float64)},
+            **{"nes": np.array(ball, dtype=np.int64), "side": np.array(at, dtype=np.int64)},
+        }
 
     @cached_property
     def _nodes(self) -> FloatArray:
