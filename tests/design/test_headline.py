@@ -178,6 +178,18 @@ def test_a_jump_is_told_by_what_it_multiplies_the_amplitude_with(advice: Advice)
     assert "2.5 % wider (to 1.8 times)" in words
 
 
+def test_a_damper_that_helps_only_as_tuned_is_said_to(
+    advice: Advice,
+) -> None:
+    off = replace(advice.optimal, detuned=1.1 * advice.bare)
+    worse = replace(advice, optimal=off, den_hartog=replace(off, mean=2.0 * off.mean))
+    words = " ".join(build_this(worse))
+    assert f"{1e3 * off.mean:.3g} mm if its tuning is kept; 5 % detuned it does not help" in words
+    off = replace(off, mean=advice.bare_mean)
+    words = " ".join(build_this(replace(advice, optimal=off, den_hartog=off)))
+    assert words.endswith("A tuned mass damper of the same mass does not help.")
+
+
 def test_a_mean_above_the_percentile_is_explained_by_the_starts_that_are_lost(
     advice: Advice,
 ) -> None:
