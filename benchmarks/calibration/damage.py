@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
+from scipy.signal import butter, lfilter
 
 Channels = dict[str, NDArray[np.float64]]
 
@@ -26,7 +27,8 @@ def damaged(
         alone), ``second clock`` (relative, of the acceleration), ``base wanders`` (m, of its
         sensor), ``base late`` (s),
         ``beside the table`` (this share of the base is missing),
-        ``dropouts`` (of the laser, so many), ``knocks`` (so many),
+        ``coupled`` (corner of displacement and acceleration, Hz), ``dropouts`` (so many),
+        ``knocks`` (so many),
         ``inverted acceleration``, ``inverted displacement``, ``aliased`` (every so many-th sample
         of the acceleration, means of the others).
     """
@@ -50,6 +52,10 @@ def damaged(
             found["base"] = np.interp(t - much, t, found["base"])
         elif what == "beside the table":
             found["displacement"] = found["displacement"] - much * found["base"]
+        elif what == "coupled":
+            b, a = butter(1, 2.0 * much / rate, "high")
+            for role in ("displacement", "acceleration"):
+                found[role] = lfilter(b, a, found[role])
         elif what == "dropouts":
             found["displacement"] = _dropped(found["displacement"], rate, round(much), rng)
         elif what == "knocks":

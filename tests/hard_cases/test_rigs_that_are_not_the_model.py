@@ -558,6 +558,20 @@ def test_a_sensor_on_the_table_is_one_cause_of_all_records(tmp_path):
 
 
 @pytest.mark.slow
+def test_inputs_that_are_all_ac_coupled_are_one_cause(tmp_path):
+    """Displacement and acceleration agree: zeta was 6.5 % low at 9 errors."""
+    from benchmarks.calibration.draw import plain
+
+    scene = plain(2213).with_sensors(base=True)
+    scene = scene.mapped(lambda test: test.suffers("coupled", 1.0), "periodic")
+    found = small_campaign(scene, tmp_path)
+    assert any("AC-coupled" in text and "in the driven tests" in text for text in found["warnings"])
+    assert not [text for text in found["warnings"] if "not explained" in text]
+    for name in ("f0", "zeta", "M", "c1", "k1", "r"):
+        assert abs(found["values"][name]["z"]) < 3.0, name
+
+
+@pytest.mark.slow
 def test_a_spring_and_damping_that_depend_on_amplitude_make_no_base_late(tmp_path):
     """What they do beyond a straight spring and damper turns the phase of the base too."""
     from benchmarks.calibration.draw import plain

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 from vinesexp.errors import RecordError
 from vinesexp.identification.driven_motion import driven_from, driven_motion
@@ -144,6 +145,26 @@ def test_errors_are_those_of_noise(tmp_path, seen):
     # chi-square of 12: 2.2 and 32 leave 0.1 % on either side
     assert (np.sum(np.square(z), axis=0) > 2.2).all()
     assert (np.sum(np.square(z), axis=0) < 32.0).all()
+
+
+@pytest.mark.parametrize("corner", [0.3, 1.0])
+@pytest.mark.parametrize("jump", [0.02, 0.05])
+def test_an_ac_coupled_displacement_is_one_direction(tmp_path, corner, jump):
+    """The mean force of the mass steps with each jump, and zeta was 7 % low."""
+    _, x, base, impacts = motion(np.random.default_rng(6), jump=jump)
+    high = butter(1, corner / (RATE / 2.0), "high")
+    with record(tmp_path / "a.nc", lfilter(*high, x), base) as view:
+        found = driven_motion(view, impacts, frequency=F)
+    by_corner = found.by_corner[0] + W0**2 * found.by_corner[1]
+    true = found.driven(np.array([np.log(F0), np.log(ZETA), np.log(G), 0.0, 0.0]))[0]
+    width = np.array([W0**2, 2.0 * W0 * ZETA, W0**2, W0**2, jump * 2.0 * np.pi * corner])
+    off = (found.values - true) / width
+    left = (found.values + 2.0 * np.pi * corner * by_corner - true) / width
+    assert abs(off[4]) > 0.3
+    assert abs(left[4]) < 0.1 * abs(off[4])
+    assert abs(left[1]) < 0.02  # by the rate of the base in place of f0: 0.2
+    assert abs(left[0]) < 5e-4
+    assert np.hypot(*left[2:4]) < 0.05
 
 
 def test_derivatives_are_those_of_the_values(tmp_path):

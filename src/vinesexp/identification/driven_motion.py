@@ -40,9 +40,10 @@ DRIVEN = "driven"
 
 _POINTS = 1000  # block means a period at most
 _FEWEST = 20  # flights
-_ARRAYS = ("values", "information")
+_ARRAYS = ("values", "information", "by_corner")
 _SOUGHT = 5  # w0^2, 2 zeta w0, the base and its quadrature, friction
 _KNOWN, _BASE = [0, 1, 4], slice(2, 4)  # of these: those that decays know, the base
+_WANDERS = 3.0  # periods: slower, the integral of the displacement is that of its drift
 _KNOWN_RATE = 0.3  # rad that the phase of a base that was not recorded may turn in a record
 _HARMONICS, _DISTORTED = (2, 3), 0.02  # of a base that was not recorded; their usual share of it
 _MODULATED = 2e-4  # error of f0, relative, from which on it is that of a motion that repeats
@@ -99,6 +100,9 @@ class DrivenMotion:
         `phase`, rad.
     swing : (float, float)
         Displacement at this rate, in phase with that channel and a quarter of a period ahead, m.
+    by_corner : array (2, 5)
+        What an AC coupling of the displacement with a corner of 1/s changes the values by: a first
+        part, and one for each 1/s^2 of w0^2.
     """
 
     values: FloatArray
@@ -110,6 +114,7 @@ class DrivenMotion:
     middle: float
     phase: float
     swing: tuple[float, float]
+    by_corner: FloatArray
 
     @property
     def oscillator(self) -> dict[str, float]:
@@ -179,7 +184,7 @@ class DrivenMotion:
     def as_lists(self) -> dict[str, Any]:
         """For a file of JSON; `driven_from` reads it."""
         return {
-            **asdict(self), "values": self.values.tolist(), "information": self.information.tolist()
+            **asdict(self), **{name: getattr(self, name).tolist() for name in _ARRAYS}
         }  # fmt: skip
 
 
@@ -455,6 +460,10 @@ def _fitted(
     # x'' + w0^2 x + 2 zeta w0 x' = w0^2 x_e + 2 zeta w0 x_e', integrated by parts
     along, rubbed = rows.of(moments), -rows.of(flights.rubbing())[:, 0]
     others = [*rows.of(flights.drift()).T, rows.jump]
+    # AC coupling with a corner of w_c leaves y of x = y + w_c (integral of y)
+    total = np.cumsum(x) * flights.step
+    total = total - _slower(total, round(_WANDERS * 2.0 * math.pi / (w * flights.step)))
+    coupled = np.stack([-along[:, 1], rows.of(flights.moments(total))[:, 0]], axis=1)
     found: _Solved | None = None
     turning: list[FloatArray] = []  # the mass follows what the base does, no noise of its sensor
     for one in rest_of_base:
@@ -465,7 +474,9 @@ def _fitted(
         ahead = -driven[0][:, 1] / w if e is not None else driven[1][:, 0]
         design = [along[:, 0], -along[:, 1], -driven[0][:, 0], -ahead, rubbed, *turning, *others]
         lag = _LAG if found is None else found.lag
-        found = _solved(rows, np.stack(design, axis=1), -along[:, 2], lag, w, held=len(turning))
+        found = _solved(
+            rows, np.stack(design, axis=1), -along[:, 2], coupled, lag, w, held=len(turning)
+        )
         if found is None:
             return None
         if e is None:
@@ -483,6 +494,7 @@ def _fitted(
     return DrivenMotion(
         found.values, found.information, w, scale, e is not None, found.flights,
         flights.begin + middle * flights.step, phase, (swing.real, swing.imag),
+        found.by_corner,
     )  # fmt: skip
 
 
@@ -524,26 +536,29 @@ def _ordinary(found: _Solved, w: float) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Solved:
-    """Values sought, the information about them, how far the base's phase turns, in units of
-    `_KNOWN_RATE`, scatter of the impacts' times.
+    """Values sought, the information about them, what a corner changes them by; how far the base's
+    phase turns, in units of `_KNOWN_RATE`, scatter of the impacts' times.
     """
 
     values: FloatArray
     information: FloatArray
+    by_corner: FloatArray
     turned: float
     lag: float
     flights: int
 
 
 def _solved(
-    rows: _Rows, design: FloatArray, y: FloatArray, lag: float, w: float, *, held: int
-) -> _Solved | None:
+    rows: _Rows, design: FloatArray, y: FloatArray, coupled: FloatArray, lag: float, w: float, *,
+    held: int,
+) -> _Solved | None:  # fmt: skip
     """Generalised least squares; what each flight leaves, with its weight, is the scatter.
 
     Of the columns after those sought, `held` ones have coefficients of 0 +- 1.
     """
-    white = rows.whitener(lag)(np.column_stack([design, y]))
-    A, rest = white[:, :-1], white[:, -1]
+    white = rows.whitener(lag)(np.column_stack([design, coupled, y]))
+    A, rest = white[:, : design.shape[1]], white[:, -1]
+    q = np.vstack([white[:, design.shape[1] : -1], np.zeros((held, 2))])
     count = len(A)
     A = np.vstack([A, np.eye(held, A.shape[1], _SOUGHT)])
     rest = np.append(rest, np.zeros(held))
@@ -557,11 +572,16 @@ def _solved(
     own = A[:, :_SOUGHT] - others @ np.linalg.lstsq(others, A[:, :_SOUGHT], rcond=1e-12)[0]
     information = _of_scatter(own[:count], left[:count], rows.flight)
     values = p[:_SOUGHT]
+    q[~np.any(A != 0.0, axis=1)] = 0.0  # outliers lost their rows
+    by_corner = -(np.linalg.lstsq(A / size, q, rcond=1e-12)[0].T / size)[:, :_SOUGHT]
     if _repeats(values, information):
         values, information = _of_base(own, left, values, rows.flight, w)
+        q = q - others @ np.linalg.lstsq(others, q, rcond=1e-12)[0]
+        by_corner = np.zeros((2, _SOUGHT))
+        by_corner[:, _BASE] = -np.linalg.lstsq(own[:, _BASE], q, rcond=1e-12)[0].T
     times = _scatter_of_times(rows, y - design @ p)
     turned = float(p[_SOUGHT]) if held else 0.0
-    return _Solved(values, information, turned, times, len(np.unique(rows.flight)))
+    return _Solved(values, information, by_corner, turned, times, len(np.unique(rows.flight)))
 
 
 def _without_outliers(

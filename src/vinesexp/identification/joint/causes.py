@@ -70,6 +70,7 @@ _ANY = (
 )
 _WEIGHED = 0.3  # ln of a mass known better than that was weighed
 _ALL_OF_BASE = 0.05  # of the base's motion, whose own channel has a gain
+_CORNER = 2.0 * math.pi * 0.5  # rad/s, of an AC-coupled input
 _ABOARD = 0.02  # of M: what ring-downs may carry besides, such as the ball in its cavity
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
@@ -630,6 +631,16 @@ def _effects(o: Observed) -> list[Cause]:
     found += [
         Cause(f"{name} +", "mistake", "beside", Direction({name: 1.0}, Prior(1.0, _ALL_OF_BASE)))
         for name in o.kinds.get("beside", ())
+    ]
+    found += [
+        Cause(
+            f"{name} +",
+            "effect",
+            "coupling",
+            Direction({name: 1.0}, Prior(0.0, _CORNER)),
+            least=0.0,
+        )
+        for name in o.kinds.get("coupling", ())
     ]
     if "drop" in o.names and o.collisions:
         elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))

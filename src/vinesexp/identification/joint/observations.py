@@ -480,6 +480,11 @@ def _phasor(b: _Builder, driven: DrivenMotion) -> complex:
     return driven.motion_of_base(f0=f0, zeta=zeta)
 
 
+def _coupling(b: _Builder, record: Record) -> str:
+    """Name of the corner, 1/s, of a displacement that is AC-coupled as the accelerometer is."""
+    return b.add("coupling", 0.0, 0.0, of=record.setup)
+
+
 def _beside(b: _Builder, record: Record) -> str:
     """Name of the share of the base that a displacement lacks: 1 of a sensor on the table."""
     return b.add("beside", 0.0, 0.0, of=record.setup)
@@ -557,7 +562,10 @@ def _group(
     lag, lag_error = b.late.get(record.id, (0.0, _LATE))
     loose = b.loose(record)
     areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
-    centre = _OF_PULSE * float(np.median(flights.pulse)) if both else 0.0
+    lasts = flights.pulse[np.isfinite(flights.pulse)]  # none where no pulse was believed
+    centre = _OF_PULSE * float(np.median(lasts)) if both and lasts.size else 0.0
+    driven = record.test == "periodic" and not integrated
+    early = {_coupling(b, record): -1.0 / collisions.omega2} if driven else {}
     local = (
         {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         {ln_m: 1.0, "ln_M": -1.0,
@@ -567,7 +575,7 @@ def _group(
         {b.add("jump reading", 0.0, _READING): 1.0},
         {b.add("share", 0.0, _SHARE): 1.0},
         {b.add("late", 0.0, math.hypot(_LATE, centre)): 1.0,
-         b.own("own late", record, lag_error, value=lag): 1.0},
+         b.own("own late", record, lag_error, value=lag): 1.0, **early},
         {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
          own: 1.0},
         *({name: 1.0, **changing.get(name, {})} for name in EFFECTS),
@@ -824,6 +832,7 @@ def _answered(
          math.log(level)),
         (turned, inverted),
         ({**rubs, b.own("own push", record, push * drive): 1.0}, 0.0),
+        ({_coupling(b, record): 1.0}, 0.0),
     )  # fmt: skip
 
 
@@ -835,14 +844,20 @@ def _share_of_ball(b: _Builder) -> float:
 
 @dataclass(frozen=True)
 class _Answer:
-    """The mass answers the base, for local (ln f0, ln zeta, ln base, its phase, friction)."""
+    """The mass answers the base: local ln f0, ln zeta, ln base, its phase, friction, corner."""
 
     driven: DrivenMotion
 
     def __call__(self, p: FloatArray) -> Local:
         model, J = self.driven.driven(p)
-        rest, inverse = self.driven.values - model, self.driven.information
-        return J.T @ inverse @ J, J.T @ (inverse @ rest), -0.5 * float(rest @ inverse @ rest)
+        first, by_square = self.driven.by_corner
+        by_corner = first + model[0] * by_square
+        rest = self.driven.values + by_corner * p[5] - model
+        J[:, 0] -= 2.0 * model[0] * p[5] * by_square
+        J = np.column_stack([J, -by_corner])
+        weighted = J.T @ self.driven.information
+        value = float(rest @ self.driven.information @ rest)
+        return weighted @ J, weighted @ rest, -0.5 * value
 
 
 def _releases(b: _Builder, found: Sequence[Estimate]) -> None:

@@ -40,6 +40,7 @@ _NAMES = {
     "odd": "a displacement sensor that is not linear (its gain changes toward both ends)",
     "aboard": "ring-downs in which the mass carries more or less than in the tests with a ball",
     "drop": "drop tests on another surface than the walls",
+    "coupling": "a displacement and an accelerometer that are AC-coupled alike",
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
     "base felt": "a mass that is driven by more or less than the base that is measured",
@@ -345,6 +346,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "drop": lambda v, e: (
         f"r of the drop tests differs from that of the walls by {_signed(v, e)}: they were made on "
         "another surface, or the walls changed; r is taken from the flights between the walls"
+    ),
+    "coupling": lambda v, e: (
+        "in the driven tests the displacement lacks what is slower than about "
+        f"{with_error(v / (2.0 * math.pi), e / (2.0 * math.pi))} Hz, as the accelerometer does "
+        "(inputs that are AC-coupled): f0, zeta and r are corrected for it. Record DC-coupled"
     ),
     "jumps": lambda v, e: (
         f"the velocity jumps that both sensors show are {with_error(math.exp(-v), e)} times those "
