@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -145,7 +146,7 @@ class Cause:
     factor: float | None = None
     spread: float = 0.0
 
-    @property
+    @cached_property
     def log_odds(self) -> float:
         """Logarithm of its odds before the records; all of its prior lies above `least`."""
         odds = math.log(_ODDS.get(self.key, _ODDS[self.kind]) / self.members)
@@ -350,9 +351,11 @@ def believing(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
 
 def _others(causes: Sequence[Cause], chosen: Sequence[Cause]) -> list[Cause]:
     """Causes that say something else than those chosen."""
+    keys, abouts = {one.key for one in chosen}, {one.about for one in chosen}
     return [
         one for one in causes
-        if not any(one.key == cause.key or _same(one, cause) for cause in chosen)
+        if one.key not in keys
+        and not (one.about in abouts and any(_same(one, cause) for cause in chosen))
     ]  # fmt: skip
 
 
