@@ -246,6 +246,17 @@ def test_a_knock_taken_for_an_impact_moves_nothing(tmp_path):
     assert error < 5e-3 * G
 
 
+def test_many_impacts_in_three_cycles_are_enough(tmp_path):
+    """Of several balls: the record is shorter than what its integral wanders in."""
+    _, x, _, impacts = motion(np.random.default_rng(1), jump=0.02)
+    times = np.arange(0.01, 2.9 / F, 1.0 / (8.2 * F))
+    own = {name: value[: times.size] for name, value in vars(impacts).items()}
+    with record(tmp_path / "a.nc", x[: int(2.95 * RATE / F)]) as view:
+        found = driven_motion(view, replace(impacts, **own | {"time_s": times}), frequency=F)
+    assert found is not None
+    assert np.isfinite(found.by_corner).all()
+
+
 def test_too_few_impacts_say_nothing(tmp_path):
     _, x, base, impacts = motion(np.random.default_rng(6), jump=0.02)
     few = replace(impacts, **{name: value[:15] for name, value in vars(impacts).items()})

@@ -10,7 +10,7 @@ import pytest
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.joint.causes import Cause, Weighed
 from vinesexp.identification.joint.unknowns import Direction, Prior
-from vinesexp.identification.whole_campaign import _input, identify_campaign, remarks
+from vinesexp.identification.whole_campaign import _input, _left, identify_campaign, remarks
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 
 
@@ -27,6 +27,16 @@ def test_a_sweep_whose_height_contradicts_its_width(gain):
 @pytest.mark.parametrize(("gain", "error"), [(1.03, 1e-3), (1.4, 0.1)])
 def test_a_sweep_that_may_be_right(gain, error):
     assert remarks([estimate("base_gain", gain, error)]) == []
+
+
+@pytest.mark.parametrize(("about", "left"), [("beside", ["channel_lag"]), ("friction", None)])
+def test_the_phase_that_a_sensor_on_the_table_has_is_no_other_motion(about, left):
+    """It was called cross-axis beside the cause that explains it."""
+    names = ["accelerometer_across", "accelerometer_corner", "channel_lag"]
+    cause = Cause("x", "mistake", about, Direction({"x": 1.0}, Prior(0.0, 1.0)))
+    answer = SimpleNamespace(judged=SimpleNamespace(found=[SimpleNamespace(cause=cause)]))
+    found = _left([estimate(name, 0.03, 1e-4) for name in names], answer)
+    assert [e.parameter for e in found] == (left or names)
 
 
 def test_a_phase_at_the_oscillation_alone_is_one_line_and_no_lag():

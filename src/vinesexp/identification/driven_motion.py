@@ -462,7 +462,8 @@ def _fitted(
     others = [*rows.of(flights.drift()).T, rows.jump]
     # AC coupling with a corner of w_c leaves y of x = y + w_c (integral of y)
     total = np.cumsum(x) * flights.step
-    total = total - _slower(total, round(_WANDERS * 2.0 * math.pi / (w * flights.step)))
+    wanders = min(_WANDERS * 2.0 * math.pi / (w * flights.step), 0.5 * x.size)
+    total = total - _slower(total, round(wanders))
     coupled = np.stack([-along[:, 1], rows.of(flights.moments(total))[:, 0]], axis=1)
     found: _Solved | None = None
     turning: list[FloatArray] = []  # the mass follows what the base does, no noise of its sensor
@@ -572,7 +573,6 @@ def _solved(
     own = A[:, :_SOUGHT] - others @ np.linalg.lstsq(others, A[:, :_SOUGHT], rcond=1e-12)[0]
     information = _of_scatter(own[:count], left[:count], rows.flight)
     values = p[:_SOUGHT]
-    q[~np.any(A != 0.0, axis=1)] = 0.0  # outliers lost their rows
     by_corner = -(np.linalg.lstsq(A / size, q, rcond=1e-12)[0].T / size)[:, :_SOUGHT]
     if _repeats(values, information):
         values, information = _of_base(own, left, values, rows.flight, w)

@@ -6,9 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.joint.observations import (
+    _Answer,
     _Decay,
+    _inertia,
     _sensors,
     _share_of_ball,
     _start_tests,
@@ -100,3 +103,43 @@ def test_a_fit_starts_from_the_f0_of_the_tests_where_that_of_the_ring_downs_is_b
     assert np.exp(b.start["ln_f0"]) == pytest.approx(2.945, abs=1e-6)
     ring = np.exp(b.start["ln_f0"]) / np.sqrt(1.0 + b.start["aboard"] / 5.0)
     assert ring == pytest.approx(3.0, rel=1e-12)
+
+
+def test_a_mass_seen_from_the_table_is_driven_by_the_inertia_of_its_base():
+    f0, zeta, w = 8.0, 0.01, 2.0 * np.pi * 7.7
+    w0 = 2.0 * np.pi * f0
+    spring = w0**2 + 2j * zeta * w0 * w
+    in_space = spring / (spring - w**2)
+    driven_as = np.exp(_inertia(f0, zeta, w)) * in_space
+    assert driven_as == pytest.approx(in_space - 1.0, rel=1e-12)
+
+
+def test_the_answer_to_the_base_has_the_derivatives_of_its_likelihood():
+    """Of an AC coupling too, whose direction goes with f0."""
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(5, 5))
+    seen = DrivenMotion(
+        values=np.array([2500.0, 0.4, 2400.0, 60.0, 0.1]), information=root @ root.T,
+        rate=49.0, scale=1.0, recorded=True, flights=80, middle=0.0, phase=0.0, swing=(1e-3, 0.0),
+        by_corner=rng.normal(size=(2, 5)) * [[10.0], [1e-2]],
+    )  # fmt: skip
+    look = _Answer(seen)
+    p = np.array([np.log(8.0), np.log(5e-3), 0.1, 0.2, 0.05, 3.0])
+    step = 1e-6 * np.eye(6)
+    slope = [(look(p + s)[2] - look(p - s)[2]) / 2e-6 for s in step]
+    np.testing.assert_allclose(look(p)[1], slope, rtol=1e-4)
+
+
+def test_a_base_whose_motion_nobody_knows_is_in_no_sum():
+    """Driven tests alone may show f0 and no damping: no traceback."""
+    record = SimpleNamespace(id="a", setup="", test="periodic", exclude=False, clearance=(0.01,))
+    b = SimpleNamespace(
+        start={"ln_f0": 2.0}, campaign=SimpleNamespace(record=lambda _: record),
+        own_gain=lambda _, role: {role: 1.0}, blocks=[],
+    )  # fmt: skip
+    _sensors(b, [Estimate("accelerometer_gain", 1.0, 1e-4, "1", "channels", ("a",))], {"a": None})
+    _sensors(
+        b, [Estimate("accelerometer_gain", 1.0, 1e-4, "1", "channels", ("a",))],
+        {"a": SimpleNamespace(swing=(1e-3, 0.0))},
+    )  # fmt: skip
+    assert [set(block.sums[0][0]) for block in b.blocks] == [{"acceleration", "displacement"}] * 2

@@ -636,15 +636,10 @@ def _effects(o: Observed) -> list[Cause]:
         for name in o.kinds.get("beside", ())
     ]
     found += [
-        Cause(
-            f"{name} +",
-            "effect",
-            "coupling",
-            Direction({name: 1.0}, Prior(0.0, _CORNER)),
-            least=0.0,
-        )
+        Cause(f"{name} +", "effect", "coupling", Direction({name: 1.0}, Prior(0.0, _CORNER)),
+              least=0.0)
         for name in o.kinds.get("coupling", ())
-    ]
+    ]  # fmt: skip
     if "drop" in o.names and o.collisions:
         elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))
         found.append(Cause("drop +", "effect", "drop", elsewhere))

@@ -231,8 +231,8 @@ def observe(
     _start_law(b)
     b.blocks.clear()
     _decays(b, found)
-    _sensors(b, found, driven)
     _start_tests(b, driven)
+    _sensors(b, found, driven)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
     b.late = _lateness(found, campaign, impacts, f0) | _phases(found, campaign, f0)
     for record in sorted(campaign.records, key=lambda one: one.id):
@@ -468,14 +468,17 @@ def _base_at(
     b: _Builder, flights: Flights, impacts: Impacts, driven: DrivenMotion | None
 ) -> FloatArray:
     """Displacement, m, and velocity, m/s, of the base at each impact, the one before, the next."""
-    if driven is None or not {"ln_f0", "ln_zeta"} <= b.start.keys():
-        return np.zeros((6, flights.index.size))
     t = impacts.time_s[flights.index]
     when = np.stack([t, t - flights.time_before, t + flights.time_after])
-    return np.concatenate(driven.at(_phasor(b, driven), when))
+    if driven is None or (base := _phasor(b, driven)) is None:
+        return np.zeros((6, t.size))
+    return np.concatenate(driven.at(base, when))
 
 
-def _phasor(b: _Builder, driven: DrivenMotion) -> complex:
+def _phasor(b: _Builder, driven: DrivenMotion) -> complex | None:
+    """Of the base, m; None where no record shows f0 and zeta."""
+    if not {"ln_f0", "ln_zeta"} <= b.start.keys():
+        return None
     f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
     return driven.motion_of_base(f0=f0, zeta=zeta)
 
@@ -562,10 +565,10 @@ def _group(
     lag, lag_error = b.late.get(record.id, (0.0, _LATE))
     loose = b.loose(record)
     areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
-    lasts = flights.pulse[np.isfinite(flights.pulse)]  # none where no pulse was believed
-    centre = _OF_PULSE * float(np.median(lasts)) if both and lasts.size else 0.0
-    driven = record.test == "periodic" and not integrated
-    early = {_coupling(b, record): -1.0 / collisions.omega2} if driven else {}
+    durations = flights.pulse[np.isfinite(flights.pulse)]  # none where no pulse was believed
+    centre = _OF_PULSE * float(np.median(durations)) if both and durations.size else 0.0
+    leads = record.test == "periodic" and not integrated
+    early = {_coupling(b, record): -1.0 / collisions.omega2} if leads else {}
     local = (
         {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         {ln_m: 1.0, "ln_M": -1.0,
@@ -657,7 +660,7 @@ def _alone(collisions: Collisions, start: FloatArray) -> Quadratic:
 
 
 def collisions_of(
-    flights: Flights, impacts: Impacts, *, omega2: float, base: FloatArray | None = None
+    flights: Flights, impacts: Impacts, *, omega2: float, base: FloatArray
 ) -> Collisions:
     """Collisions of the flights of one ball; their errors are rough until `with_errors`."""
     x = impacts.x_m[flights.index]
@@ -679,8 +682,8 @@ def collisions_of(
     known = np.stack([np.isfinite(flights.jump), np.isfinite(by_laser), np.isfinite(jump)])
     none = np.zeros((0, x.size))
     return Collisions(
-        flights, x, before, after, omega2, np.zeros((6, x.size)) if base is None else base,
-        float(np.median(speed)), known, np.ones(3), (none, none, none), np.zeros((3, 0)),
+        flights, x, before, after, omega2, base, float(np.median(speed)), known, np.ones(3),
+        (none, none, none), np.zeros((3, 0)),
     )  # fmt: skip
 
 
@@ -713,9 +716,10 @@ def _sensors(b: _Builder, found: Sequence[Estimate], driven: Mapping[str, Driven
             continue
         displaced = {name: -factor for name, factor in b.own_gain(record, "displacement").items()}
         area = {_pulse_area(b): shares[record.id]} if record.id in shares else {}
-        if (moved := driven.get(record.id)) and b.has(record, "displacement"):
-            area[_beside(b, record)] = (_phasor(b, moved) / complex(*moved.swing)).real
-        sums = ({**b.own_gain(record, "acceleration"), **displaced, **area}, 0.0)
+        lacks = {}
+        if (moved := driven.get(record.id)) and (base := _phasor(b, moved)) is not None:
+            lacks = {_beside(b, record): (base / complex(*moved.swing)).real}
+        sums = ({**b.own_gain(record, "acceleration"), **displaced, **area, **lacks}, 0.0)
         error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.setup, 0.0))
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
@@ -809,9 +813,7 @@ def _answered(
     off = 2.0 * bent * swing / level  # the same of what drives the mass, in any phase
     push = math.hypot(_OWN_PUSH, off)
     turned[b.own("bent phase", record, off)] = 1.0
-    # beside the table the mass is driven by the inertia of the base, in space by its spring
-    w0, w = 2.0 * math.pi * f0, driven.rate
-    inertia = cmath.log(w * w / complex(w0 * w0, 2.0 * zeta * w0 * w))
+    inertia = _inertia(f0, zeta, driven.rate)
     turned[_beside(b, record)] = inertia.imag
     for name in ("friction", "rolling", "drag"):
         b.add(name, 0.0, 0.0)
@@ -834,6 +836,16 @@ def _answered(
         ({**rubs, b.own("own push", record, push * drive): 1.0}, 0.0),
         ({_coupling(b, record): 1.0}, 0.0),
     )  # fmt: skip
+
+
+def _inertia(f0: float, zeta: float, rate: float) -> complex:
+    """Logarithm of what drives a mass that is seen from the table over what drives it in space.
+
+    From the table it is the inertia of the base, w^2 x_e; in space its spring and damper,
+    (w0^2 + 2 i zeta w0 w) x_e.
+    """
+    w0 = 2.0 * math.pi * f0
+    return cmath.log(rate**2 / complex(w0 * w0, 2.0 * zeta * w0 * rate))
 
 
 def _share_of_ball(b: _Builder) -> float:

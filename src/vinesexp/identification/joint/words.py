@@ -40,6 +40,7 @@ _NAMES = {
     "odd": "a displacement sensor that is not linear (its gain changes toward both ends)",
     "aboard": "ring-downs in which the mass carries more or less than in the tests with a ball",
     "drop": "drop tests on another surface than the walls",
+    "beside": "a displacement that is measured beside the table and not in space",
     "coupling": "a displacement and an accelerometer that are AC-coupled alike",
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
@@ -147,7 +148,7 @@ def called(cause: Cause) -> str:
     >>> called(Cause("effect tilt", "effect", "tilt", None))
     'a cavity that slopes'
     """
-    if cause.kind == "effect":
+    if cause.kind == "effect" or cause.about == "beside":
         return _NAMES[cause.about]
     if cause.kind == "unlike":
         return f"{cause.records[0]} that is unlike the other records"
@@ -155,8 +156,6 @@ def called(cause: Cause) -> str:
         return f"{cause.about} of ring-downs with a separate mounting each"
     if cause.kind == "scatter":
         return f"an unexplained cause ({_SCATTERED[cause.about]})"
-    if cause.about == "beside":
-        return "a displacement that is measured beside the table and not in space"
     place = _PLACES.get(cause.about, f"the {cause.about}")
     if cause.kind == "drift":
         if WITH_CLEARANCE in cause.key:
@@ -183,18 +182,12 @@ def called(cause: Cause) -> str:
 def said(weighed: Weighed) -> str:
     """A cause that is named, with its size +- half of its 95 % interval, and what to do."""
     cause, value, error = weighed.cause, weighed.value, COVERAGE_95 * weighed.error
-    if cause.kind == "effect":
+    if cause.kind == "effect" or cause.about == "beside":
         return _EFFECTS[cause.about](value, error)
     if cause.kind == "drift":
         return _drift(cause, value, error)
     if cause.kind == "one test":
         return _one_test(cause, value, error)
-    if cause.about == "beside":
-        return (
-            "the displacement is that of the mass beside the table, not in space: the base was "
-            f"added where the values need it ({with_error(value, error)} of it is missing). Put "
-            "the sensor on the floor"
-        )
     place = _PLACES.get(
         cause.about, f"the sensitivity of the {cause.about.replace(' gain', ' channel')}"
     )
@@ -346,6 +339,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "drop": lambda v, e: (
         f"r of the drop tests differs from that of the walls by {_signed(v, e)}: they were made on "
         "another surface, or the walls changed; r is taken from the flights between the walls"
+    ),
+    "beside": lambda v, e: (
+        "the displacement is that of the mass beside the table, not in space: the base was added "
+        f"where the values need it ({with_error(v, e)} of it is missing). Put the sensor on the "
+        "floor"
     ),
     "coupling": lambda v, e: (
         "in the driven tests the displacement lacks what is slower than about "
