@@ -68,6 +68,7 @@ _RATES = {
 #: Weights: what a unit or a name says, what a signal does, what is left; what rules a role out.
 _SAID, _SHOWN, _LEFT, _NEVER = 4.0, 2.0, 1.0, -10.0
 _CYCLES = 3  # in a record of an oscillation
+_CLEAR = 40.0  # times its spectrum that an oscillation stands above it
 _DOUBLED = 0.06  # by which a frequency may be off twice another
 _SEGMENTS = 6  # of a record, over which coherence is taken
 _COHERENT = 0.9
@@ -556,9 +557,6 @@ def _unsteadiness(values: FloatArray) -> float:
 
 def stands_out(column: ColumnView) -> bool:
     """Whether one oscillation of some cycles stands out of all else in a signal."""
-    _, amplitudes = column.spectrum
-    if len(amplitudes) < 8:
+    if not _clearness(column) > _CLEAR:
         return False
-    if int(np.argmax(amplitudes[1:])) + 1 < _CYCLES:
-        return False  # a slope, not an oscillation
-    return float(amplitudes[1:].max()) > 40.0 * float(np.median(amplitudes))
+    return int(np.argmax(column.spectrum[1][1:])) + 1 >= _CYCLES  # below, a slope

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -132,9 +132,9 @@ class FileView:
     columns: tuple[ColumnView, ...]
     rate: float | None
     time: int | None
-    problems: tuple[str, ...] = field(default=())
-    remarks: tuple[str, ...] = field(default=())
-    more_paths: tuple[Path, ...] = field(default=())
+    problems: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    more_paths: tuple[Path, ...] = ()
     parts: tuple[str, ...] = ()
     time_unit: str = "s"
     time_unit_stated: bool = False
@@ -174,7 +174,8 @@ def view_file(path: Path) -> FileView:
     time, rate, remarks = (None, None, []) if response else _time_and_rate(source, read)
     columns = _kinds(source, read, time, rate, frequencies=0 if response else None)
     stated_unit = None if time is None else source.columns[time].unit
-    if time is None and (anew := next((c for c in columns if _is_called_and_anew(c)), None)):
+    again = (c for c in columns if is_called_time(c.name) and _begins_anew(c.finite))
+    if time is None and (anew := next(again, None)):
         row = int(np.argmin(np.diff(anew.finite))) + 1
         remarks.append(
             f"'{anew.name}' starts again after row {row}, so several tracks or records follow one "
@@ -267,19 +268,16 @@ def _are_pairs(values: FloatArray) -> bool:
 
 def _over_their_axes(columns: Sequence[ColumnView]) -> list[ColumnView]:
     """The columns, those over a frequency called so: as long as it, or without times beside."""
-    timed = any(column.kind == "time" for column in columns)
-    axis: ColumnView | None = None
+    kinds = {column.kind for column in columns}
+    untimed = "frequency" in kinds and "time" not in kinds
+    length = -1  # of the axis that the columns follow
     found = []
     for column in columns:
         if column.kind in ("frequency", "time"):
-            axis = column if column.kind == "frequency" else None
-        elif (
-            axis is not None and column.kind == "signal" and len(column.finite) == len(axis.finite)
-        ):
-            column = replace(column, kind="spectrum")  # it follows the axis and is as long
+            length = len(column.finite) if column.kind == "frequency" else -1
+        elif column.kind == "signal" and (untimed or len(column.finite) == length):
+            column = replace(column, kind="spectrum")
         found.append(column)
-    if not timed and any(column.kind == "frequency" for column in columns):
-        return [replace(c, kind="spectrum") if c.kind == "signal" else c for c in found]
     return found
 
 
@@ -461,10 +459,6 @@ def _is_ramp(values: FloatArray, uneven: float = 0.1) -> bool:
 def _grows(values: FloatArray) -> bool:
     finite = values[np.isfinite(values)]
     return len(finite) > 2 and bool((np.diff(finite) > 0.0).all())
-
-
-def _is_called_and_anew(column: ColumnView) -> bool:
-    return is_called_time(column.name) and _begins_anew(column.finite)
 
 
 def _begins_anew(times: FloatArray) -> bool:

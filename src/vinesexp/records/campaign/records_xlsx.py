@@ -155,9 +155,8 @@ def _colours(sheet: Any) -> None:
     for column in SHEET_COLUMNS[3:8]:
         asked = f'ISNUMBER(SEARCH("{FILL_IN}*{column}",{note}))'
         when(column, f'AND({_first(column)}="",{asked})', _MISSING)
-    names = ",".join(f'"{test}"' for test in TESTS)
     test, record = _first("test"), _first("record")
-    known = "+".join(f"({test}={name})" for name in names.split(","))
+    known = "+".join(f'({test}="{name}")' for name in TESTS)
     when("test", f'AND({record}<>"",({known})=0)', _WRONG)
     when("record", f'AND({record}<>"",COUNTIF($A$2:$A${_LAST_ROW},{record})>1)', _WRONG)
     for column in _NUMBERS:

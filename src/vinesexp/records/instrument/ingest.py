@@ -130,9 +130,8 @@ def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
     ) as writer:
         for block in samples.blocks():
             writer.append(block)
-        if samples.uneven:
-            for times, block in samples.as_measured():
-                writer.append_measured(times, block)
+        for times, block in samples.as_measured():
+            writer.append_measured(times, block)
         writer.sample_rate, writer.start = samples.sample_rate, samples.start
 
 

@@ -135,12 +135,10 @@ def _named(source: Source, channel: Channel) -> str | int | None:
     """The column of a channel in this file, or None where it is not in it."""
     column = channel.column
     if isinstance(column, str) and ":" in column and not columns_fitting(source, column):
-        pattern, _, name = column.partition(":")
-        if not fnmatchcase(source.path.name, pattern) and not fnmatchcase(
-            source.path.stem, pattern
-        ):
+        pattern, _, inside = column.partition(":")
+        if not any(fnmatchcase(name, pattern) for name in (source.path.name, source.path.stem)):
             return None
-        column = int(name) if name.isdigit() else name
+        column = int(inside) if inside.isdigit() else inside
     return column if columns_fitting(source, column) else None
 
 

@@ -188,11 +188,6 @@ class Samples:
         self.start = 0.0 if self._clock is not None else self._start
 
     @property
-    def uneven(self) -> bool:
-        """Whether the samples of `blocks` are interpolated."""
-        return self._resampled is not None
-
-    @property
     def gaps(self) -> tuple[tuple[int, int], ...]:
         """Samples on the uniform clock that the logger paused over: first, and one after last."""
         return () if self._resampled is None else tuple(self._resampled[0].gaps)
@@ -282,8 +277,9 @@ class Samples:
         return {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
 
     def as_measured(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray]]]:
-        """Times, s, and SI blocks at them where the clock is uneven: after `resample`."""
-        assert self._clock is not None  # nothing else finds a clock uneven
+        """Times, s, and SI blocks at them: after `resample`, else none."""
+        if self._resampled is None or self._clock is None:
+            return
         for row, block in self._once():
             yield block[:, -1] * self._clock.size, self._si(block[:, :-1], row)
 
@@ -317,7 +313,15 @@ class Samples:
             c.channel.role: c.channel.to_si(block[:, k], c.size)
             for k, c in enumerate(self._conversions)
         }
-        self._refuse_impossible(values, row)
+        for c in self._conversions:
+            size = np.abs(values[c.channel.role])
+            if size.size and size.max() > _LARGEST:
+                at = int(np.argmax(size))
+                raise RecordError(
+                    f"{size[at]:.3g} {SI_UNITS[c.channel.quantity]}, which no instrument "
+                    "measures; correct the cell, or the sensitivity or unit of the channel",
+                    where=f"{self.source.locate(row + at)}, {self._rows.name(c.index)}",
+                )
         return values
 
     def _found(self, channels: Mapping[str, Channel]) -> Iterator[_Conversion]:
@@ -387,17 +391,6 @@ class Samples:
         column = self.source.time_column
         unit = None if column is None else self.source.columns[column].unit
         return UNITS["time"].get(unit or "s", 1.0)
-
-    def _refuse_impossible(self, values: dict[str, FloatArray], row: int) -> None:
-        for conversion in self._conversions:
-            size = np.abs(values[conversion.channel.role])
-            if size.size and size.max() > _LARGEST:
-                at = int(np.argmax(size))
-                raise RecordError(
-                    f"{size[at]:.3g} {SI_UNITS[conversion.channel.quantity]}, which no instrument "
-                    "measures; correct the cell, or the sensitivity or unit of the channel",
-                    where=f"{self.source.locate(row + at)}, {self._rows.name(conversion.index)}",
-                )
 
     def overload(self, role: str) -> str | None:
         """What is reported about a channel's samples that are out of the instrument's range."""

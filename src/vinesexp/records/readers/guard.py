@@ -21,7 +21,6 @@ import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
-from functools import partial
 from importlib import import_module
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -273,7 +272,7 @@ def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
             if pid == 0:  # pragma: no cover
                 ours.close()
                 serve_reader(reader, path, limits, theirs)
-            return _Child(pid, ours, partial(_waited_for, pid))
+            return _Child(pid, ours, lambda: os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
         code = "from vinesexp.records.readers.guard import serve_in_new_process as main; main()"
         process = subprocess.Popen(
             [sys.executable, "-c", code, str(theirs.fileno())],
@@ -283,10 +282,6 @@ def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
         )
     ours.send((reader.__name__, path.absolute(), limits))
     return _Child(process.pid, ours, process.wait)
-
-
-def _waited_for(pid: int) -> int:
-    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
 
 def _may_fork(reader: Reader) -> bool:

@@ -232,7 +232,9 @@ class RecordWriter:
             )
         for role, values in block.items():
             if role not in self._data:
-                self._data[role] = self._signal(role, first=len(values))
+                data = _dataset(self._file, role, np.float32, chunk=len(values))
+                _say_quantity(data, role, self._quantities[role], self._state)
+                self._data[role] = data
             _extend(self._data[role], _rounded(values))
         self.n += min(lengths)[0]
 
@@ -260,11 +262,6 @@ class RecordWriter:
                 self._file.attrs["sample_rate_hz"] = float(self.sample_rate)
                 self._file.attrs["start_s"] = float(self.start)
         self._open.__exit__(kind, error, trace)
-
-    def _signal(self, role: str, *, first: int) -> Any:
-        data = _dataset(self._file, role, np.float32, chunk=first)
-        _say_quantity(data, role, self._quantities[role], self._state)
-        return data
 
     def _write_time(self) -> None:
         # a ramp shrinks to a sixth
