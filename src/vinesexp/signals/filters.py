@@ -393,14 +393,8 @@ def _stretched(extension: FloatArray, value: float, length: int, *, at_end: bool
     return np.append(known, np.full(length - known.size, known[-1] if known.size else value))
 
 
-def zero_phase(
-    x: FloatArray,
-    band: Butterworth | None,
-    *,
-    before: FloatArray = _NOTHING,
-    after: FloatArray = _NOTHING,
-) -> FloatArray:
-    """Filter one array without phase; see `zero_phase_blocks`.
+def zero_phase(x: FloatArray, band: Butterworth | None) -> FloatArray:
+    """Filter one array without phase, its end values standing beyond it (`zero_phase_blocks`).
 
     Examples
     --------
@@ -412,4 +406,4 @@ def zero_phase(
     """
     if band is None or not x.size:
         return x.copy()
-    return np.concatenate(list(zero_phase_blocks([x], band, before=before, after=after)))
+    return np.concatenate(list(zero_phase_blocks([x], band, before=_NOTHING, after=_NOTHING)))

@@ -7,6 +7,7 @@ from tests.signals.contacts import coarsen, detect_contacts
 from vinesexp.laboratory.sensors import contact_acceleration
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts import matching, template_learning
+from vinesexp.signals.impacts.candidates import Piece
 from vinesexp.signals.impacts.matching import fit_contacts, less
 from vinesexp.signals.impacts.slopes import slope_changes
 from vinesexp.signals.impacts.template import Shape, template_of
@@ -59,9 +60,9 @@ def test_a_record_full_of_spikes_is_learnt_from_a_part_of_it(monkeypatch):
     sizes = []
     fit = template_learning.fit_contacts
 
-    def counted(a, *arguments, **more):
-        sizes.append(a.size)
-        return fit(a, *arguments, **more)
+    def counted(piece, *arguments, **more):
+        sizes.append(piece.a.size)
+        return fit(piece, *arguments, **more)
 
     monkeypatch.setattr(template_learning, "fit_contacts", counted)
     a = 0.3 * np.random.default_rng(1).standard_normal(8000)
@@ -92,7 +93,8 @@ def test_contacts_in_the_ringing_of_one_another_keep_their_sizes(apart):
     places, heights = 300.0 + np.cumsum(np.tile([200.0, apart], 6)), np.tile([60.0, 40.0], 6)
     a = 0.1 * rng.standard_normal(2200) - less(np.zeros(2200), places, heights, template)
     start = np.rint(places).astype(np.int64)
-    found = fit_contacts(a, start, template, noise=np.array([0.1]), settings=ImpactSettings())
+    whole = Piece(a, np.ones(a.size, dtype=bool), np.zeros(a.size, dtype=bool))
+    found = fit_contacts(whole, start, template, noise=np.array([0.1]), settings=ImpactSettings())
     assert found.place.size == places.size
     assert np.abs(found.place - places).max() < 0.5
     assert np.abs(found.height / heights - 1.0).max() < 0.1
@@ -102,8 +104,9 @@ def test_contacts_in_the_ringing_of_one_another_keep_their_sizes(apart):
 def test_a_stretch_in_which_nothing_stands_out_has_no_contacts(ring):
     """A sensor that rings elsewhere in its record, and then shows nothing for half a minute."""
     template = template_of(Shape(4.0, ring=ring), (-20, 60), highpass=100.0, dt=1e-4)
+    silence = Piece(np.zeros(5000), np.ones(5000, dtype=bool), np.zeros(5000, dtype=bool))
     found = fit_contacts(
-        np.zeros(5000), np.empty(0, dtype=np.int64), template,
+        silence, np.empty(0, dtype=np.int64), template,
         noise=np.ones(1), settings=ImpactSettings(),
     )  # fmt: skip
     assert (found.place.size, found.crowded.dtype, found.sure.dtype) == (0, bool, bool)

@@ -132,7 +132,7 @@ def _triangles(
     for _ in range(_ROUNDS):
         size = np.abs(left)
         seen = np.flatnonzero(size > least)
-        peaks = strongest(seen, size[seen], reach=m)
+        peaks = seen[strongest(seen, size[seen], reach=m)]
         near = np.lib.stride_tricks.sliding_window_view(np.pad(size, wide), 2 * wide + 1)
         peaks = peaks[size[peaks] > _HIGHEST * near[peaks].max(axis=1)]
         if not peaks.size:

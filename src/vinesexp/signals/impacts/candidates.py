@@ -54,6 +54,11 @@ class Spikes:
     width: IntArray
     noise: FloatArray
 
+    def keep(self, chosen: BoolArray) -> Spikes:
+        """The chosen ones."""
+        own = (part[chosen] for part in (self.index, self.strength, self.width))
+        return Spikes(*own, self.noise)
+
 
 def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
     """Lengths of the boxcars at a sample rate, after a highpass (Hz).
@@ -208,13 +213,13 @@ def _peaks(index: IntArray, strength: Samples) -> IntArray:
     return np.flatnonzero(start & stop)
 
 
-def strongest(index: IntArray, size: FloatArray, *, reach: float) -> IntArray:
-    """Those of rising samples `index` that are largest within `reach` samples to either side.
+def strongest(index: IntArray, size: FloatArray, *, reach: float) -> BoolArray:
+    """Which of rising samples `index` are largest within `reach` samples to either side.
 
     Examples
     --------
     >>> strongest(np.array([3, 5, 20]), np.array([1.0, 2.0, 1.0]), reach=4).tolist()
-    [5, 20]
+    [False, True, True]
     """
     largest = np.ones(index.size, dtype=bool)
     for step in range(1, index.size):
@@ -223,7 +228,7 @@ def strongest(index: IntArray, size: FloatArray, *, reach: float) -> IntArray:
             break
         largest[:-step] &= ~(near & (size[step:] > size[:-step]))
         largest[step:] &= ~(near & (size[:-step] >= size[step:]))
-    return index[largest]
+    return largest
 
 
 #: Samples handled at once: a quarter of a million, which a cache holds.
@@ -310,6 +315,10 @@ class Grouped:
             return Piece(a, ~(missing | beyond), beyond & ~missing)
         holes, over = self._any(missing), self._any(beyond)
         return Piece(block_means(a, self.k), ~(holes | over), over & ~holes)
+
+    def noise(self, piece: Piece) -> FloatArray:
+        """Of a mean, for every `STRETCH` of a piece."""
+        return stretch_noise(np.where(piece.good, piece.a, np.nan), self.noise_floor)
 
     def _any(self, flags: BoolArray) -> BoolArray:
         """Whether any of a group's flags is set."""

@@ -20,14 +20,12 @@ from vinesexp.signals.impacts.candidates import (
     Spikes,
     Stream,
     find_spikes,
-    stretch_noise,
     strongest,
 )
 from vinesexp.signals.impacts.matching import Contacts, fit_contacts
 from vinesexp.signals.impacts.template import Shape, Template, spring_answer, template_of, window
 from vinesexp.signals.impacts.template_learning import (
     FEW,
-    Guesses,
     learnt_alone,
     learnt_among_neighbours,
     strongest_neighbour,
@@ -128,8 +126,7 @@ def detect_by_template(
     width = _typical(spikes, reach=settings.apart * stream.sample_rate)
     # One candidate for each contact and its ringing.
     reach = max(settings.apart * stream.sample_rate, 2.0 * width)
-    index = strongest(spikes.index, spikes.strength, reach=reach)
-    guesses = Guesses(index, spikes.strength[np.searchsorted(spikes.index, index)])
+    guesses = spikes.keep(strongest(spikes.index, spikes.strength, reach=reach))
     duration = _HALF_HEIGHT * width
     k = max(1, int(duration / _HALF_HEIGHT / _FINEST))
     grouped = Grouped(stream, k)
@@ -138,7 +135,7 @@ def detect_by_template(
     neighbour = strongest_neighbour(guesses, reach=(span[1] - span[0]) * k)
     guesses = guesses.keep(guesses.strength >= _WEAK * neighbour)
     shape = Shape(duration=max(1.0, duration / k))
-    template = _learnt(grouped, guesses, spikes, span, shape, settings)
+    template = _learnt(grouped, guesses, span, shape, settings)
     parts = [
         _fit_chunk(grouped, begin, guesses, template, settings)
         for begin in range(0, stream.n, grouped.chunk)
@@ -148,13 +145,12 @@ def detect_by_template(
 
 
 def _learnt(
-    grouped: Grouped, guesses: Guesses, spikes: Spikes, span: tuple[int, int], shape: Shape,
-    settings: ImpactSettings,
-) -> Template:  # fmt: skip
+    grouped: Grouped, guesses: Spikes, span: tuple[int, int], shape: Shape, settings: ImpactSettings
+) -> Template:
     if not settings.learn:
         known = Shape(duration=max(0.3, settings.contact / grouped.dt))
         return template_of(known, span, highpass=grouped.stream.highpass, dt=grouped.dt)
-    template = learnt_alone(grouped, guesses, spikes, span, shape, settings)
+    template = learnt_alone(grouped, guesses, span, shape, settings)
     if template.learnt_from < FEW:
         template = learnt_among_neighbours(grouped, guesses, template, settings)
     return template
@@ -177,13 +173,13 @@ def _all_spikes(stream: Stream, settings: ImpactSettings) -> Spikes:
 def _typical(spikes: Spikes, *, reach: float) -> float:
     """Boxcar that shows most of the strong contacts best, whatever lies beside their tops."""
     reach = max(reach, 2.0 * spikes.width[np.argmax(spikes.strength)])
-    tops = np.searchsorted(spikes.index, strongest(spikes.index, spikes.strength, reach=reach))
-    clear = tops[spikes.strength[tops] >= _STRONG * spikes.strength.max()]
+    clear = strongest(spikes.index, spikes.strength, reach=reach)
+    clear &= spikes.strength >= _STRONG * spikes.strength.max()
     return float(np.median(spikes.width[clear]))
 
 
 def _fit_chunk(
-    grouped: Grouped, begin: int, guesses: Guesses, template: Template, settings: ImpactSettings
+    grouped: Grouped, begin: int, guesses: Spikes, template: Template, settings: ImpactSettings
 ) -> tuple[Contacts, BoolArray]:
     """Contacts in one chunk, placed on the record's own samples, and which are clipped."""
     k, n = grouped.k, grouped.stream.n
@@ -191,19 +187,17 @@ def _fit_chunk(
     margin = 2 * (template.last - template.first) * k
     low, high = max(0, begin - margin) // k * k, min(n, end + margin)
     piece = grouped.piece(low, high)
-    a, valid = piece.a, piece.good
     here = guesses.keep((guesses.index >= low) & (guesses.index < high))
-    start, at = np.unique(np.clip((here.index - low) // k, 0, a.size - 1), return_index=True)
+    last = piece.a.size - 1
+    start, at = np.unique(np.clip((here.index - low) // k, 0, last), return_index=True)
     found = fit_contacts(
-        a, start, template,
-        noise=stretch_noise(np.where(valid, a, np.nan), grouped.noise_floor),
-        settings=settings, valid=valid, clipped=piece.clipped,
+        piece, start, template, noise=grouped.noise(piece), settings=settings,
         sure=here.strength[at] > settings.threshold,
     )  # fmt: skip
     core = np.rint(found.place).astype(np.int64)[:, np.newaxis] + np.arange(
         template.core[0], template.core[1] + 1
     )
-    clipped = ~valid[np.clip(core, 0, a.size - 1)].all(axis=1)
+    clipped = ~piece.good[np.clip(core, 0, last)].all(axis=1)
     place = low + found.place * k + 0.5 * (k - 1)
     keep = (place >= begin - 0.5) & (place < end - 0.5)
     limit = np.where(found.sure, settings.threshold - _SHAKY, settings.threshold)

@@ -21,7 +21,7 @@ from scipy.linalg import toeplitz
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import STRETCH, louder, stretch_noise, strongest
+from vinesexp.signals.impacts.candidates import STRETCH, Piece, louder, stretch_noise, strongest
 from vinesexp.signals.impacts.template import Template
 
 _ROUNDS = 8
@@ -72,37 +72,30 @@ class Contacts:
 
 
 def fit_contacts(
-    a: FloatArray, start: IntArray, template: Template, *,
-    noise: FloatArray, settings: ImpactSettings, valid: BoolArray | None = None,
-    clipped: BoolArray | None = None, sure: BoolArray | None = None,
+    piece: Piece, start: IntArray, template: Template, *,
+    noise: FloatArray, settings: ImpactSettings, sure: BoolArray | None = None,
 ) -> Contacts:  # fmt: skip
     """Fit contacts of one shape to an acceleration.
 
     Parameters
     ----------
-    a : array (n,)
-        Highpassed acceleration, m/s^2.
+    piece : Piece
+        Highpassed acceleration, m/s^2. A clipped sample says that the truth is no smaller, one that
+        is missing says nothing.
     start : int array
         Samples of the contacts to begin with; others are found on the way.
     template : Template
     noise : array
         Of a sample, for every `STRETCH` samples.
     settings : ImpactSettings
-    valid : bool array (n,), optional
-        False where a sample is clipped or missing.
-    clipped : bool array (n,), optional
-        True where it is clipped: it then says that the truth is no smaller. A missing one says
-        nothing.
     sure : bool array, optional
         False where `start` stands out too little to be kept without the template's help.
     """
-    truth = np.ones(a.size, dtype=bool) if valid is None else valid
-    beyond = np.zeros(a.size, dtype=bool) if clipped is None else clipped
-    place = start.astype(np.float64)
-    box = BoxNoise(a, template.width, truth)
-    noise = box.at_least(noise)
+    box = BoxNoise(piece.a, template.width, piece.good)
     known = np.ones(start.size, dtype=bool) if sure is None else sure
-    state = State(a, noise, truth, beyond, template, place, a[start].astype(np.float64), known)
+    place, height = start.astype(np.float64), piece.a[start].astype(np.float64)
+    noise = box.at_least(noise)
+    state = State(piece.a, noise, piece.good, piece.clipped, template, place, height, known)
     seen = seen_lags(template)
     align_in_turn(state, seen, reach=template.search)
     tried: list[float] = []
@@ -490,7 +483,8 @@ def left_over(
         return candidates, candidates
     allowed = model_errors(state) * (_SPREADS * np.sqrt(box.width))
     candidates = candidates[size[candidates] > limit[candidates] + allowed[candidates]]
-    candidates = strongest(candidates, size[candidates], reach=3 * state.template.width + 2)
+    reach = 3 * state.template.width + 2
+    candidates = candidates[strongest(candidates, size[candidates], reach=reach)]
     if not state.place.size or not candidates.size:
         return candidates, candidates[:0]
     order = np.sort(state.place)

@@ -23,7 +23,7 @@ from scipy.ndimage import maximum_filter1d
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import STRETCH, Grouped, Piece, Spikes, stretch_noise
+from vinesexp.signals.impacts.candidates import STRETCH, Grouped, Piece, Spikes
 from vinesexp.signals.impacts.matching import Contacts, fit_contacts, less
 from vinesexp.signals.impacts.template import Shape, Template, neighbourhood, template_of
 
@@ -85,12 +85,6 @@ class Windows:
     noise: FloatArray
     good: BoolArray
 
-    def keep(self, chosen: BoolArray) -> Windows:
-        return Windows(
-            self.samples[chosen], self.lags, self.shift[chosen], self.height[chosen],
-            self.noise[chosen], self.good[chosen],
-        )  # fmt: skip
-
 
 #: Misfit (chi^2), shape, windows with their times.
 Fit = tuple[float, Shape, Windows]
@@ -151,19 +145,7 @@ def _ratio(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray((x * y).sum(axis=1, keepdims=True) / np.maximum(norm, 1e-300))
 
 
-@dataclass(frozen=True)
-class Guesses:
-    """Samples where contacts are taken to be before any fit, and their strengths."""
-
-    index: IntArray
-    strength: FloatArray
-
-    def keep(self, chosen: BoolArray) -> Guesses:
-        """Those that are chosen."""
-        return Guesses(self.index[chosen], self.strength[chosen])
-
-
-def strongest_neighbour(guesses: Guesses, *, reach: int) -> FloatArray:
+def strongest_neighbour(guesses: Spikes, *, reach: int) -> FloatArray:
     """Strength of the strongest other within `reach` samples; 0 where there is none."""
     index, strength = guesses.index, guesses.strength
     top = np.zeros(index.size)
@@ -177,9 +159,8 @@ def strongest_neighbour(guesses: Guesses, *, reach: int) -> FloatArray:
 
 
 def learnt_alone(
-    grouped: Grouped, guesses: Guesses, spikes: Spikes, span: tuple[int, int], start: Shape,
-    settings: ImpactSettings,
-) -> Template:  # fmt: skip
+    grouped: Grouped, guesses: Spikes, span: tuple[int, int], start: Shape, settings: ImpactSettings
+) -> Template:
     """The template, from clear impacts that stand alone; `start` itself where there are none."""
     k, first, strength = grouped.k, guesses.index, guesses.strength
     lone = strongest_neighbour(guesses, reach=(span[1] - span[0]) * k) == 0.0
@@ -194,10 +175,10 @@ def learnt_alone(
     for i in order[: 4 * settings.learn_from]:
         begin = int(first[i] + span[0] * k)
         piece = grouped.piece(begin, begin + lags.size * k)
-        stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
+        stretch = min(first[i] // STRETCH, guesses.noise.size - 1)
         kind = whole if piece.good.all() else damaged
         if kind is whole or piece.good[core].mean() > _ENOUGH:
-            kind.append((piece, float(spikes.noise[stretch] / np.sqrt(k))))
+            kind.append((piece, float(guesses.noise[stretch] / np.sqrt(k))))
         if len(whole) == settings.learn_from:
             break
     chosen = whole if len(whole) >= FEW else (whole + damaged)[: settings.learn_from]
@@ -213,7 +194,7 @@ def learnt_alone(
 
 
 def learnt_among_neighbours(
-    grouped: Grouped, guesses: Guesses, template: Template, settings: ImpactSettings
+    grouped: Grouped, guesses: Spikes, template: Template, settings: ImpactSettings
 ) -> Template:
     """The template where hardly an impact stands alone: each less what its neighbours seem to be.
 
@@ -257,25 +238,21 @@ def _around(centre: int, length: int, within: tuple[int, int]) -> tuple[int, int
 
 
 def _part(
-    grouped: Grouped, guesses: Guesses, begin: int, end: int
+    grouped: Grouped, guesses: Spikes, begin: int, end: int
 ) -> tuple[Piece, FloatArray, IntArray]:
     """A piece of the record, its noise, and where contacts are taken to be in it."""
     begin -= begin % grouped.k
     piece = grouped.piece(begin, end)
-    noise = stretch_noise(np.where(piece.good, piece.a, np.nan), grouped.noise_floor)
     here = guesses.index[(guesses.index >= begin) & (guesses.index < end)]
     start = np.unique(np.clip((here - begin) // grouped.k, 0, piece.a.size - 1))
-    return piece, noise, start
+    return piece, grouped.noise(piece), start
 
 
 def _fitted(
     part: tuple[Piece, FloatArray, IntArray], template: Template, settings: ImpactSettings
 ) -> Contacts:
     piece, noise, start = part
-    return fit_contacts(
-        piece.a, start, template, noise=noise, settings=settings,
-        valid=piece.good, clipped=piece.clipped,
-    )  # fmt: skip
+    return fit_contacts(piece, start, template, noise=noise, settings=settings)
 
 
 def _less_neighbours(
@@ -369,9 +346,9 @@ def _ringing(
     Contact and ringing imitate one another, so that many starts are tried, on a few impacts and
     without free form; the best goes on with all.
     """
-    few = windows.keep(np.arange(windows.height.size) < _SEARCHED)
+    few = {name: of_each[:_SEARCHED] for name, of_each in vars(windows).items() if name != "lags"}
     starts = _ring_starts(plain, start, table(plain[1]))
-    tried = [_fit(few, shape, _RESONANT, table) for shape in starts]
+    tried = [_fit(replace(windows, **few), shape, _RESONANT, table) for shape in starts]
     if not tried:
         return None
     _, shape, _ = min(tried, key=lambda found: found[0])
