@@ -274,6 +274,6 @@ def test_two_balls_that_take_turns_are_no_single_contact() -> None:
     jump = size * np.where(np.arange(80) // 2 % 2, 1.0, -1.0)
     flags = np.zeros(80, dtype=bool)
     one = np.full(80, 1e-4)
-    found = Detection(times, one, jump, one, one, one, one, flags, flags, None, 1e-4, 0.0)
+    found = Detection(times, one, jump, one, one, one, one, flags, flags)
     x = Coarse(9.7e-3 * np.sin(2.0 * np.pi * 4.978 * np.arange(4100) * 1e-3), 1e-3, 0.0)
     assert joined(found, x, frequency=4.978, clearance=0.0544).time.size == 80

@@ -15,7 +15,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.signals.impacts.candidates import strongest
-from vinesexp.signals.impacts.detection import Detection, detection_at, no_detection, normal_cdf
+from vinesexp.signals.impacts.detection import Detection, detection_at, normal_cdf
 from vinesexp.signals.impacts.slopes import Coarse
 
 _HALVES, _WIDE = (1.0 / 24.0, 1.0 / 10.0), 4.0  # periods: of triangles; moving mean over these
@@ -55,7 +55,7 @@ def detect_bends(x: Coarse, *, frequency: float, resolution: float = 0.0) -> Det
     >>> found.time.size == hits.size, bool(np.abs(found.time - hits).max() < 1e-3)
     (True, True)
     """
-    found = no_detection(x.step, 0.0)
+    found = detection_at(np.empty(0))
     for half in _HALVES:
         found = _at_scale(x, found, half, frequency, resolution).beside(found)[0]
     return found
@@ -68,7 +68,7 @@ def _at_scale(
     step = x.step
     m, wide = max(2, round(half / (frequency * step))), round(_WIDE * half / (frequency * step)) | 1
     if x.values.size < 8 * wide:
-        return no_detection(step, 0.0)
+        return detection_at(np.empty(0))
     filter_, one = _filter(m, wide, step, 2.0 * math.pi * frequency)
     edge, top = filter_.size // 2, float(one.max())
     away = x.values - np.median(x.values)
@@ -85,7 +85,7 @@ def _at_scale(
     strength = np.abs(jump) * top / max(noise, sine / _THRESHOLD)
     near = np.diff(place, prepend=-np.inf, append=np.inf) < 2 * m
     return detection_at(
-        x.start + place * step, step, noise, time_error=m * step / np.maximum(strength, 1.0),
+        x.start + place * step, time_error=m * step / np.maximum(strength, 1.0),
         jump=jump, strength=strength, confidence=normal_cdf(strength - _THRESHOLD),
         crowded=near[1:] | near[:-1],
     )  # fmt: skip

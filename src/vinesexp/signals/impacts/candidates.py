@@ -56,8 +56,8 @@ class Spikes:
 
     def keep(self, chosen: BoolArray) -> Spikes:
         """The chosen ones."""
-        own = (part[chosen] for part in (self.index, self.strength, self.width))
-        return Spikes(*own, self.noise)
+        index, strength, width = self.index[chosen], self.strength[chosen], self.width[chosen]
+        return Spikes(index, strength, width, self.noise)
 
 
 def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:

@@ -40,11 +40,6 @@ _FEW_SAMPLES = 3.0  # of a contact: between them its shape can be bent, and its 
 _SHAKY = 2.0  # standard deviations that a sure candidate may lose in the fit
 
 
-#: What a detection has of each contact.
-_EACH = ("time", "time_error", "jump", "jump_error", "peak", "strength", "confidence", "crowded",
-         "clipped")  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Detection:
     """What was found in one acceleration.
@@ -63,9 +58,7 @@ class Detection:
     crowded, clipped : bool arrays (k,)
         Overlapping others or ill explained; partly beyond the sensor's range.
     template : Template or None
-        The shape that was used, in samples of `interval` seconds.
-    noise : float
-        Median standard deviation of a sample, m/s^2.
+        The shape that was used, in samples or in the means that were fitted.
     """
 
     time: FloatArray
@@ -77,21 +70,24 @@ class Detection:
     confidence: FloatArray
     crowded: BoolArray
     clipped: BoolArray
-    template: Template | None
-    interval: float
-    noise: float
+    template: Template | None = None
 
     def keep(self, chosen: BoolArray) -> Detection:
         """The chosen contacts."""
-        return replace(self, **{name: getattr(self, name)[chosen] for name in _EACH})
+        return replace(self, **{name: each[chosen] for name, each in self._each().items()})
 
     def beside(self, other: Detection) -> tuple[Detection, BoolArray]:
         """The contacts of both in order of time, and which of them are those of `other`."""
         order = np.argsort(np.append(self.time, other.time), kind="stable")
         both: dict[str, Any] = {
-            name: np.append(getattr(self, name), getattr(other, name))[order] for name in _EACH
+            name: np.append(each, getattr(other, name))[order]
+            for name, each in self._each().items()
         }
         return replace(self, **both), order >= self.time.size
+
+    def _each(self) -> dict[str, Any]:
+        """What it has of each contact, by name."""
+        return {name: each for name, each in vars(self).items() if name != "template"}
 
 
 def detect_by_template(
@@ -119,10 +115,9 @@ def detect_by_template(
     True
     """
     spikes = _all_spikes(stream, settings)
-    noise = float(np.median(spikes.noise)) if spikes.noise.size else 0.0
     # What is faint may be an impact between two samples: the template will show, if one is learnt.
     if not (spikes.strength > settings.threshold).any():
-        return no_detection(1.0 / stream.sample_rate, noise)
+        return detection_at(np.empty(0))
     width = _typical(spikes, reach=settings.apart * stream.sample_rate)
     # One candidate for each contact and its ringing.
     reach = max(settings.apart * stream.sample_rate, 2.0 * width)
@@ -141,7 +136,7 @@ def detect_by_template(
         for begin in range(0, stream.n, grouped.chunk)
     ]
     answer = spring_answer(template, grouped.dt, stream.highpass, frequency)
-    return _gathered(parts, template, grouped.dt, noise, settings.threshold, answer)
+    return _gathered(parts, template, grouped.dt, settings.threshold, answer)
 
 
 def _learnt(
@@ -208,8 +203,8 @@ def _fit_chunk(
 
 
 def _gathered(
-    parts: list[tuple[Contacts, BoolArray]], template: Template, dt: float, noise: float,
-    threshold: float, answer: float,
+    parts: list[tuple[Contacts, BoolArray]], template: Template, dt: float, threshold: float,
+    answer: float,
 ) -> Detection:  # fmt: skip
     def all_of(name: str) -> FloatArray:
         return np.concatenate([getattr(part, name) for part, _ in parts])
@@ -228,8 +223,6 @@ def _gathered(
         crowded=all_of("crowded").astype(bool),
         clipped=np.concatenate([clipped for _, clipped in parts]),
         template=template,
-        interval=dt,
-        noise=noise,
     )
 
 
@@ -250,17 +243,11 @@ def _unevenness(place: FloatArray) -> float:
     return math.sqrt(max(float(np.var(off)) - 1.0 / (12.0 * n), 0.0))
 
 
-def detection_at(time: FloatArray, dt: float, noise: float, **known: Any) -> Detection:
+def detection_at(time: FloatArray, **known: Any) -> Detection:
     """A detection without a template: what is not `known` of each contact is NaN, or false."""
     unknown, no = np.full(time.size, np.nan), np.zeros(time.size, dtype=bool)
-    each: dict[str, Any] = {"time": time, **dict.fromkeys(_EACH[1:-2], unknown)}
-    each |= {"crowded": no, "clipped": no} | known
-    return Detection(**each, template=None, interval=dt, noise=noise)
-
-
-def no_detection(dt: float, noise: float) -> Detection:
-    """Nothing found."""
-    return detection_at(np.empty(0), dt, noise)
+    nothing = Detection(time, unknown, unknown, unknown, unknown, unknown, unknown, no, no)
+    return replace(nothing, **known)
 
 
 def normal_cdf(x: FloatArray) -> FloatArray:

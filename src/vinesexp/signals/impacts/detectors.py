@@ -229,6 +229,4 @@ def _detection(
         crowded=close[1:] | close[:-1],
         clipped=np.array([stream.beyond(*span).any() for span in near], dtype=bool),
         template=template,
-        interval=dt,
-        noise=float(np.median(noise)) if noise.size else 0.0,
     )

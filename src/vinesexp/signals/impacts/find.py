@@ -22,7 +22,7 @@ from vinesexp.signals.clipping import range_in, read_unstuck, resolution_of
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.bends import detect_bends
 from vinesexp.signals.impacts.candidates import Stream
-from vinesexp.signals.impacts.detection import Detection, no_detection
+from vinesexp.signals.impacts.detection import Detection, detection_at
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_integral
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
@@ -306,7 +306,7 @@ def _struck(
 ) -> Impacts:  # fmt: skip
     """Impacts of balls in an open record; none where no channel of the mass shows them."""
     motion, sign = conditioned.oscillation, 1.0
-    found, slopes = no_detection(1.0 / record.sample_rate, 0.0), None
+    found, slopes = detection_at(np.empty(0)), None
     if "acceleration" in record.roles:
         found, slopes, sign = _by_pulses(
             record, conditioned, motion, clearance, test, settings, said

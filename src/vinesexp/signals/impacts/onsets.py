@@ -19,7 +19,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.settings.stages import DropSettings, ImpactSettings
 from vinesexp.signals.impacts.candidates import CHUNK, Stream
-from vinesexp.signals.impacts.detection import Detection, detection_at, no_detection, normal_cdf
+from vinesexp.signals.impacts.detection import Detection, detection_at, normal_cdf
 
 _QUIET = 0.1  # share of the record that is taken as quiet
 _EDGE = 5  # samples that Maeda's criterion keeps on either side
@@ -43,7 +43,7 @@ def detect_onsets(stream: Stream, settings: ImpactSettings, drop: DropSettings) 
     level, step, noise = levels(stream, drop)
     starts, tops = onsets(level, noise, step, threshold=settings.threshold, drop=drop)
     if not starts.size:
-        return no_detection(1.0 / stream.sample_rate, noise)
+        return detection_at(np.empty(0))
     hop = round(step * stream.sample_rate)
     # The zero-phase highpass rings before a strong hit, too: that is left out.
     clear = [
@@ -54,7 +54,7 @@ def detect_onsets(stream: Stream, settings: ImpactSettings, drop: DropSettings) 
     time, error = (np.array(values) for values in zip(*picked, strict=True))
     strength = level[tops] / noise
     return detection_at(
-        time, 1.0 / stream.sample_rate, noise, time_error=error, peak=level[tops],
+        time, time_error=error, peak=level[tops],
         strength=strength, confidence=normal_cdf(strength - settings.threshold),
     )  # fmt: skip
 
