@@ -23,8 +23,8 @@ def read_at_true_times(
     rate, start, values = read_channels(path, Setup(channels, time=time, sample_rate=sample_rate))
     samples = Samples(open_source(path), Setup(channels, time=time, sample_rate=sample_rate))
     samples.whole()  # whether the clock is even is known at its end
-    if samples.uneven and "velocity" not in samples.quantities.values():
-        blocks = list(samples.as_measured())
+    blocks = list(samples.as_measured())  # none where it is
+    if blocks and "velocity" not in samples.quantities.values():
         return np.concatenate([times for times, _ in blocks]), {
             role: np.concatenate([block[role] for _, block in blocks]) for role in values
         }

@@ -7,7 +7,7 @@ when the record is shown. Both work from disk: no server, no network (docs/repor
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,22 +21,17 @@ from vinesexp.figures.numbers import plus_minus, significant
 from vinesexp.figures.record_words import clearance_of, regime_words, settings_of
 from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
-from vinesexp.record_pages.traces import exact, packed, samples_of, script, traces_of
+from vinesexp.record_pages.traces import lengths_over_time, packed, samples_of, script, traces_of
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.freshness import Notes
-from vinesexp.records.stored.result_columns import REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
-from vinesexp.records.stored.tables import Row, columns_of
-from vinesexp.report.page import band_kept
+from vinesexp.records.stored.tables import Row
+from vinesexp.report.page import SEVERITY, band_kept
 from vinesexp.report.rendering import rendered
 from vinesexp.results import CampaignResults
 from vinesexp.theory.manifold import C_1, C_2, amplitude
 from vinesexp.whole_files import write_whole
-
-#: Outcomes of checks, worst first; a record's is its worst.
-_WORST = ("refused", "excluded", "warning", "ok")
-
 
 # What the page of one record says: its settings, regime, estimates, checks, replay, provenance.
 #: Parameter of an estimate to what it is; others serve later steps and are not shown.
@@ -145,7 +140,9 @@ def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
             [row["quantity"], _value(row, "measured"), _value(row, "replayed"), row["outcome"]]
             for row in replay
         ],
-        "replayed": _replayed(cycles),
+        "replayed": lengths_over_time(
+            cycles, median="replayed_m", low="replayed_low_m", high="replayed_high_m"
+        ),
         "manifold": _manifold(record, paths, results.rig),
         "provenance": _provenance(record, paths),
     }
@@ -165,16 +162,6 @@ def _value(row: Row, column: str) -> str:
     text = significant(row[column], factor=1e3 if millimetres else 1.0)
     unit = "mm" if millimetres else "" if row["unit"] == "1" else row["unit"]
     return f"{text} {unit}".strip()
-
-
-def _replayed(rows: Sequence[Row]) -> dict[str, Any] | None:
-    if not rows:
-        return None
-    time, _, *lengths = columns_of(rows, REPLAY_CYCLES.names[1:])
-    names = ("median", "low", "high")
-    return {"time": exact(time)} | {
-        name: packed(1e3 * length) for name, length in zip(names, lengths, strict=True)
-    }
 
 
 def _manifold(record: Record, paths: ResultPaths, rig: IdentifiedRig) -> dict[str, Any] | None:
@@ -214,7 +201,7 @@ def list_of_records(results: CampaignResults) -> list[list[Any]]:
     for record in results.as_found.records:
         row: Row = next(iter(results.of_record("regimes", record.id)), {})
         odd = [one for one in results.of_record("checks", record.id) if one["outcome"] != "ok"]
-        outcome = min((c["outcome"] for c in odd), key=_WORST.index, default="ok")
+        outcome = min((c["outcome"] for c in odd), key=SEVERITY.__getitem__, default="ok")
         found.append(
             [
                 record.id,

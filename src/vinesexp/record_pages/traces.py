@@ -10,7 +10,7 @@ import base64
 import json
 import math
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from vinesexp.figures.regime_strips import impacts_per_cycle
 from vinesexp.records.stored.result_columns import DECAY
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.records.stored.tables import columns_of, read_rows
+from vinesexp.records.stored.tables import Row, columns_of, read_rows
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import cycles_from, extremes_of_parts, fill_gaps
 from vinesexp.units import COVERAGE_95
@@ -432,10 +432,13 @@ def _cycles(view: RecordView, frequency: float) -> dict[str, Any] | None:
 def _decay(path: Path) -> dict[str, Any] | None:
     """Amplitude of a ring-down beside what was identified from it, mm."""
     rows = read_rows(path, DECAY) if path.is_file() else []
+    return lengths_over_time(rows, amplitude="amplitude_m", law="law_m", viscous="viscous_m")
+
+
+def lengths_over_time(rows: Sequence[Row], **columns: str) -> dict[str, Any] | None:
+    """Columns of a table over its times, mm, each by its name on the page; None without a row."""
     if not rows:
         return None
-    time, *lengths = columns_of(rows, DECAY.names)
-    names = ("amplitude", "law", "viscous")
-    return {"time": exact(time)} | {
-        name: packed(1e3 * length) for name, length in zip(names, lengths, strict=True)
-    }
+    time, *lengths = columns_of(rows, ["time_s", *columns.values()])
+    shown = zip(columns, lengths, strict=True)
+    return {"time": exact(time)} | {name: packed(1e3 * length) for name, length in shown}

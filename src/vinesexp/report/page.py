@@ -13,6 +13,7 @@ from typing import Any
 
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.identified_values import input_rows, named
+from vinesexp.figures.numbers import significant
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.readers.source import file_of
 from vinesexp.records.stored.result_columns import TABLES
@@ -128,7 +129,7 @@ def processed_records(campaign: Campaign, results: Path) -> list[dict[str, Any]]
                     "length": f"{view.n / view.sample_rate:.4g} s",
                     "sample_rate": f"{1e-3 * view.sample_rate:.4g} kHz",
                     # What a drop test's bands follow is the ringing of its impacts.
-                    "oscillation": "–" if drop else _hertz(view.oscillation),
+                    "oscillation": "–" if drop else significant(view.oscillation, digits=4),
                     "motion_band": band_kept(view, "displacement") if not drop else "–",
                     "impact_band": band_kept(view, "acceleration"),
                     "impacts": read_impacts(results / f"impacts/{record.id}.csv").n,
@@ -147,10 +148,6 @@ def changed_settings(campaign: Campaign) -> list[tuple[str, str]]:
     ]
 
 
-def _hertz(value: Any) -> str:
-    return f"{float(value):.4g}" if value is not None else "–"
-
-
 def band_kept(view: RecordView, role: str) -> str:
     """Edges of what a channel keeps, those that its sampling can hold; a dash without it."""
     if role not in view.roles:
@@ -160,9 +157,10 @@ def band_kept(view: RecordView, role: str) -> str:
         high = None
     if low is None and high is None:
         return "all"
+    least, most = (significant(end, digits=4) for end in (low, high))
     if high is None:
-        return f"above {_hertz(low)}"
-    return f"below {_hertz(high)}" if low is None else f"{_hertz(low)} to {_hertz(high)}"
+        return f"above {least}"
+    return f"below {most}" if low is None else f"{least} to {most}"
 
 
 #: Rows of a table of records that are shown; the others are on the page of all records.
@@ -268,13 +266,11 @@ def problem_lists(checks: Sequence[Row]) -> dict[str, Any]:
         "problems": grouped(sorted(of_records, key=lambda row: SEVERITY[row["outcome"]])),
         "limits": [row for row in problems if not row["record"]],
         "notes": [row for row in found if row["check"] != "ingest"],
-        "refused": _records(problems, "refused"),
-        "excluded": _records(problems, "excluded"),
+        **{
+            outcome: len({row["record"] for row in problems if row["outcome"] == outcome})
+            for outcome in ("refused", "excluded")
+        },
     }
-
-
-def _records(problems: Sequence[Row], outcome: str) -> int:
-    return len({row["record"] for row in problems if row["outcome"] == outcome})
 
 
 def build_report(campaign: Campaign, results: Path, out: Path) -> Path:

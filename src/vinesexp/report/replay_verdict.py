@@ -56,8 +56,9 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
     # Those that differ come first: of many records only the first are shown.
     shown = tuple(sorted(_records(rows), key=lambda row: not row["differs"]))
     if failed:
+        whose = f"{len(failed)} of {len(records)} records" if records[1:] else "its only record"
         warning = (
-            f"The identified rig does not reproduce {_count(len(failed), len(records))} "
+            f"The identified rig does not reproduce {whose} "
             f"({', '.join(failed[:5])}{', ...' if len(failed) > 5 else ''}): predictions for such "
             "tests may not hold."
         )
@@ -68,10 +69,6 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
         more = f" and {len(aside) - 5} more" if len(aside) > 5 else ""
         sentence += f" Other quantities differ in {', '.join(aside[:5])}{more}."
     return ReplayVerdict(sentence, "", shown)
-
-
-def _count(n: int, total: int) -> str:
-    return "its only record" if total == 1 else f"{n} of {total} records"
 
 
 def _within(rows: Sequence[Row]) -> str:

@@ -185,9 +185,18 @@ def pulse_share(
     if not power:
         return 0.0
     since = times - record.start - 0.5 * (k - 1) / record.sample_rate
-    taper = 0.5 - 0.5 * np.cos(2.0 * math.pi * (since / step + 0.5) / x.size)
-    pulses = np.exp(-1j * np.outer(w, since)) @ (taper * jumps) / step
+    pulses = lines_of_pulses(since, jumps, step, x.size, w)
     return float((pulses * X.conj()).real.sum()) / power
+
+
+def lines_of_pulses(
+    times: FloatArray, jumps: FloatArray, step: float, size: int, w: FloatArray
+) -> ComplexArray:
+    """Tapered transform of the impacts within `size` samples from time 0 on, as an acceleration."""
+    inside = (times > -0.5 * step) & (times < (size - 0.5) * step)
+    t = times[inside]
+    taper = 0.5 - 0.5 * np.cos(2.0 * math.pi * (t / step + 0.5) / size)
+    return np.asarray(np.exp(-1j * np.outer(w, t)) @ (taper * jumps[inside] / step))
 
 
 def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:

@@ -160,12 +160,11 @@ def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, Flo
     lost, labels = nothing + np.inf, np.zeros((1, n), dtype=np.int64)
     beam = _Beam(nothing, nothing, nothing, lost, np.zeros(1), labels)
     confidence = np.zeros(n)
-    for j in range(n):
-        beam = _advanced(beam, rig, j, t[j], x[j], v[j], jump[j], side[j])
+    for j in range(n + _SETTLED):
+        if j < n:
+            beam = _advanced(beam, rig, j, t[j], x[j], v[j], jump[j], side[j])
         if j >= _SETTLED:
             _settle(beam, j - _SETTLED, confidence)
-    for j in range(max(0, n - _SETTLED), n):
-        _settle(beam, j, confidence)
     best = int(np.argmax(beam.weight))
     return beam.labels[best].copy(), confidence, float(beam.weight[best])
 

@@ -24,7 +24,7 @@ from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER
-from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines
+from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines, lines_of_pulses
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.slopes import Coarse, SlopeChanges, slope_changes
@@ -68,13 +68,8 @@ def slopes_of_integral(
     They are those of one sensor: its jumps are no second witness, and left out.
     """
     try:
-        motion = motion_at_impacts(
-            record, found.time, found.jump, found.clipped, frequency=frequency
-        )
+        motion, slopes, _ = _at_impacts(record, found.time, found.jump, found.clipped, frequency)
     except AnalysisError:
-        return None
-    slopes = _slopes(motion, found.time, found.jump)
-    if not abs(_ratio(slopes.jump, found.jump) - 1.0) < _CONTRADICT:
         return None
     unknown = np.full(found.time.size, np.nan)
     good = motion.within(found.time)
@@ -84,17 +79,19 @@ def slopes_of_integral(
     )  # fmt: skip
 
 
-def motion_at_impacts(
-    record: RecordView, times: FloatArray, jumps: FloatArray, clipped: IntArray | BoolArray, *,
+def _at_impacts(
+    record: RecordView, times: FloatArray, jumps: FloatArray, clipped: IntArray | BoolArray,
     frequency: float,
-) -> IntegratedMotion:  # fmt: skip
-    """The integrated motion of a record with impacts.
+) -> tuple[IntegratedMotion, SlopeChanges, float]:  # fmt: skip
+    """The integrated motion, its slopes at impacts whose jumps are as the pulses show them.
+
+    And by how much the slopes change over the areas of the pulses.
 
     Raises
     ------
     AnalysisError
-        Too few impacts, an accelerometer beyond its range at many of them, or a motion that
-        cannot be known; with the reason.
+        Too few impacts, an accelerometer beyond its range at many of them, a motion that cannot be
+        known, or that contradicts the pulses; with the reason.
     """
     if times.size < _FEWEST:
         raise AnalysisError(f"{times.size} impacts found, expected {_FEWEST} or more")
@@ -104,22 +101,17 @@ def motion_at_impacts(
             f"the accelerometer is beyond its range at {cut:.0%} of the impacts: no displacement "
             "by integration"
         )
-    return integrated_motion(record, times, jumps, frequency=frequency)
-
-
-def _slopes(motion: IntegratedMotion, times: FloatArray, jumps: FloatArray) -> SlopeChanges:
-    """Place and velocity with the jumps as the pulses show them."""
-    coarse = Coarse(motion.x, motion.step, motion.start)
-    return slope_changes(
-        coarse, times, jumps, frequency=motion.frequency,
-        jump_errors=np.full(times.size, _EXACT),
-    )  # fmt: skip
-
-
-def _ratio(slopes: FloatArray, pulses: FloatArray) -> float:
-    """Slope changes over areas of pulses, robustly."""
-    known = np.isfinite(slopes) & (np.abs(pulses) > 0.5 * np.median(np.abs(pulses)))
-    return float(np.median(slopes[known] / pulses[known])) if known.any() else np.nan
+    motion = integrated_motion(record, times, jumps, frequency=frequency)
+    x, exact = Coarse(motion.x, motion.step, motion.start), np.full(times.size, _EXACT)
+    slopes = slope_changes(x, times, jumps, frequency=frequency, jump_errors=exact)
+    known = np.isfinite(slopes.jump) & (np.abs(jumps) > 0.5 * np.median(np.abs(jumps)))
+    ratio = float(np.median(slopes.jump[known] / jumps[known])) if known.any() else math.nan
+    if not abs(ratio - 1.0) < _CONTRADICT:
+        raise AnalysisError(
+            f"the pulses of the impacts have {1.0 / (ratio or math.nan):.3g} times the area that "
+            "the motion after them shows: no displacement by integration of this acceleration"
+        )
+    return motion, slopes, ratio
 
 
 @dataclass(frozen=True)
@@ -154,13 +146,7 @@ def integrated_impacts(record: RecordView, impacts: Impacts, *, frequency: float
         The acceleration does not show the displacement, and why.
     """
     times, jumps = impacts.time_s - record.start, impacts.jump_acceleration_m_s
-    motion = motion_at_impacts(record, times, jumps, impacts.clipped, frequency=frequency)
-    ratio = _ratio(_slopes(motion, times, jumps).jump, jumps)
-    if not abs(ratio - 1.0) < _CONTRADICT:
-        raise AnalysisError(
-            f"the pulses of the impacts have {1.0 / ratio:.3g} times the area that the motion "
-            "after them shows: no displacement by integration of this acceleration"
-        )
+    motion, _, ratio = _at_impacts(record, times, jumps, impacts.clipped, frequency)
     turn = 2.0 * np.pi * frequency
     late = motion.phase_error / turn
     x, v, jump = impacts.x_m, impacts.v_before_m_s, impacts.velocity_jump_m_s
@@ -179,8 +165,8 @@ class IntegratedMotion:
 
     Attributes
     ----------
-    x, v : arrays (n,)
-        Of the mass, m and m/s, without what is slower than a quarter of the oscillation.
+    x : array (n,)
+        Of the mass, m, without what is slower than a quarter of the oscillation.
     base_x, base_v : arrays (n,)
         Of the base, in the same band.
     step, start : float
@@ -192,7 +178,6 @@ class IntegratedMotion:
     """
 
     x: FloatArray
-    v: FloatArray
     base_x: FloatArray
     base_v: FloatArray
     step: float
@@ -267,7 +252,7 @@ def integrated_motion(
         corner = law.corner
         if not -0.5 * frequency < corner < _NEAREST * frequency:
             raise AnalysisError(_near_corner(corner, frequency))
-    found = IntegratedMotion(x, v, x_e, v_e, step, start, frequency, law)
+    found = IntegratedMotion(x, x_e, v_e, step, start, frequency, law)
     _require_known(found)
     return found
 
@@ -356,7 +341,7 @@ def _law(
 
     a, v, x = (lines(values) for values in motion)
     w = np.asarray(2.0 * np.pi * f[used], dtype=np.float64)
-    struck = np.stack([_struck(times - i * step, jumps, w, size, step) for i in begins])
+    struck = np.stack([lines_of_pulses(times - i * step, jumps, step, size, w) for i in begins])
     here = low[used]
     columns = np.stack([v[:, here].ravel(), x[:, here].ravel()], axis=1)
     wanted = (struck - a)[:, here].ravel()
@@ -374,13 +359,3 @@ def _law(
             "integration"
         )
     return law
-
-
-def _struck(
-    times: FloatArray, jumps: FloatArray, w: FloatArray, size: int, step: float
-) -> ComplexArray:
-    """Tapered transform of the impacts of a segment, as that of an acceleration."""
-    inside = (times > -0.5 * step) & (times < (size - 0.5) * step)
-    t = times[inside]
-    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (t / step + 0.5) / size)
-    return np.asarray(np.exp(-1j * np.outer(w, t)) @ (taper * jumps[inside] / step))
