@@ -182,11 +182,9 @@ def pulse_share(
     near, w = lines_between(x.size, step, _BAND, frequency)
     X = second_derivative_beside(x, x, step, w, near)[1]
     power = float((np.abs(X) ** 2).sum())
-    if not power:
-        return 0.0
     since = times - record.start - 0.5 * (k - 1) / record.sample_rate
     pulses = lines_of_pulses(since, jumps, step, x.size, w)
-    return float((pulses * X.conj()).real.sum()) / power
+    return float((pulses * X.conj()).real.sum()) / max(power, 1e-300)
 
 
 def lines_of_pulses(

@@ -300,8 +300,6 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     if begins.size < _FEWEST:
         return None
     near, w = lines_between(size, step, _NEAR, frequency)
-    if not near.any():
-        return None
     ratio, changes = (np.zeros(begins.size, dtype=np.complex128) for _ in range(2))
     size_of = np.zeros(begins.size)
     for k, i in enumerate(begins):
@@ -435,8 +433,6 @@ def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
     step = k / view.sample_rate
     v_a, v_x = (_velocity(y, step, frequency, order) for y, order in ((a, -1), (x, 1)))
     n = v_a.size
-    if n < 2:
-        return None
     late = np.arange(-int(_OVERLAP * n), int(_OVERLAP * n) + 1)
     size = 1 << (2 * n - 1).bit_length()
     both = np.fft.irfft(np.fft.rfft(v_x, size) * np.fft.rfft(v_a, size).conj(), size)[late]
@@ -447,12 +443,10 @@ def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
     alike = both / np.sqrt(np.maximum(shared, 1e-12 * power_a[-1] * power_x[-1] + 1e-300))
     # Peaks between samples: a period is no whole number of them.
     top = 1 + np.flatnonzero((alike[1:-1] >= alike[:-2]) & (alike[1:-1] > alike[2:]))
-    if not top.size:
-        return None
     below, above = alike[top - 1], alike[top + 1]
     bend = np.minimum(below - 2.0 * alike[top] + above, -1e-300)
     high = alike[top] - (below - above) ** 2 / (8.0 * bend)
-    best = float(high.max())
+    best = float(high.max(initial=0.0))
     if best < _MOVE_ALIKE:
         return None
     # Clocks that differ leave something where both began together, and less at a wrong period.

@@ -358,8 +358,6 @@ def zero_phase_blocks(
     size = 1 << (max(_SHORTEST, 3 * margin) - 1).bit_length()
     held, pending = np.empty(0), 0  # the margin before, then samples not yet given out
     for block in blocks:
-        if not block.size:
-            continue
         if not held.size:
             held = _stretched(before, block[0], margin, at_end=False)
         held = np.concatenate([held, block])

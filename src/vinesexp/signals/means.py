@@ -136,9 +136,6 @@ def cycles_from(
     """`cycle_amplitudes` of a displacement of n samples that is read by blocks of cycles."""
     length = sample_rate / frequency
     edges = np.round(np.arange(0.0, n + 1e-9, length)).astype(np.int64)
-    edges = edges[edges <= n]
-    if len(edges) < 2:
-        return np.empty(0), np.empty(0)
     low, high = extremes_of_parts(read, edges, gaps=True)
     middle = np.asarray(0.5 * (edges[:-1] + edges[1:]) / sample_rate, dtype=np.float64)
     return middle, 0.5 * (high - low)

@@ -49,8 +49,7 @@ def _silent(view: RecordView, record: Record, frequency: float) -> Correction | 
     role, other = sorted(_OF_THE_MASS, key=lambda one: moved[one])
     if moved[role] > _LEAST * moved[other] or line_of(view, role) is not None:
         return None
-    line = line_of(view, other)
-    if line is None:
+    if (line := line_of(view, other)) is None:
         return None
     detail = (
         f"the {role} shows no oscillation, and the {other} one at {line:.4g} Hz: its sensor was "

@@ -148,26 +148,25 @@ def find_spikes(
     coarse = a.astype(np.float32)
     widths = boxcars(sample_rate, highpass)
     floors = noise_floor * np.sqrt(widths)
-    margin = widths[-1]
-    stretches = [
-        (max(0, begin - margin), begin, min(a.size, begin + STRETCH))
-        for begin in range(0, max(a.size, 1), STRETCH)
-    ]
     noise = np.array([
         [noise_of(z, floor, width=width)
-         for z, floor, width in zip(_boxed(coarse[i:k], widths), floors, widths, strict=True)]
-        for _, i, k in stretches
+         for z, floor, width in zip(_boxed(part, widths), floors, widths, strict=True)]
+        for part in (coarse[i : i + STRETCH] for i in range(0, max(a.size, 1), STRETCH))
     ])  # fmt: skip
-    limits = np.stack([louder(column) for column in noise.T], axis=1)
-    found = []
-    for (low, begin, end), limit in zip(stretches, limits, strict=True):
-        at, strength, width = _stretch(
-            coarse[low : min(a.size, end + margin)], widths, threshold, limit
-        )
-        keep = (at + low >= begin) & (at + low < end)
-        found.append((at[keep] + low, strength[keep], width[keep]))
-    index, strengths, best_widths = (np.concatenate(part) for part in zip(*found, strict=True))
-    return Spikes(index, strengths, best_widths, noise[:, 0])
+    best, shown = np.zeros_like(coarse), []
+    for width, total, sigma in zip(widths, _boxed(coarse, widths), noise.T, strict=True):
+        lead = (width - 1) // 2  # the boxcar stands centred on its sample
+        here = slice(lead, lead + total.size)
+        scale = np.minimum(1.0 / louder(sigma), _LARGEST).astype(np.float32)
+        size = np.zeros_like(coarse)
+        np.abs(total, out=size[here])
+        size *= np.repeat(scale, STRETCH)[: a.size]
+        np.fmax(best, size, out=best)
+        shown.append(size)
+    index = np.flatnonzero(best > threshold)
+    peaks = index[_peaks(index, best[index])] if index.size else index
+    most = np.argmax(np.nan_to_num([size[peaks] for size in shown]), axis=0)
+    return Spikes(peaks, best[peaks].astype(np.float64), np.array(widths)[most], noise[:, 0])
 
 
 def _boxed(a: NDArray[np.float32], widths: list[int]) -> Iterator[NDArray[np.float32]]:
@@ -178,30 +177,6 @@ def _boxed(a: NDArray[np.float32], widths: list[int]) -> Iterator[NDArray[np.flo
             half = width // 2
             total = total[:-half] + total[half:] if total.size > half else total[:0]
         yield total
-
-
-def _stretch(
-    a: NDArray[np.float32], widths: list[int], threshold: float, noise: FloatArray
-) -> tuple[IntArray, FloatArray, IntArray]:
-    """Peaks of one stretch: index, strength, width."""
-    best = np.zeros_like(a)
-    sizes: list[NDArray[np.float32]] = []
-    for width, total, sigma in zip(widths, _boxed(a, widths), noise, strict=True):
-        size = np.abs(total)
-        size *= np.float32(min(1.0 / sigma, _LARGEST))
-        lead = (width - 1) // 2  # the boxcar stands centred on its sample
-        here = best[lead : lead + total.size]
-        np.fmax(here, size, out=here)
-        sizes.append(size)
-    index = np.flatnonzero(best > threshold)
-    peaks = index[_peaks(index, best[index])] if index.size else index
-    shown = np.zeros((len(widths), peaks.size), dtype=np.float32)
-    for row, width, size in zip(shown, widths, sizes, strict=True):
-        at = peaks - (width - 1) // 2
-        there = (at >= 0) & (at < size.size)
-        row[there] = np.nan_to_num(size[at[there]])
-    best_width = np.array(widths)[np.argmax(shown, axis=0)]
-    return peaks, best[peaks].astype(np.float64), best_width
 
 
 def _peaks(index: IntArray, strength: Samples) -> IntArray:

@@ -34,7 +34,6 @@ _TOGETHER = 16  # contacts of a chain that are moved at once
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 _RINGS = 0.5  # of its peak: ringing that overlaps the next contact
 _SPREADS = 3.0  # of the template, above which a remainder is a new contact
-_NARROW = 8  # samples: so many sums are quicker than a running one
 
 
 @dataclass(frozen=True)
@@ -267,9 +266,8 @@ class State:
 def less(a: FloatArray, place: FloatArray, height: FloatArray, template: Template) -> FloatArray:
     """The array less contacts of given places (samples) and heights."""
     lags = np.arange(template.first, template.last + 1)
-    centre = np.rint(place)
-    index = centre.astype(np.int64)[:, np.newaxis] + lags
-    model = template.around(place - centre, lags)[0]
+    index = np.rint(place).astype(np.int64)[:, np.newaxis] + lags
+    model = template.at(index - place[:, np.newaxis])[0]
     model *= height[:, np.newaxis]
     if index.min(initial=0) < 0 or index.max(initial=0) >= a.size:
         model *= (index >= 0) & (index < a.size)
@@ -298,8 +296,8 @@ def normal_equations(
     state: State, seen: IntArray, *, also: BoolArray | None = None
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Sample index, template, time derivative and the 2 x 2 normal equations of every contact."""
-    index, _, inside = state.windows(seen)
-    value, slope = state.template.around(state.place - np.rint(state.place), seen)
+    index, u, inside = state.windows(seen)
+    value, slope = state.template.at(u)
     slope *= -state.height[:, np.newaxis]
     counts = state.valid if also is None else state.valid | also
     use = inside & counts[index]
@@ -453,18 +451,11 @@ class BoxNoise:
         """Sum over the boxcar centred on each sample, over sqrt(width)."""
         if self.width == 1:
             return a
-        lead, count = (self.width - 1) // 2, a.size - self.width + 1
-        out = np.zeros_like(a)
-        if count < 1:
-            return out
-        inner = out[lead : lead + count]
-        if self.width <= _NARROW:
-            for k in range(self.width):
-                inner += a[k : k + count]
-        else:
-            total = np.concatenate([[0.0], np.cumsum(a)])
-            np.subtract(total[self.width :], total[: -self.width], out=inner)
-        inner *= 1.0 / np.sqrt(self.width)
+        lead, count, out = (self.width - 1) // 2, a.size - self.width + 1, np.zeros_like(a)
+        if count > 0:
+            total = np.append(0.0, np.cumsum(a))
+            sums = total[self.width :] - total[: -self.width]
+            out[lead : lead + count] = sums / np.sqrt(self.width)
         return out
 
 

@@ -111,8 +111,6 @@ def onsets(
     before = np.lib.stride_tricks.sliding_window_view(padded, back - 1).max(axis=1)[: level.size]
     rises = (level > drop.rise * before) & (level > threshold * noise)
     index = np.flatnonzero(rises)
-    if not index.size:
-        return none, none
     starts = index[np.diff(index, prepend=-(10**9)) > back]  # a rise that goes on is one
     ends = np.minimum(np.append(starts[1:], level.size), starts + back)
     tops = [i + int(np.argmax(level[i:k])) for i, k in zip(starts, ends, strict=True)]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.arrays import FloatArray
 
 #: Table entries a sample: linear interpolation between them is below any noise.
 FINE = 32
@@ -122,23 +122,6 @@ class Template:
         value, rise, slope, turn = (np.take(table, row) for table in self._table)
         return value + part * rise, slope + part * turn
 
-    def around(self, shift: FloatArray, lags: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Template and derivative at `lags` - shift for contacts less than a sample from lag 0.
-
-        The same as `at`, one row a contact, by whole rows of a table instead of single entries.
-        """
-        low, high = int(lags[0]), int(lags[-1])
-        place = -shift * FINE
-        row = np.floor(place).astype(np.int64)
-        part = (place - row)[:, np.newaxis]
-        out = []
-        for table in self._rows:
-            rows = table[:, low - self.first + 1 : high - self.first + 2]
-            lower = rows[row + FINE]
-            lower += part * (rows[row + FINE + 1] - lower)
-            out.append(lower)
-        return out[0], out[1]
-
     @cached_property
     def taken(self) -> FloatArray:
         """What the highpass takes of a sample of height 1, so many samples away on either side."""
@@ -152,18 +135,6 @@ class Template:
         v, s, none = self.values, self.slopes, np.zeros(1)
         inner = v[:-1], v[1:] - v[:-1], s[:-1], s[1:] - s[:-1]
         return [np.concatenate([none, table, none]) for table in inner]
-
-    @cached_property
-    def _rows(self) -> tuple[FloatArray, FloatArray]:
-        """Template and derivative at all lags plus -1 ... 1 sample in steps of 1/FINE, a row each.
-
-        One lag more at either end; beyond the table zero.
-        """
-        lags = np.arange(self.first - 1, self.last + 2) - self.first
-        index = lags * FINE + np.arange(-FINE, FINE + 2)[:, np.newaxis]
-        inside = (index >= 0) & (index < self.values.size - 1)
-        index = np.where(inside, index, 0)
-        return self.values[index] * inside, self.slopes[index] * inside
 
 
 def window(
