@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, naming
 from vinesexp.records.instrument.timebase import Clock, UnevenClockError
-from vinesexp.records.readers import Column, Source, open_source
+from vinesexp.records.readers import Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.source import part_of
 from vinesexp.units import UNITS
@@ -208,8 +208,10 @@ def _kinds(
         rises = kind in ("signal", "counter") and _grows(values)
         if index == frequencies or (rises and is_called_frequency(column.name, column.unit)):
             kind = "frequency"
-        if kind == "signal" and rises and _is_of_times(column, source, time, values):
-            kind = "time"  # of other channels than the first
+        same = time is not None and column.name == source.columns[time].name
+        named = same or is_called_time(column.name)
+        if kind == "signal" and rises and (named or len(values) >= _FEWEST):
+            kind = "time"  # of other channels than the first: by its name, or as nothing moves so
             if time is not None and is_other_time(column.name, source.columns[time].name):
                 own = rate = _rate_of(values, _unit_of_times(column.unit, values))
         if kind == "signal" and len(values) < _FEWEST and not 1 < most / len(values) <= _FEWEST:
@@ -350,12 +352,6 @@ def _answers_late(response: NDArray[np.complex128]) -> bool:
     share = told[-1] / max(told[-1] + before.sum(), np.finfo(float).tiny)
     early, half = (np.searchsorted(told, part * told[-1]) + _AT_ONCE for part in (0.05, 0.5))
     return bool(share > _LATE and early < _DIES * half)
-
-
-def _is_of_times(column: Column, source: Source, time: int | None, values: FloatArray) -> bool:
-    """Whether a column that only grows is one of times: by its name, or since nothing moves so."""
-    same = time is not None and column.name == source.columns[time].name
-    return same or is_called_time(column.name) or len(values) >= _FEWEST
 
 
 def _unit_of_times(stated: str | None, times: FloatArray) -> str:

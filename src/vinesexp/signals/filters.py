@@ -359,7 +359,7 @@ def zero_phase_blocks(
     held, pending = np.empty(0), 0  # the margin before, then samples not yet given out
     for block in blocks:
         if not held.size:
-            held = _stretched(before, block[0], margin, at_end=False)
+            held = _stretched(before[::-1], block[0], margin)[::-1]
         held = np.concatenate([held, block])
         pending += block.size
         while pending >= size - margin:  # a margin of it is what comes after
@@ -367,8 +367,7 @@ def zero_phase_blocks(
             yield _through(held[:size], _gain(band, size))[margin : margin + ready]
             held, pending = held[ready:], pending - ready
     if pending:
-        last = held[-1]
-        whole = np.concatenate([held, _stretched(after, last, margin, at_end=True)])
+        whole = np.concatenate([held, _stretched(after, held[-1], margin)])
         n = next_fast_len(whole.size, real=True)
         padded = np.concatenate([whole, np.full(n - whole.size, whole[-1])])
         yield _through(padded, _gain(band, n))[margin : margin + pending]
@@ -383,12 +382,10 @@ def _through(x: FloatArray, gain: FloatArray) -> FloatArray:
     return np.fft.irfft(np.fft.rfft(x) * gain, x.size)
 
 
-def _stretched(extension: FloatArray, value: float, length: int, *, at_end: bool) -> FloatArray:
-    """An extension as long as the margin: its far end goes on."""
-    if not at_end:
-        return _stretched(extension[::-1], value, length, at_end=True)[::-1]
-    known = extension[:length]
-    return np.append(known, np.full(length - known.size, known[-1] if known.size else value))
+def _stretched(extension: FloatArray, value: float, length: int) -> FloatArray:
+    """An extension behind a value, as long as the margin: its far end goes on."""
+    known = np.append(value, extension[:length])
+    return np.pad(known, (0, length + 1 - known.size), mode="edge")[1:]
 
 
 def zero_phase(x: FloatArray, band: Butterworth | None) -> FloatArray:

@@ -504,8 +504,9 @@ def _seen(record: Record, view: RecordView, impacts: Impacts, frequency: float) 
     cycles = view.n / view.sample_rate * frequency
     if impacts.n > record.settings.regimes.seen_share * cycles:
         return True
-    expected = expected_jump(min(record.clearance), frequency, record.settings)
-    return smallest_jump(view, record.settings) < expected
+    # A ball that crosses its cavity twice a cycle flies at 4 b f or faster; dv = eps (1 + r) rho.
+    slowest = 4.0 * min(record.clearance) * frequency
+    return smallest_jump(view, record.settings) < record.settings.regimes.smallest_ball * slowest
 
 
 def unknown_regime(record: Record) -> Row:
@@ -616,14 +617,6 @@ def smallest_jump(conditioned: RecordView, settings: Settings) -> float:
     # Half a sine of n samples and height 1 has the area 2 n/pi and the norm sqrt(n/2).
     area, norm = (1.0, 1.0) if samples < 2.0 else (2.0 * samples / math.pi, math.sqrt(samples / 2))
     return settings.impacts.threshold * noise * area / norm / conditioned.sample_rate
-
-
-def expected_jump(clearance: float, frequency: float, settings: Settings) -> float:
-    """Velocity jump (m/s) of a ball that crosses its cavity twice a cycle, if it is a small one.
-
-    The ball flies at 4 b f or faster, and dv = eps (1 + r) rho.
-    """
-    return settings.regimes.smallest_ball * 4.0 * clearance * frequency
 
 
 def rows_or_refuse(

@@ -6,7 +6,8 @@ Files that a campaign names: inside its folder, unless it says otherwise.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, ParameterError, VinesexpError
@@ -48,13 +49,10 @@ def raise_first(found: Sequence[VinesexpError], all_of_them: str = "") -> None:
         raise CampaignError(problem, file=first.file, where=first.where)
 
 
-class _Noting:
-    def __init__(self, problems: Problems, where: str) -> None:
-        self.problems = problems
-        self.where = where
-
-    def __enter__(self) -> None:
-        return None
+@dataclass
+class _Noting(AbstractContextManager[None, bool]):
+    problems: Problems
+    where: str
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
         if not isinstance(error, ParameterError):

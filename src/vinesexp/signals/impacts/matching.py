@@ -160,7 +160,6 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     own_error = template.model_error[
         np.clip(-template.first, 0, template.model_error.size - 1)
     ] * np.abs(state.height)
-    index, _, inside = state.windows(np.arange(template.first, template.last + 1))
     around = model_errors(state)[
         np.clip(np.rint(state.place).astype(np.int64), 0, state.a.size - 1)
     ]

@@ -207,15 +207,14 @@ def learnt_among_neighbours(
     end = min(grouped.stream.n, begin + grouped.chunk)
     few = _PROBE * (template.last - template.first) * grouped.k
     if end - begin > 2 * few:
-        probe = _part(grouped, guesses, *_around(strongest, few, (begin, end)))
-        count = max(1, _fitted(probe, template, settings).place.size)
-        enough = few * _CROWD * settings.learn_from // count
+        piece, noise, start = _part(grouped, guesses, *_around(strongest, few, (begin, end)))
+        probe = fit_contacts(piece, start, template, noise=noise, settings=settings)
+        enough = few * _CROWD * settings.learn_from // max(1, probe.place.size)
         begin, end = _around(strongest, enough // grouped.k * grouped.k, (begin, end))
-    part = _part(grouped, guesses, begin, end)
-    piece, noise, _ = part
+    piece, noise, start = _part(grouped, guesses, begin, end)
     best, least = template, math.inf
     for _ in range(_AGAIN):
-        found = _fitted(part, template, settings)
+        found = fit_contacts(piece, start, template, noise=noise, settings=settings)
         rest = less(piece.a, found.place, found.height, template)
         left = float((rest[piece.good] ** 2).sum())
         if left >= least:
@@ -246,13 +245,6 @@ def _part(
     here = guesses.index[(guesses.index >= begin) & (guesses.index < end)]
     start = np.unique(np.clip((here - begin) // grouped.k, 0, piece.a.size - 1))
     return piece, grouped.noise(piece), start
-
-
-def _fitted(
-    part: tuple[Piece, FloatArray, IntArray], template: Template, settings: ImpactSettings
-) -> Contacts:
-    piece, noise, start = part
-    return fit_contacts(piece, start, template, noise=noise, settings=settings)
 
 
 def _less_neighbours(
