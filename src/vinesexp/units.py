@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vinesexp.errors import ParameterError, nearest
@@ -42,6 +43,18 @@ def counted(number: int, what: str) -> str:
     ('1 record', '3 clearances')
     """
     return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def first_of(words: Sequence[str], most: int) -> str:
+    """The first of some words, and how many more there are.
+
+    Examples
+    --------
+    >>> first_of(["a", "b", "c"], 2), first_of(["a", "b"], 2)
+    ('a, b and 1 more', 'a, b')
+    """
+    more = len(words) - most
+    return ", ".join(words[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 #: Units by what they measure, each with its size in SI.

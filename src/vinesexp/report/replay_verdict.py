@@ -14,6 +14,7 @@ from vinesexp.errors import VinesexpError
 from vinesexp.maps.basins import STARTS, Attractor, coexisting
 from vinesexp.records.stored.tables import Row
 from vinesexp.theory.regime_definitions import PERMANENT
+from vinesexp.units import first_of
 
 #: Share by which the amplitude of a record may miss that of a motion that explains it.
 ALIKE = 0.1
@@ -66,8 +67,7 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
     whose = "the record does" if len(records) == 1 else f"all {len(records)} records do"
     sentence = f"The identified rig moves as {whose}: {_within(rows)}."
     if aside := [f"{row['record']} ({row['differs']})" for row in shown if row["differs"]]:
-        more = f" and {len(aside) - 5} more" if len(aside) > 5 else ""
-        sentence += f" Other quantities differ in {', '.join(aside[:5])}{more}."
+        sentence += f" Other quantities differ in {first_of(aside, 5)}."
     return ReplayVerdict(sentence, "", shown)
 
 

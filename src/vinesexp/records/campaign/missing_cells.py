@@ -16,6 +16,7 @@ from pathlib import Path
 
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
+from vinesexp.units import first_of
 
 #: Name of these checks in checks.csv.
 MISSING = "missing"
@@ -176,5 +177,4 @@ def _names(records: Iterable[Record]) -> str:
     'r0, r1, r2, r3, r4, r5 and 3 more'
     """
     ids = [record.id for record in records]
-    more = f" and {len(ids) - _LISTED} more" if len(ids) > _LISTED + 1 else ""
-    return ", ".join(ids if not more else ids[:_LISTED]) + more
+    return first_of(ids, _LISTED + (len(ids) == _LISTED + 1))

@@ -25,7 +25,7 @@ from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockEr
 from vinesexp.records.readers import Column, Source
 from vinesexp.records.readers.labels import CODES, marks_to_infinity
 from vinesexp.records.readers.source import require_one
-from vinesexp.units import UNITS, counted, measured_in
+from vinesexp.units import UNITS, counted, first_of, measured_in
 
 
 def find_column(source: Source, wanted: str | int, *, where: str) -> int:
@@ -76,9 +76,7 @@ def _listed(columns: Sequence[Column]) -> str:
     if len(columns) > 1 and not any(column.name for column in columns):
         last = len(columns) - 1
         return f"{len(columns)} columns without names: give one by its number, 0 to {last}"
-    most = 20
-    reported = ", ".join(f"{j}: '{column.name}'" for j, column in enumerate(columns[:most]))
-    return reported + (f" and {len(columns) - most} more" if len(columns) > most else "")
+    return first_of([f"{j}: '{column.name}'" for j, column in enumerate(columns)], 20)
 
 
 def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str | None]:

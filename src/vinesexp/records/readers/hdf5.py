@@ -31,7 +31,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import stated_unit, unit_in_name, unit_of_label
 from vinesexp.records.readers.source import WIDEST, Column, TableSource
 from vinesexp.records.readers.unread import unreadable
-from vinesexp.units import UNITS
+from vinesexp.units import UNITS, first_of
 
 NAME = "HDF5"
 LIBRARIES = ("h5py",)
@@ -66,11 +66,7 @@ def open_file(path: Path, *, scalars: bool = False) -> TableSource:
     held.down("", file)
     losses = [said for name, item in held.datasets for said in _never_written(name, item)]
     if held.elsewhere:
-        more = len(held.elsewhere) - 3
-        losses.append(
-            f"links to other files are not followed: {', '.join(held.elsewhere[:3])}"
-            + (f" and {more} more" if more > 0 else "")
-        )
+        losses.append(f"links to other files are not followed: {first_of(held.elsewhere, 3)}")
     table = [pair for name, item in held.datasets for pair in held.columns_of(name, item)]
     if held.contradictions and all(math.isnan(column.interval or 0.0) for column, _ in table):
         raise held.contradictions[0]

@@ -38,6 +38,7 @@ from vinesexp.signals.impacts.slopes import (
     weighted,
 )
 from vinesexp.signals.impacts.template_learning import MEDIAN_OF_NORMAL
+from vinesexp.units import first_of
 
 _AS_BY_DEFAULT = Settings()
 _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
@@ -521,10 +522,9 @@ def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, flo
 def _others_in_words(times: FloatArray, start: float) -> str:
     """What checks.csv says of spikes that are no impacts of the ball."""
     apart = np.diff(times, prepend=-np.inf) > _ONE_KNOCK
-    shown = ", ".join(f"{start + t:.3f}" for t in times[apart][:_SHOWN])
-    more = f" and {int(apart.sum()) - _SHOWN} more" if apart.sum() > _SHOWN else ""
+    shown = first_of([f"{start + t:.3f}" for t in times[apart]], _SHOWN)
     return (
-        f"{times.size} spike{'s' * (times.size > 1)} of the acceleration at {shown}{more} s "
+        f"{times.size} spike{'s' * (times.size > 1)} of the acceleration at {shown} s "
         f"{'are no impacts' if times.size > 1 else 'is no impact'} of the ball: it was on its way "
         "from wall to wall, or the mass does not move there. Left out; look for knocks on the "
         "table or on the sensor's cable, a mount that rings, or friction in the guide of the mass"
