@@ -16,13 +16,13 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import only_time, stated_unit, unit_in_name, unit_of_label
-from vinesexp.records.readers.layout import Body, Layout, find_body, is_stamp
+from vinesexp.records.readers.layout import Body, Layout, Stated, find_body, is_stamp
 from vinesexp.records.readers.source import Column
 from vinesexp.units import UNITS
 
@@ -98,9 +98,7 @@ def find_layout(path: Path) -> Layout:
         first=first,
         columns=tuple(columns),
         time_column=None if time is None else holding[time],
-        interval=stated.interval,
-        start=stated.start or 0.0,
-        rows=stated.rows,
+        stated=stated,
         stamps=tuple(sorted(body.stamps)),
         width=max(typical if layout.delimiter is not None else 0, len(names), body.width),
         unpaired=unpaired,
@@ -217,21 +215,6 @@ def _column(j: int, names: list[str], units: list[str]) -> Column:
     return Column(name, stated_unit(unit.strip("()[] ")) or unit_in_name(name))
 
 
-@dataclass
-class Stated:
-    """What a preamble states; None and empty where it does not.
-
-    `units` are in the order of the columns, empty where one has none.
-    """
-
-    interval: float | None = None
-    start: float | None = None
-    rows: int | None = None
-    names: list[str] = field(default_factory=list)
-    units: list[str] = field(default_factory=list)
-    time_unit: str | None = None
-
-
 def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
     """What the cells above (or beside) the data state.
 
@@ -267,7 +250,7 @@ def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
         units.pop()
     return Stated(
         intervals[0] if one and time_unit not in UNITS["frequency"] else None,  # else a spectrum's
-        next(iter(sizes("start", "time", positive=False)), None),
+        next(iter(sizes("start", "time", positive=False)), 0.0),
         max((n for n in rows if n < 1e12), default=None),
         [word for word in texts("names") if word],
         units,

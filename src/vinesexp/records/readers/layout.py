@@ -14,7 +14,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cache
 from itertools import chain, pairwise
@@ -58,6 +58,27 @@ _STAMPS = tuple(
 
 
 @dataclass(frozen=True)
+class Stated:
+    """What a preamble states; None and empty where it does not.
+
+    Attributes
+    ----------
+    interval, start, rows : float or None, float, int or None
+        Sample interval, time of the first row (s) and number of rows.
+    names, units : list of str
+        In the order of the columns; units are empty where a column has none.
+    time_unit : str or None
+    """
+
+    interval: float | None = None
+    start: float = 0.0
+    rows: int | None = None
+    names: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+    time_unit: str | None = None
+
+
+@dataclass(frozen=True)
 class Layout:
     """How to read a text file.
 
@@ -75,8 +96,8 @@ class Layout:
         Those that hold data.
     time_column : int or None
         The only one that has a unit of time.
-    interval, start, rows : float or None, float, int or None
-        Sample interval, time of the first row (s) and number of rows, as the header states them.
+    stated : Stated
+        What stands above the rows.
     stamps : tuple of int
         Columns of dates or times of day.
     width : int
@@ -101,9 +122,7 @@ class Layout:
     first: int = 0
     columns: tuple[Column, ...] = ()
     time_column: int | None = None
-    interval: float | None = None
-    start: float = 0.0
-    rows: int | None = None
+    stated: Stated = field(default_factory=Stated)
     stamps: tuple[int, ...] = ()
     width: int = 0
     unpaired: str = ""

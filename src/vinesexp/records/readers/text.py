@@ -213,8 +213,8 @@ class TextSource(Source):
             )
             self._aside, self._text = _without_end(self._text, layout.end)
         self._first_stamps: dict[int, str] = {}
-        self.time_column, self.stated_rows = layout.time_column, layout.rows
-        self.sample_interval, self.start = layout.interval, layout.start
+        self.time_column, self.stated_rows = layout.time_column, layout.stated.rows
+        self.sample_interval, self.start = layout.stated.interval, layout.stated.start
         self.unpaired = self._placed(layout.unpaired)
         if len(self.columns) == 1 and self.columns[0].name == CODED:  # GW Instek
             cells = [layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
