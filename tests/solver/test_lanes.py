@@ -13,7 +13,10 @@ import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.solver import lanes
-from vinesexp.solver.lanes import amplitudes, amplitudes_of, row_of
+from vinesexp.solver.arrays import ball_table
+from vinesexp.solver.in_turn import amplitudes_in_turn
+from vinesexp.solver.lanes import amplitudes, row_of
+from vinesexp.solver.state import CLEARANCE, MASS, RESTITUTION, SIDE, D, U
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 
@@ -33,9 +36,14 @@ def random_case(number):
     return rig, base, Release(x0, v0, [x0 + rng.uniform(-0.99, 0.99) * b], [speed])
 
 
-def scalar(rig, base, release, settle, duration):
+def scalar(rig, base, release, settle, duration, remainder=None):
     """Mean, largest, impacts, time of the last impact, by the loop of one motion."""
-    return amplitudes_of(simulate(rig, base, release, duration), settle)
+    o, starts = rig.oscillator, ball_table(rig, release)[0]
+    run = (o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
+    run = (*run, release.x0, release.v0, settle, duration)
+    balls = starts[np.newaxis][:, :, [MASS, CLEARANCE, RESTITUTION, D, SIDE, U]]
+    out = amplitudes_in_turn(np.array([run]), balls, remainder=remainder)
+    return np.array([out.mean, out.largest, out.impacts, out.latest])[:, 0]
 
 
 def rows_of(cases, settle, cycles):
@@ -85,7 +93,7 @@ def test_amplitude_while_a_ball_rests_is_that_of_the_motion(ratio, b, r):
     amplitude = np.hypot(x, v / TABLE_2.w0)
     row = row_of(rig, base, start, settle=settle, duration=duration)
     in_lanes = found(np.array([row]))[0]
-    for mean, largest, *_ in (amplitudes_of(motion, settle), in_lanes):
+    for mean, largest, *_ in (scalar(rig, base, start, settle, duration), in_lanes):
         assert mean == pytest.approx(amplitude.mean(), rel=2e-3)
         assert largest == pytest.approx(amplitude.max(), rel=1e-2)
 
@@ -95,12 +103,51 @@ def test_amplitude_while_one_of_two_balls_rests():
     rig = Rig(TABLE_2, nes=[NES(m=0.6, b=1e-5, r=0.5), NES(m=0.2, b=2e-4, r=0.0)])
     base = Harmonic(0.25e-3, 0.35 * TABLE_2.f0)
     settle, duration = 20.0 / base.frequency, 60.0 / base.frequency
-    motion = simulate(rig, base, Release(y0=[3e-6, 1e-4]), duration)
+    start = Release(y0=[3e-6, 1e-4])
+    motion = simulate(rig, base, start, duration)
     x, v = motion.at(np.linspace(settle, duration, 40_001))
     amplitude = np.hypot(x, v / TABLE_2.w0)
-    mean, largest, *_ = amplitudes_of(motion, settle)
+    mean, largest, *_ = scalar(rig, base, start, settle, duration)
     assert mean == pytest.approx(amplitude.mean(), rel=2e-3)
     assert largest == pytest.approx(amplitude.max(), rel=1e-2)
+
+
+@pytest.mark.filterwarnings("ignore::vinesexp.errors.RigWarning")
+@pytest.mark.parametrize("masses", [(0.02, 0.05), (0.3, 1.4, 0.2)])
+@pytest.mark.parametrize("ratio", [0.97, 1.0001])
+def test_a_motion_in_turn_is_the_one_that_is_kept(masses, ratio):
+    """Several balls, one heavier than the oscillator; a resonance too sharp for the closed form."""
+    light = Oscillator.from_modal(M=1.0, f0=2.0, zeta=1e-4)
+    rig = Rig(light, nes=[NES(m=m, b=2e-3, r=0.7) for m in masses])
+    base = Harmonic(1e-4, ratio * light.f0, phase=0.3)
+    start = Release(1e-3, 0.01, [1e-3 + 1.5e-3 * (-1) ** i for i in range(len(masses))])
+    settle, duration = 2.0, 6.0
+    motion = simulate(rig, base, start, duration)
+    x, v = motion.at(np.linspace(settle, duration, 40_001))
+    amplitude = np.hypot(x, v / light.w0)
+    mean, largest, impacts, latest = scalar(rig, base, start, settle, duration)
+    times = motion.impacts["time"]
+    assert impacts == (times >= settle).sum() > 5
+    assert latest == pytest.approx(times[-1], rel=1e-9)
+    assert mean == pytest.approx(amplitude.mean(), rel=1e-2)
+    assert largest == pytest.approx(amplitude.max(), rel=1e-2)
+
+
+def test_motions_in_turn_know_nothing_of_each_other():
+    rng, n = np.random.default_rng(3), 40
+    state = rng.uniform(-5e-3, 5e-3, (n, 2)) * [1.0, TABLE_2.w0]
+    phase, f = rng.uniform(0.0, 6.0, n), TABLE_2.f0 * rng.uniform(0.95, 1.05, n)
+    one = np.ones(n)
+    o = (TABLE_2.M * one, TABLE_2.c1 * one, TABLE_2.k1 * one, 2e-4 * one)
+    runs = np.column_stack([*o, f, phase, state, 1.0 * one, 9.0 * one])
+    gaps = rng.uniform(0.0, 0.01, (n, 2))
+    balls = np.stack([0.016 + 0 * gaps, 0.01 + 0 * gaps, 0.7 + 0 * gaps, gaps,
+                      np.sign(gaps - 0.005), 0 * gaps], axis=2)  # fmt: skip
+    together = amplitudes_in_turn(runs, balls)
+    order = rng.permutation(n)[:25]
+    few = amplitudes_in_turn(runs[order], balls[order])
+    assert few.mean.tobytes() == together.mean[order].tobytes()
+    assert few.spent.tobytes() == together.spent[order].tobytes()
 
 
 def test_regular_motion_stays_the_same_for_a_thousand_impacts():

@@ -38,7 +38,10 @@ _SWEPT = (
     "largest_running_mean_mm=running",
 )  # fmt: skip
 _DRIVEN = ("rms_mm", "peak_mm", "rms_x_mm", "peak_x_mm", "impacts")
-_RECORD = ("duration_s=duration", "sample_rate_hz=rate", "base_peak_mm", "base_rms_mm", "hopeless")
+_RECORD = (
+    "duration_s=duration", "sample_rate_hz=rate", "base_peak_mm", "base_rms_mm", "hopeless",
+    "tolerance",
+)  # fmt: skip
 _RELEASE = (
     "level_mm", "b_mm", "low_mm", "high_mm", "time_s=time", "bare_time_s=bare_time",
     "met_at_most=capture",
@@ -206,6 +209,7 @@ def falls_as_json(falls: Falls) -> dict[str, object]:
         )
     return {
         "levels_mm": [1e3 * level for level in falls.levels],
+        "tolerance": falls.tolerance,
         "asked_mm": None if falls.asked is None else 1e3 * falls.found[falls.asked].b,
         "fastest_mm": [1e3 * falls.found[i].b for i in falls.fastest],
         "fastest_at_wall_mm": [1e3 * falls.found[i].b for i in falls.fastest_at_wall],

@@ -39,6 +39,7 @@ def open_rig_of(given: Given) -> OpenRig:
         ratios=ratios,
         friction=given.size("friction"),
         damping=WeakDamping(given.size("quadratic"), given.size("coulomb")),
+        tolerance=given.one("tolerance").value if "tolerance" in given else DRILLED,
     )
 
 
@@ -57,7 +58,6 @@ def task_of(given: Given) -> Task:
         **{name: getattr(one, name) for name in one.__dataclass_fields__},
         levels=levels,
         frequencies=given.ends("frequency") if "frequency" in given else (o.f0, o.f0),
-        tolerance=given.one("tolerance").value if "tolerance" in given else DRILLED,
         std_errors={name: e for name, e in errors.items() if e},
     )
 

@@ -39,8 +39,9 @@ MEETS, FURTHER, FARTHEST, AWAY = 0.05, 4, 24, 100.0
 CLOSER, MINIMA = 7, (2, 1)
 #: Candidates of each criterion in a contest.
 FINALISTS = 6
-#: Few starts of the scan do not meet a jump: of the robust criterion few of the lowest are
-#: candidates, and clearances ever narrower than the lowest (shares of it), which lose fewer starts.
+#: Few starts of the scan do not meet a jump, or make too much of it: of the robust criterion few of
+#: the lowest are candidates, by the percentile of these starts and by that which is expected, and
+#: clearances ever narrower than the lowest (shares of it), which lose fewer starts.
 LOWEST, SAFER = 3, (0.9, 0.8, 0.7, 0.6, 0.5)
 #: And this share of what is best from rest, which often stands against a jump.
 NARROWER = 0.97
@@ -51,10 +52,12 @@ STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 4, 0.004
 #: Starts from rest and random starts of a clearance, least and most, in the
 #: scan; then the same in the first round of a contest.
 SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
-#: In a narrow cavity a ball may chatter to rest and act as a dead mass: its runs take many times as
-#: long as the median of all. Such a clearance has to be better by LITTLE to be looked at closer,
-#: and none is tried for safety: a dead mass does the same from any start.
-DEAR, LITTLE = 5.0, 0.01
+#: In a narrow cavity a ball may chatter to rest and act as a dead mass: its runs take DEAR times as
+#: long as the median of all, of more than CHATTER impacts a cycle and ball. Such a clearance has to
+#: be better by LITTLE to be looked at closer, and none is tried for safety. A dead mass does the
+#: same from any start and at any clearance: in the scan one start is enough, and none is narrower
+#: than EDGE of them.
+DEAR, CHATTER, LITTLE, EDGE = 5.0, 6.0, 0.01, 4
 #: Percentile of the mean amplitude over random starts that the robust clearance makes least.
 PERCENTILE = 90.0
 #: Draws of the weights of the starts with which the error of a value is found.
@@ -183,6 +186,7 @@ class Tried:
     tolerance : share of a clearance within which each of its starts has its own. Clearances then
         have other starts each, which count for their neighbours too (`pool`); where it is 0 all
         have the same.
+    spent : work of all that was run, s.
     """
 
     draw: Callable[[float, range], Runs]
@@ -191,6 +195,7 @@ class Tried:
     tolerance: float = 0.0
     found: dict[float, Responses] = field(default_factory=dict)
     made: dict[float, FloatArray] = field(default_factory=dict)
+    spent: float = 0.0
 
     def ask(self, clearances: Iterable[float], n: int) -> float:
         """Simulate at least the first n starts at each; the work that this took, s."""
@@ -199,7 +204,9 @@ class Tried:
             have = self.found[b].mean.shape[-1] if b in self.found else 0
             if have < n:
                 missing.setdefault(have, []).append(b)
-        return sum(self._simulate(some, range(have, n)) for have, some in missing.items())
+        work = sum(self._simulate(some, range(have, n)) for have, some in missing.items())
+        self.spent += work
+        return work
 
     def _simulate(self, clearances: list[float], numbers: range) -> float:
         blocks = []
@@ -253,6 +260,19 @@ class Tried:
         """What a start took at a clearance, under all conditions, s."""
         return float(self.found[b].work.sum(axis=0).mean())
 
+    def dear(self, clearances: Sequence[float]) -> BoolArray:
+        """Which of some clearances take many times the work of most, for a ball that chatters."""
+        work, some = np.array([self.work(b) for b in clearances]), map(self.found.get, clearances)
+        hits = [one.impacts_per_cycle.mean() / max(one.balls, 1) for one in some if one is not None]
+        return np.asarray((work > DEAR * np.median(work)) & (np.array(hits) > CHATTER))
+
+    def look(self, clearances: Sequence[float], n: int) -> list[float]:
+        """Simulate a start at each, the first n at those that are not dear: which these are."""
+        self.ask(clearances, 1)
+        cheap = [b for b, dear in zip(clearances, self.dear(clearances), strict=True) if not dear]
+        self.ask(cheap, n)
+        return cheap
+
 
 def _resampled(weights: FloatArray, blocks: list[tuple[int, int]], seed: int) -> FloatArray:
     """The weights, and draws of them: of each stretch of starts the same at any clearance."""
@@ -273,6 +293,22 @@ class Purse:
     def ask(self, starts: Tried, clearances: Iterable[float], n: int) -> None:
         """Pay for the first n starts at each clearance."""
         self.left -= starts.ask(clearances, n)
+
+
+@dataclass
+class Allowance:
+    """Work (s) of a search, shared out: what one part leaves, or takes beyond, the others have."""
+
+    budget: float
+    shares: list[float]
+    tried: list[Tried]
+
+    def next(self) -> float:
+        """What the next part may take of what is left."""
+        left = self.budget - sum(one.spent for one in self.tried)
+        share = self.shares[0] / sum(self.shares)
+        self.shares = self.shares[1:]
+        return max(left * share, 0.0)
 
 
 @dataclass(frozen=True)
@@ -494,12 +530,11 @@ class Curve:
 
 
 def curve_of(starts: Tried, criterion: Criterion, n: int) -> Curve:
-    """What a criterion says of every clearance that has n starts, dear ones with a handicap."""
-    b = sorted(b for b, found in starts.found.items() if found.mean.shape[-1] >= n)
-    same = np.ones((1, n))
-    value = np.array([float(criterion.rule(criterion.take(starts.of(c, n)), same)[0]) for c in b])
-    work = np.array([starts.work(one) for one in b])
-    dear = work > DEAR * np.median(work)
+    """What a criterion says of every clearance by at most n starts, dear ones with a handicap."""
+    b = sorted(starts.found)
+    some = [criterion.take(starts.of(c, n)) for c in b]
+    value = np.array([float(criterion.rule(one, np.ones((1, one.shape[-1])))[0]) for one in some])
+    dear = starts.dear(b)
     return Curve(np.array(b), value * np.where(dear, 1.0 + LITTLE, 1.0), dear)
 
 
@@ -513,11 +548,23 @@ def far_enough(grid: FloatArray, starts: Tried, n: int) -> FloatArray:
     runs.balls[..., B_B] *= AWAY
     bare, ratio = float(responses(runs).mean.mean()), float(grid[1] / grid[0])
     for _ in range(0, FARTHEST, FURTHER):
-        starts.ask(grid.tolist(), n)
+        starts.look(grid.tolist(), n)
         if min(starts.of(b, n).mean.mean() for b in grid.tolist()) <= (1.0 + MEETS) * bare:
             break
         grid = np.append(grid, grid[-1] * ratio ** np.arange(1.0, FURTHER + 1.0))
     return grid
+
+
+def wide_enough(grid: FloatArray, starts: Tried) -> FloatArray:
+    """The grid without the narrow cavities in which the ball acts as a dead mass."""
+    narrow = grid.size // 2
+    starts.ask(grid[narrow:].tolist(), 1)
+    while narrow > 0:
+        narrow = max(narrow - EDGE, 0)
+        starts.ask(grid[narrow : narrow + EDGE].tolist(), 1)
+        if starts.dear(grid[narrow:].tolist())[:EDGE].all():
+            break
+    return grid[narrow:]
 
 
 def scanned(
@@ -529,16 +576,19 @@ def scanned(
     The least number of starts everywhere says what a run takes, and so how many more there are.
     """
     known = [float(b) for b in grid]
-    starts.ask(known, ends[0])
-    first = sum(starts.work(b) for b in known)
+    cheap = starts.look(known, ends[0])
+    first = sum(starts.work(b) for b in cheap)
     looks = 1.0 + CLOSER * sum(MINIMA) * len(criteria) / grid.size
     n = affordable(most, first * looks, ends)
-    starts.ask(known, n)
+    starts.ask(cheap, n)
     curves = [curve_of(starts, one, n) for one in criteria]
     for minima in MINIMA:
         starts.ask([b for curve in curves for b in closer(curve, minima, CLOSER)], n)
         curves = [curve_of(starts, one, n) for one in criteria]
-    rows = [starts.of(b, n).reshape(1, -1) for b in known]
+    again = np.arange(n)  # of a dear one the few starts over and over
+    rows = [
+        starts.of(b, n).each(lambda v: v[..., again % v.shape[-1]]).reshape(1, -1) for b in known
+    ]
     return curves, rows[0].each(lambda *all_of: np.concatenate(all_of), *rows[1:])
 
 
@@ -616,28 +666,35 @@ def search(
         )
 
     rest, random = from_rest(0.0, False), Tried(anywhere(seed), 1, False)
-    grid = far_enough(np.geomspace(*ends, COARSE), rest, SCAN_REST[0])
+    grid = wide_enough(np.geomspace(*ends, COARSE), rest)
+    grid = far_enough(grid, rest, SCAN_REST[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
     mean, largest = _over(mean_of, task.average), _over(largest_of, task.worst)
     kinds = [(rest, [mean, largest])]  # without a range the nodes are all there is
     if task.ranged:
         kinds = [(rest, [mean]), (from_rest(0.0, True), [largest])]
+    shares = [share for _, c in kinds for share in (SCANS / len(kinds), *[CONTESTS] * len(c))]
+    shares += [SCANS, ROBUST]
+    every = [random]
+    purse = Allowance(budget * sum(shares), shares, every)
     won: list[Race] = []
     scans: list[Responses] = []
     dearest = 0.0
     for nodes, (starts, criteria) in enumerate(kinds):
-        most = SCANS * budget / len(kinds)
-        curves, scan = scanned(grid, starts, criteria, ends=SCAN_REST, most=most)
+        every.append(starts)
+        curves, scan = scanned(grid, starts, criteria, ends=SCAN_REST, most=purse.next())
         scans.append(scan)
         starts = from_rest(0.25, nodes > 0, task.tolerance)
+        every.append(starts)
         for one, criterion in zip(curves, criteria, strict=True):
-            contest = Contest(starts, criterion, Purse(CONTESTS * budget), seed=seed)
+            contest = Contest(starts, criterion, Purse(purse.next()), seed=seed)
             won.append(contest.won([*one.lowest(), *contest.known()], FIRST_REST))
             dearest = max(dearest, starts.work(won[-1].b))
     [curve], random_scan = scanned(
-        grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=SCANS * budget
+        grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=purse.next()
     )
+    hopes = curve_of(random, Criterion(mean_of, weighted_percentile), SCAN_RANDOM[1]).lowest()
     random = Tried(anywhere(seed + 1), tolerance=task.tolerance)
     lowest = curve.lowest()
 
@@ -645,8 +702,8 @@ def search(
     others = [share * one.b for one in won for share in (1.0, NARROWER)]
     safer = [b for b in (share * lowest[0] for share in SAFER) if not curve.is_dear(b)]
     robust_rule = Criterion(mean_of, weighted_percentile, cautious)
-    contest = Contest(random, robust_rule, Purse(ROBUST * budget), seed)
-    robust = contest.won([*lowest[:LOWEST], *safer, *others], FIRST_RANDOM)
+    contest = Contest(random, robust_rule, Purse(purse.next()), seed)
+    robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
     work = dearest, random.work(robust.b)
     share = float(random.found[robust.b].captured.mean())
     few = won[0].b, won[1].b, robust.b

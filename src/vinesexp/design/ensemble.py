@@ -23,8 +23,9 @@ from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.solver.arrays import gap_of, is_plain
-from vinesexp.solver.lanes import amplitudes, amplitudes_of
+from vinesexp.solver.arrays import gap_of
+from vinesexp.solver.in_turn import amplitudes_in_turn
+from vinesexp.solver.lanes import Amplitudes, amplitudes
 from vinesexp.solver.simulation import simulate
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
@@ -50,16 +51,16 @@ IMPACTS_PER_CYCLE = 1.9
 STEADY = 1.5
 #: s of one core an impact, for what is said beforehand (docs/benchmarks/simulation.md).
 PER_IMPACT = 0.3e-6
-#: s of one core: a run, a cycle, an impact of the two in a cycle and one beyond. In lanes; one by
-#: one in closed form (several balls, a heavy one); with friction of the balls; with a damping law.
-#: TABLE: what is tabulated in lanes for another oscillator or frequency than that of the run
-#: before. By these a search shares out its time; counted, not measured, so that an answer is the
-#: same anywhere.
+#: s of one core: a run, a cycle, an impact, more for one beyond two a cycle of each ball, an
+#: evaluation of the scalar loop where these are counted. In lanes; one by one in closed form
+#: (several balls, a heavy one); with friction of the balls; with a damping law. TABLE: what is
+#: tabulated for another oscillator or frequency than that of the run before. By these a search
+#: shares out its time; counted, not measured, so that an answer is the same anywhere.
 WORK_LANES, WORK_ALONE, WORK_FRICTION, WORK_LAW = (
-    (5e-6, 3.3e-8, 5e-8, 1.8e-7), (2e-4, 2e-7, 6e-7, 6e-7), (4e-4, 5e-7, 1e-6, 3e-6),
-    (4e-4, 5e-6, 3e-6, 4e-6),
+    (1e-5, 4e-8, 4.5e-8, 0.0, 3.8e-7), (2e-5, 5e-8, 1.5e-7, 5e-7, 6e-8),
+    (4e-4, 5e-7, 1e-6, 2e-6, 0.0), (4e-4, 5e-6, 3e-6, 1e-6, 0.0),
 )  # fmt: skip
-TABLE = 2.5e-5
+TABLE = 2.8e-5
 #: Bytes of a run in memory, with what is found of it.
 RUN_SIZE = 600.0
 #: A loop of fewer lanes takes hardly less: not so few runs are shared out over several cores.
@@ -103,12 +104,15 @@ class Runs(Sequence[Run]):
     values : (runs, 8): M, c1, k1; amplitude, frequency, phase of the base; x0, v0.
     balls : (runs, balls, 4): m, b, r, y0; each starts at rest.
     friction, damping : of all runs alike, as in `Task`.
+    remainder : rad from which on the rest of a chatter is summed, where runs go one by one
+        (`simulate`).
     """
 
     values: FloatArray
     balls: FloatArray
     friction: float = 0.0
     damping: WeakDamping = VISCOUS
+    remainder: float | None = None
 
     def __len__(self) -> int:
         return len(self.values)
@@ -374,21 +378,24 @@ def responses(
     M, c1, k1, _, f, *_ = runs.values.T
     settle, duration, _ = _durations(M, c1, k1, runs.balls[:, :, B_M].sum(axis=1), f)
     spans = (np.array([settle, duration]) + (watch - 1.0) * settle).T / haste
-    lanes, out = runs.in_lanes, np.empty((3, len(runs)))
-    rows = rows_of(runs, spans) if lanes.any() else np.empty(0)
+    lanes, out = runs.in_lanes, np.zeros((4, len(runs)))
+    starts = _starts_of(runs) if runs.plain else np.empty(0)
     side_by_side, alone = np.flatnonzero(lanes), np.flatnonzero(~lanes)
     stop = threading.Event()
 
     def share(first: int, step: int) -> None:
-        own = side_by_side[first::step]
-        if own.size:
-            found = amplitudes(rows[own], stop=stop.is_set)
-            cycles = (spans[own, 1] - spans[own, 0]) * f[own]
-            out[:, own] = found.mean, found.largest, found.impacts / cycles
-        for k in alone[first::step].tolist():
-            if stop.is_set():
-                return
-            out[:, k] = _one(runs[k], *spans[k].tolist())
+        for which in (side_by_side[first::step], alone[first::step]):
+            if which.size == 0:
+                continue
+            if runs.plain:
+                found = _settled(runs[which], starts[which], spans[which], stop.is_set)
+                cycles = (spans[which, 1] - spans[which, 0]) * f[which]
+                out[:, which] = found.mean, found.largest, found.impacts / cycles, found.spent
+                continue
+            for k in which.tolist():
+                if stop.is_set():
+                    return
+                out[:3, k] = _one(runs[k], *spans[k].tolist())
 
     full = alone.size + -(-side_by_side.size // FULL)
     threads = min(workers or os.cpu_count() or 1, full)
@@ -401,55 +408,68 @@ def responses(
                     task.result()
             finally:  # an interrupt ends the other threads too
                 stop.set()
-    work = _work(runs, lanes, spans[:, 1], out[2])
+    work = _work(runs, lanes, spans[:, 1], out[2], out[3])
     crossed = (runs.balls[..., B_M] * runs.balls[..., B_B]).sum(axis=1) / M
     step = 4.0 * crossed * f / np.sqrt(runs.values[:, V_K] / M)
     return Responses(out[0], out[1], out[2], work, step, runs.balls.shape[1])
 
 
-def rows_of(runs: Runs, spans: FloatArray) -> FloatArray:
-    """Runs with one ball as rows for `lanes.amplitudes`; refused where it starts outside."""
-    m, b, r, y0 = runs.balls[:, 0].T
-    x0, v0 = runs.values[:, V_X0], runs.values[:, V_V0]
+def _starts_of(runs: Runs) -> FloatArray:
+    """m, b, r, gap to the wall, its side and y' of every ball; refused where it starts outside."""
+    m, b, r, y0 = np.moveaxis(runs.balls, 2, 0)
+    x0 = runs.values[:, V_X0, np.newaxis]
     apart = x0 - y0
     side = np.where(apart >= 0.0, 1.0, -1.0)
     gap = b - side * apart
     # Within rounding of the wall means on it, as in `arrays.gap_of`, which says what is wrong.
     rounding = 4.0 * np.finfo(np.float64).eps * (np.abs(x0) + np.abs(y0) + b)
-    for k in np.flatnonzero(gap < -rounding)[:1].tolist():
-        gap_of(runs[k].rig.nes[0], 0, float(x0[k]), float(y0[k]))
+    for k, i in np.argwhere(gap < -rounding)[:1].tolist():
+        gap_of(runs[k].rig.nes[i], i, float(x0[k, 0]), float(y0[k, i]))
     gap = np.where(gap <= rounding, 0.0, gap)
-    own = (*runs.values[:, : V_PHASE + 1].T, m, b, r, x0, v0, gap, side, v0, np.zeros_like(m))
-    return np.column_stack([*own, spans])
+    return np.stack([m, b, r, gap, side, np.zeros_like(m)], axis=2)
 
 
-def _work(runs: Runs, lanes: BoolArray, duration: FloatArray, hits: FloatArray) -> FloatArray:
-    """About what runs with so many impacts a cycle take of a processor, s."""
+def _settled(
+    runs: Runs, starts: FloatArray, spans: FloatArray, stop: Callable[[], bool]
+) -> Amplitudes:
+    """What plain runs, all in lanes or none, settle to."""
+    v = runs.values
+    if not runs.in_lanes.all():
+        rows = np.column_stack([v, spans])
+        return amplitudes_in_turn(rows, starts, remainder=runs.remainder, stop=stop)
+    m, b, r, gap, side, u = starts[:, 0].T
+    own = (*v[:, : V_PHASE + 1].T, m, b, r, v[:, V_X0], v[:, V_V0], gap, side, v[:, V_V0], u)
+    return amplitudes(np.column_stack([*own, spans]), stop=stop)
+
+
+def _work(
+    runs: Runs, lanes: BoolArray, duration: FloatArray, hits: FloatArray, spent: FloatArray
+) -> FloatArray:
+    """About what runs with so many impacts a cycle and evaluations take of a processor, s."""
     law = WORK_ALONE if runs.plain else WORK_FRICTION
     law = law if runs.damping == VISCOUS else WORK_LAW
     per = np.where(lanes, np.array([WORK_LANES]).T, np.array([law]).T)
     rigs = runs.values[:, [V_M, V_C, V_K, V_F]]
-    tabulated = np.append(True, (rigs[1:] != rigs[:-1]).any(axis=1)) & lanes
+    tabulated = np.append(True, (rigs[1:] != rigs[:-1]).any(axis=1)) & runs.plain
     cycles, impacts = duration * runs.pace, duration * runs.values[:, V_F] * hits
-    beyond = np.maximum(impacts - 2.0 * cycles, 0.0)
-    moving = per[1] * cycles + per[2] * (impacts - beyond) + per[3] * beyond
-    return np.asarray(per[0] + TABLE * tabulated + moving)
+    beyond = np.maximum(impacts - 2.0 * cycles * runs.balls.shape[1], 0.0)
+    counts = np.array([np.ones(len(runs)), cycles, impacts, beyond, spent])
+    return np.asarray(TABLE * tabulated + (per * counts).sum(axis=0))
 
 
 def _one(one: Run, settle: float, duration: float) -> tuple[float, float, float]:
-    """(mean, largest, impacts per cycle) of one run."""
+    """(mean, largest, impacts per cycle) of one run that is not plain."""
     o, base = one.rig.oscillator, one.base
     motion = simulate(one.rig, base, one.release, duration=duration, damping=one.damping)
-    if is_plain(one.rig, one.damping):
-        mean, largest, hits, _ = amplitudes_of(motion, settle)
-    else:
-        pace = max(base.frequency, o.f0)
-        points = max(int(8 * pace * (duration - settle)), 64)
-        x, v = motion.at(np.linspace(settle, duration, points))
-        amplitude = np.hypot(x, v / o.w0)
-        mean, largest = float(amplitude.mean()), float(amplitude.max())
-        hits = float((motion.impacts["time"] >= settle).sum())
-    return mean, largest, hits / ((duration - settle) * base.frequency)
+    pace = max(base.frequency, o.f0)
+    x, v = motion.at(np.linspace(settle, duration, max(int(8 * pace * (duration - settle)), 64)))
+    amplitude = np.hypot(x, v / o.w0)
+    hits = float((motion.impacts["time"] >= settle).sum())
+    return (
+        float(amplitude.mean()),
+        float(amplitude.max()),
+        hits / ((duration - settle) * base.frequency),
+    )
 
 
 def _refuse_what_never_settles(runs: Runs) -> None:

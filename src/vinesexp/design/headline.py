@@ -118,10 +118,9 @@ def build_this(advice: Advice) -> list[str]:
     """A clearance with its tolerance, what it gives, how far the cliff, what else there is."""
     best, task = advice.robust, advice.task
     each = _each(task, best.b)
-    tolerance = f" +- {100.0 * task.tolerance:.2g} %" if task.tolerance else ""
     at = _between(task.levels, 1e3, "mm"), _between(task.frequencies, 1.0, "Hz")
     said = [
-        f"Build a one-sided clearance b of {each} mm{tolerance}.",
+        f"Build a one-sided clearance b of {each} mm{within(task.tolerance)}.",
         f"At a base amplitude of {at[0]} and {at[1]} the mean amplitude is then "
         f"{brief(best.random_mean)} mm over random starts "
         f"({percent(1.0 - best.random_mean / best.random_bare)} less than the "
@@ -177,6 +176,11 @@ def percentile_in_words(one: Judged, plain: Callable[[float], str]) -> str:
     """90th percentile in mm, with its error where that is not below the digits that are shown."""
     p90, error = 1e3 * one.random_p90, 2e3 * one.random_error
     return with_error(p90, error) if error > 2e-3 * p90 else plain(one.random_p90)
+
+
+def within(tolerance: float) -> str:
+    """The tolerance of a clearance, as it stands behind it; nothing where there is none."""
+    return f" +- {100.0 * tolerance:.2g} %" if tolerance else ""
 
 
 def _each(task: Task, b: float) -> str:
@@ -265,6 +269,7 @@ def tuned(advice: Advice) -> str:
 def driven(found: UnderRecord) -> list[str]:
     """Under a recorded base: the clearance of least rms, and that of least peak."""
     bare, rms, peak = found.bare, found.found[found.least_rms], found.found[found.least_peak]
+    off = within(found.tolerance)
     record = f"the recorded base ({found.duration:.4g} s, peak {brief(found.base_peak)} mm)"
     without = (
         f"without a ball rms {brief(float(bare.rms[0]))} mm, peak {brief(float(bare.peak[0]))} mm"
@@ -272,9 +277,9 @@ def driven(found: UnderRecord) -> list[str]:
     if found.hopeless:
         return [f"Under {record} no clearance reduces the deflection x - x_e by 5 % ({without})."]
     return [
-        f"Under {record} a clearance of {clearance(rms.b)} mm leaves the least rms of the "
+        f"Under {record} a clearance of {clearance(rms.b)} mm{off} leaves the least rms of the "
         f"deflection x - x_e, {brief(float(np.median(rms.rms)))} mm (median over balls at rest "
-        f"anywhere and at the walls); {clearance(peak.b)} mm the least peak, below "
+        f"anywhere and at the walls); {clearance(peak.b)} mm{off} the least peak, below "
         f"{brief(float(np.percentile(peak.peak, 90.0)))} mm for nine of ten; {without}."
     ]
 
@@ -307,8 +312,8 @@ def _ways(falls: Falls, balls: str, *, at_wall: bool) -> list[str]:
         return []
     levels, times, each, bare = (_listed(words) for words in zip(*ways, strict=True))
     return [
-        f"After a release, {balls} the amplitude to {levels} mm in {times} with b = {each} mm "
-        f"(without a ball: {bare})."
+        f"After a release, {balls} the amplitude to {levels} mm in {times} with b = {each} mm"
+        f"{within(falls.tolerance)} (without a ball: {bare})."
     ]
 
 

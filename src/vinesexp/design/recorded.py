@@ -12,7 +12,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.design.released import anywhere, judged, tried_closer
-from vinesexp.design.task import OpenRig
+from vinesexp.design.task import OpenRig, golden
 from vinesexp.excitation import Measured, Release, WeakDamping
 from vinesexp.rig import Rig
 from vinesexp.solver.simulation import simulate
@@ -57,6 +57,7 @@ class UnderRecord:
     duration, rate : of the record, s and Hz. base_rms, base_peak : m.
     bare : without a ball.
     found : one entry per clearance, sorted; of the best, starts drawn anew.
+    tolerance : share of b within which each start had a clearance of its own.
     least_rms, least_peak : index of the clearance with the least median rms, and of that with the
         least 90th percentile of the peak.
     """
@@ -65,6 +66,7 @@ class UnderRecord:
     rate: float
     base_rms: float
     base_peak: float
+    tolerance: float
     bare: Driven
     found: list[Driven]
     least_rms: int
@@ -88,7 +90,7 @@ def under_record(
     Parameters
     ----------
     open_rig : OpenRig
-        At rest at first.
+        At rest at first; each start has a clearance of its own within the tolerance.
     base : Measured
         Displacement of the base, m.
     asked : float, optional
@@ -105,14 +107,15 @@ def under_record(
     few, many = drawn(STARTS, AT_WALL), drawn(FRESH, FRESH * AT_WALL // STARTS)
 
     def tried(b: float, places: Sequence[FloatArray] = few) -> Driven:
-        rig = open_rig.rig(b)
-        starts = [
-            Release(y0=[float(u) * one.b for u, one in zip(p, rig.nes, strict=True)])
-            for p in places
-        ]
-        return _driven(rig, b, base, starts, open_rig.damping)
+        starts = []
+        for place, own in zip(places, open_rig.delivered(b, golden(len(places))), strict=True):
+            rig = open_rig.rig(float(own))
+            y0 = [float(u) * one.b for u, one in zip(place, rig.nes, strict=True)]
+            starts.append((rig, Release(y0=y0)))
+        return _driven(starts, b, base, open_rig.damping)
 
-    bare = _driven(Rig(open_rig.oscillator), 0.0, base, [Release()], open_rig.damping)
+    alone = Rig(open_rig.oscillator)
+    bare = _driven([(alone, Release())], 0.0, base, open_rig.damping)
     marks = [] if asked is None else [asked]
     first = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
     found = tried_closer(first, tried, (_rms, _peak), CLOSER)
@@ -123,6 +126,7 @@ def under_record(
         rate=base.sample_rate,
         base_rms=float(np.sqrt(np.mean(samples**2))),
         base_peak=float(np.abs(samples).max()),
+        tolerance=open_rig.tolerance,
         bare=bare,
         found=found,
         least_rms=least_rms,
@@ -139,12 +143,12 @@ def _peak(one: Driven) -> float:
 
 
 def _driven(
-    rig: Rig, b: float, base: Measured, starts: Sequence[Release], damping: WeakDamping
+    starts: Sequence[tuple[Rig, Release]], b: float, base: Measured, damping: WeakDamping
 ) -> Driven:
-    count = max(int(PER_CYCLE * rig.oscillator.f0 * base.duration), FEWEST)
+    count = max(int(PER_CYCLE * starts[0][0].oscillator.f0 * base.duration), FEWEST)
     t = np.linspace(0.0, base.duration, count)
     rows = []
-    for start in starts:
+    for rig, start in starts:
         motion = simulate(rig, base, start, base.duration, damping=damping)
         x, x_e = motion.at(t)[0], motion.base(t)[0]
         z = x - x_e

@@ -19,7 +19,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.design.ensemble import VISCOUS
-from vinesexp.design.task import OpenRig
+from vinesexp.design.task import OpenRig, golden
 from vinesexp.excitation import Release, WeakDamping
 from vinesexp.rig import Oscillator, Rig
 from vinesexp.solver.motion import Motion
@@ -111,6 +111,7 @@ class Falls:
     fastest, fastest_at_wall : for each level the fastest clearance for three of four balls at rest
         anywhere, and of those at a wall, as its index.
     bare : time to each level without a ball, s; infinite where it is not reached.
+    tolerance : share of b within which each ball had a cavity of its own.
     followed : how long each release with balls was simulated, s: an infinite time of a ball is
         later than that.
     asked : index of a clearance that was asked for, if any.
@@ -122,6 +123,7 @@ class Falls:
     fastest_at_wall: tuple[int, ...]
     bare: tuple[float, ...]
     followed: float
+    tolerance: float = 0.0
     asked: int | None = None
 
     def helps(self, level: int, *, at_wall: bool = False) -> bool:
@@ -145,6 +147,7 @@ def released(
     Parameters
     ----------
     open_rig : OpenRig
+        Each ball is in a cavity of its own, within the tolerance.
     x0, v0 : float
         m, m/s.
     levels : sequence of float
@@ -168,9 +171,10 @@ def released(
     duration = min(FOLLOWED / decay, LONGEST / oscillator.f0)
 
     def tried(b: float, starts: tuple[FloatArray, BoolArray] = few) -> Fall:
-        rig, (places, at_wall) = open_rig.rig(b), starts
+        places, at_wall = starts
         motions = []
-        for place in places:
+        for place, own in zip(places, open_rig.delivered(b, golden(len(places))), strict=True):
+            rig = open_rig.rig(float(own))
             y0 = [x0 + float(u) * n.b for u, n in zip(place, rig.nes, strict=True)]
             start = Release(x0, v0, y0)
             motions.append(simulate(rig, None, start, duration=duration, damping=damping))
@@ -188,6 +192,7 @@ def released(
         fastest_at_wall=tuple(best[len(levels) :]),
         bare=_bare_times(oscillator, x0, v0, levels, damping),
         followed=duration,
+        tolerance=open_rig.tolerance,
         asked=mine,
     )
 

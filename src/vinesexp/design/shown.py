@@ -299,7 +299,15 @@ def recorded(found: UnderRecord) -> Table:
         )
     heads = ("rms x - x_e", "peak x - x_e", "90 % below", "rms x", "peak x", "impacts", "")
     below = "In mm: medians over balls at rest anywhere in their cavities and at the walls."
+    below += _own(found.tolerance)
     return Table("Under the recorded base, by exact event simulation", heads, rows, below)
+
+
+def _own(tolerance: float) -> str:
+    """How the tolerance enters a table of starts."""
+    if tolerance == 0.0:
+        return ""
+    return f" Every start has its own clearance within {100.0 * tolerance:.2g} % of b."
 
 
 def of_theory(given: Given, theory: Theory) -> Table:
@@ -371,7 +379,7 @@ def fastest(falls: Falls, theory: Theory) -> Table:
     below = (
         "3 of 4: time at which three of four balls, at rest anywhere or at the pushing wall, have "
         "reached the level. Captured: share of the captured balls. Theory: b*(level) of a ball "
-        "captured at once, if a wall meets it wherever it is at rest."
+        f"captured at once, if a wall meets it wherever it is at rest.{_own(falls.tolerance)}"
     )
     return Table("The release by simulation: fastest clearance to each level", heads, rows, below)
 

@@ -130,8 +130,18 @@ def frequency_weights(ends: tuple[float, float], oscillator: Oscillator, eps: fl
     return weights
 
 
+#: rad from which on the rest of a chatter of several balls is summed: what one ball does begins the
+#: chatter of the others anew, and to rounding that would be thousands of impacts a cycle. The state
+#: after it is off by the square of this.
+CHATTER = 1e-4
+
 #: Steps of this share of a turn never meet again: evenly spread, whatever their number.
 GOLDEN = 0.6180339887498949
+
+
+def golden(n: int, shift: float = 0.5) -> FloatArray:
+    """n places from 0 to 1, evenly spread, in an order that has nothing to do with their size."""
+    return np.asarray((np.arange(float(n)) + shift) * GOLDEN % 1.0)
 
 
 @lru_cache(maxsize=32)
@@ -170,6 +180,8 @@ class OpenRig:
     ratios : clearance of each ball over the largest; (1,) for one ball.
     friction : deceleration mu g of the balls on their floors, m/s^2.
     damping : of the oscillator beyond c1.
+    tolerance : of what is built, as a share of b: every start has a clearance of its own within it,
+        so that whatever is made least is made least over what a workshop delivers.
     """
 
     oscillator: Oscillator
@@ -178,8 +190,11 @@ class OpenRig:
     ratios: tuple[float, ...] = field(default=(1.0,), kw_only=True)
     friction: float = field(default=0.0, kw_only=True)
     damping: WeakDamping = field(default=VISCOUS, kw_only=True)
+    tolerance: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
+        if not 0.0 <= self.tolerance < 0.5:
+            raise ParameterError(f"tolerance {self.tolerance:.6g}: expected from 0 to below 50 %")
         if not len(self.masses) == len(self.r) == len(self.ratios):
             raise ParameterError(
                 f"{len(self.masses)} ball masses, {len(self.r)} restitutions and "
@@ -192,6 +207,10 @@ class OpenRig:
         mu = self.friction
         return Rig(self.oscillator, [NES(m=m, b=b * s, r=r, friction=mu) for m, s, r in balls])
 
+    def delivered(self, b: float, off: FloatArray) -> FloatArray:
+        """The largest clearances (m) at places from 0 to 1 within the tolerance of b."""
+        return np.asarray(b * (1.0 + self.tolerance * (2.0 * off - 1.0)))
+
 
 @dataclass(frozen=True)
 class Task(OpenRig):
@@ -202,14 +221,11 @@ class Task(OpenRig):
     levels : base amplitudes (m), least and greatest (equal for one level).
     frequencies : Hz, least and greatest.
     std_errors : of M, c1, k1, m, r, G, frequency (SI); what is missing is known exactly.
-    tolerance : of what is built, as a share of b: every start has a clearance of its own within it,
-        so that whatever is made least is made least over what a workshop delivers.
     """
 
     levels: tuple[float, float]
     frequencies: tuple[float, float]
     std_errors: Mapping[str, float] = field(default_factory=dict)
-    tolerance: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -220,8 +236,6 @@ class Task(OpenRig):
             raise ParameterError(
                 f"k3 = {self.oscillator.k3:.6g} N/m^3: a design is for a linear spring; expected 0"
             )
-        if not 0.0 <= self.tolerance < 0.5:
-            raise ParameterError(f"tolerance {self.tolerance:.6g}: expected from 0 to below 50 %")
 
     @property
     def plain(self) -> bool:
@@ -329,7 +343,8 @@ class Task(OpenRig):
         balls[..., 1], balls[..., 2] = each, self.r if r is None else r
         balls[..., 3] = at[:, :1] - each * places
         values = np.column_stack([np.broadcast_to(own, (n, 3)), base, at])
-        return Runs(values, balls, self.friction, self.damping)
+        remainder = CHATTER if len(self.masses) > 1 else None
+        return Runs(values, balls, self.friction, self.damping, remainder)
 
 
 @lru_cache(maxsize=512)
@@ -354,8 +369,7 @@ def wall_starts(
     at its node; `shift` (of a step) moves the phases, so that a choice can be judged by phases it
     was not made with.
     """
-    # evenly within the tolerance, in an order that has nothing to do with the phase
-    off = (np.arange(float(phases)) + 0.5 + shift) * GOLDEN % 1.0
+    off = golden(phases, 0.5 + shift)
     within = evenly_spread(range(phases), np.full(2, 0.5 + shift))
     turns = (np.arange(float(phases)) + shift) / phases
     return _from_walls(task, b, turns, off, None if nodes else within)
@@ -386,7 +400,7 @@ def _from_walls(
     if within is not None:
         low, high, _ = (np.repeat(part, turns.size, axis=0) for part in task.parts())
         grid = low + np.tile(within, (again, 1)) * (high - low)
-    made = b * (1.0 + task.tolerance * (2.0 * off - 1.0))
+    made = task.delivered(b, off)
     base = np.column_stack([grid, np.tile(2.0 * np.pi * turns, again)])
     walls = np.broadcast_to(-((-1.0) ** np.arange(len(task.masses))), (len(grid), len(task.masses)))
     return task.runs(np.tile(made, again), base, walls)
@@ -437,7 +451,7 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
     bare = G * bare_gains(M, c1, k1, f) if plain else task.bare(*task.middle())
     size, turned = bare * np.sqrt(radius), 2.0 * np.pi * angle
     return task.runs(
-        b * (1.0 + task.tolerance * (2.0 * u[:, 5 + n] - 1.0)),
+        task.delivered(b, u[:, 5 + n]),
         np.column_stack([G, f, 2.0 * np.pi * turn]),
         2.0 * u[:, 5 : 5 + n] - 1.0,
         oscillator=oscillator,

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, SteppedSweep, Sweep, WeakDamping
 from vinesexp.rig import NES, Rig
@@ -109,6 +109,15 @@ def gap_of(nes: NES, i: int, x0: float, y0: float) -> tuple[float, int]:
     return (0.0 if gap <= rounding else gap), side
 
 
+def has_closed_form(
+    w0: FloatArray, zeta: FloatArray, w: FloatArray, driven: BoolArray
+) -> BoolArray:
+    """Where `closed_form` is a good one: natural and base rate (rad/s), whether the base moves."""
+    gap = np.hypot((w0 - w) * (w0 + w), 2.0 * zeta * w0 * w)
+    sharp = driven & (gap < 1e-3 * w0 * w0)
+    return np.asarray((zeta <= 0.9) & ~sharp & (w > 1e-2 * w0) & (w < 1e2 * w0))
+
+
 def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
     """Table of the closed form where there is a good one, else None: power series then.
 
@@ -124,10 +133,8 @@ def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray
     amplitude, frequency, phase = 0.0, o.f0, 0.0
     if isinstance(base, Harmonic) and base.amplitude > 0.0:
         amplitude, frequency, phase = base.amplitude, base.frequency, base.phase
-    w = 2.0 * math.pi * frequency
-    gap = math.hypot((o.w0 - w) * (o.w0 + w), 2.0 * o.zeta * o.w0 * w)
-    sharp = amplitude > 0.0 and gap < 1e-3 * o.w0 * o.w0
-    if o.zeta > 0.9 or sharp or not 1e-2 < w / o.w0 < 1e2:
+    rates = (np.array(one) for one in (o.w0, o.zeta, 2.0 * math.pi * frequency, amplitude > 0.0))
+    if not has_closed_form(*rates):
         return None
     table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
     if damping.quadratic != 0.0 or o.k3 != 0.0:

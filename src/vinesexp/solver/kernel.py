@@ -289,8 +289,8 @@ def fly_on(
     return row, evaluations, age
 
 
-@entry
-def run(
+@apart
+def run_on(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
     duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
     labels: IntArray, work: FloatArray, weak: FloatArray | None,
@@ -341,3 +341,16 @@ def run(
             c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
             age = 0
     return row, evaluations
+
+
+@entry
+def run(
+    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
+    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray, weak: FloatArray | None,
+) -> tuple[int, int]:  # fmt: skip
+    """`run_on`, for Python."""
+    return run_on(
+        closed, response, par, kind, table, duration, remainder, state, balls, numbers, labels,
+        work, weak,
+    )  # fmt: skip

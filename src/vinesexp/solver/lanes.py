@@ -14,9 +14,6 @@ What the proofs do not cover leaves the lane and is finished by one turn of the 
 (`kernel.plain_turn`): rest, the end of a chatter, grazing, the start at a wall, the end of the run.
 Every operation is rounded by itself and no lane looks at another, so a motion is the same in any
 lane, in any company and with any width of the processor's vectors.
-
-`amplitudes_of` takes mean and largest amplitude from the log of one motion, in closed form between
-the events.
 """
 
 from __future__ import annotations
@@ -35,7 +32,6 @@ from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.kernel import is_flight, plain_turn
-from vinesexp.solver.motion import Motion
 from vinesexp.solver.response import (
     ENTRIES,
     H_MISFIT,
@@ -49,7 +45,6 @@ from vinesexp.solver.response import (
     after,
     free_derivatives,
     phasor,
-    prepare,
     prepare_into,
 )
 from vinesexp.solver.series import ORDER as SERIES_ORDER
@@ -179,32 +174,6 @@ def after_at_rest(
     return both.real, both.imag, C * xh + S * vh, -w0sq * S * xh + (C - 2.0 * alpha * S) * vh
 
 
-@entry
-def add_amplitudes(
-    response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
-    node: FloatArray, shares: FloatArray, settle: float, sums: FloatArray,
-) -> None:  # fmt: skip
-    """`sum_amplitudes`, for Python."""
-    sum_amplitudes(response, numbers, labels, rows, state, node, shares, settle, sums)
-
-
-def amplitudes_of(motion: Motion, settle: float) -> tuple[float, float, float, float]:
-    """Mean and largest amplitude of a plain rig from `settle` on, impacts, time of the last one.
-
-    From the log of its motion, in closed form between the events.
-    """
-    o, base, start = motion.rig.oscillator, motion.base_drive, motion.release
-    assert isinstance(base, Harmonic)
-    response = prepare(o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
-    x, v = motion.at(motion.duration)
-    end, node = np.array([motion.duration, 0.0, x, v]), np.array([0.0, start.x0, start.v0, 0.0])
-    sums, rows = np.zeros(5), len(motion.events)
-    shares = np.array([ball.m for ball in motion.rig.nes]) / o.M
-    add_amplitudes(response, motion.events, motion.labels, rows, end, node, shares, settle, sums)
-    time, integral, largest, impacts, latest = sums.tolist()
-    return integral / time, largest, impacts, latest
-
-
 @compiled
 def spacing_of(response: FloatArray) -> float:
     """Between two samples of the amplitude, s: by the cycle of oscillator or base, the faster."""
@@ -258,9 +227,10 @@ STALL = 300_000  # evaluations of one spell in the scalar loop after which a run
     R_M, R_C, R_K, R_G, R_F, R_PHASE, R_BALL, R_B, R_R, R_X0, R_V0, R_GAP, R_SIDE, R_RHO, R_U,
     R_SETTLE, R_DURATION,
 ) = range(17)  # fmt: skip
-# and what is found: time, integral of A, largest A, impacts, the last one; 1 if it stands still.
-O_TIME, O_SUM, O_LARGEST, O_HITS, O_LATEST, O_STALLED = range(6)
-RESULTS = 6
+# and what is found: time, integral of A, largest A, impacts, the last one; 1 if it stands still;
+# evaluations of the scalar loop.
+O_TIME, O_SUM, O_LARGEST, O_HITS, O_LATEST, O_STALLED, O_SPENT = range(7)
+RESULTS = 7
 
 
 @compiled
@@ -751,6 +721,7 @@ def attend_to(
             P, i, runs[k], response, balls, numbers, labels, work, table, par, scratch,
             begin,
         )  # fmt: skip
+        found[k, O_SPENT] += spent
         if P[MODE * LANES + i] != IDLE:
             return
         h = P[H * LANES + i]
@@ -819,12 +790,22 @@ class Amplitudes:
     mean, largest : amplitude hypot(x, x'/w0), m.
     impacts : their number.
     latest : time of the last impact, s; 0 where there is none.
+    spent : evaluations of the scalar loop.
     """
 
     mean: FloatArray
     largest: FloatArray
     impacts: FloatArray
     latest: FloatArray
+    spent: FloatArray
+
+
+def amplitudes_from(found: FloatArray) -> Amplitudes:
+    """The results of the compiled loops, one row a run, by their names."""
+    with np.errstate(invalid="ignore"):
+        mean = found[:, O_SUM] / found[:, O_TIME]
+    others = (O_LARGEST, O_HITS, O_LATEST, O_SPENT)
+    return Amplitudes(mean, *(found[:, column] for column in others))
 
 
 def row_of(
@@ -878,9 +859,7 @@ def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) ->
         carry_on(rows, P, tables, found, progress, *scratch, STEPS_HEARD)
     if found[:, O_STALLED].any():
         raise _stalled(rows[int(found[:, O_STALLED].argmax())])
-    with np.errstate(invalid="ignore"):
-        mean = found[:, O_SUM] / found[:, O_TIME]
-    return Amplitudes(mean, found[:, O_LARGEST], found[:, O_HITS], found[:, O_LATEST])
+    return amplitudes_from(found)
 
 
 def _stalled(row: FloatArray) -> Exception:
