@@ -109,7 +109,9 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
         channel = _channel_of(column, sets[setup])
         if channel is not None and column.kind == "signal":
             guesses[label_of(column)] = Guess(channel.role, "campaign.yaml", sure=True)
-            column = _in_si(column, channel)
+            size = 1.0 if channel.file_size is None else channel.file_size
+            samples = channel.to_si(column.values, size)
+            column = replace(column, unit=SI_UNITS[channel.quantity], values=samples)
         columns.append(column)
     if not guesses:
         names = ", ".join(f"'{c.name or c.index}'" for c in view.columns[:4]) or "none"
@@ -142,13 +144,6 @@ def _channel_of(column: ColumnView, channels: Mapping[str, Channel]) -> Channel 
         ),
         None,
     )
-
-
-def _in_si(column: ColumnView, channel: Channel) -> ColumnView:
-    """The samples as the campaign says that they are meant."""
-    size = 1.0 if channel.file_size is None else channel.file_size
-    values = channel.to_si(column.values, size)
-    return replace(column, unit=SI_UNITS[channel.quantity], values=values)
 
 
 def _snapped(value: float, known: Iterable[float], share: float, digits: int) -> str:

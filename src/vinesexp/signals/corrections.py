@@ -66,18 +66,12 @@ def correct(path: Path, record: Record, find: Find, *, even: bool = True) -> Seq
     with open_record(path) as view:
         if view.refused is not None or (even and any(map(view.as_measured, view.roles))):
             return ()
-        frequency = _frequency_of(view, record)
+        stated = record.frequency  # that of the oscillation is about as much
+        frequency = sum(stated) / len(stated) if stated else oscillation_of(view)
         found = find(view, record, frequency) if frequency else None
         if found is not None and (found.streams or found.without):
             _write_anew(path, view, found)
     return () if found is None else found.checks
-
-
-def _frequency_of(view: RecordView, record: Record) -> float | None:
-    """About that of the oscillation, Hz, by the row or the record; None where neither shows one."""
-    if record.frequency:
-        return sum(record.frequency) / len(record.frequency)
-    return oscillation_of(view)
 
 
 def _write_anew(path: Path, view: RecordView, found: Correction) -> None:

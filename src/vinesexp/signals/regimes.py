@@ -634,12 +634,13 @@ def rows_or_refuse(
         Raise a `RecordError` instead.
     """
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
-    impacts, rows = no_impacts(), {}
-    said: list[Said] = []
+    impacts, said = no_impacts(), list[Said]()
+    rows: dict[str, Any] = {}
 
     def leave(reason: str) -> None:
         write_impacts(paths.impacts(record.id), impacts)
-        rows.update(rows_of_refused(record, reason))
+        rows.update({name: [] for name in ("bands", "transitions", "base", "times")})
+        rows.update(regime=[unknown_regime(record)], refused=reason)
 
     with refused_where_it_fails("impacts", record.id, leave, strict=strict):
         require_conditioned(measured, conditioned)
@@ -677,9 +678,3 @@ def _evidence(record: Record, measured: RecordView, conditioned: RecordView) -> 
     if not record.clearance and record.test in WITH_BALL and measured.refused is None:
         shown["impacts"] = count_impacts(measured, conditioned, record.settings)
     return shown
-
-
-def rows_of_refused(record: Record, reason: str) -> dict[str, Any]:
-    """The same for a record that a step could not digest, with the reason."""
-    empty: dict[str, Any] = {name: [] for name in ("bands", "transitions", "base", "times")}
-    return {"regime": [unknown_regime(record)], **empty, "refused": reason}

@@ -213,7 +213,10 @@ class Samples:
             block = self._held(block)
             self.rows += len(block)
             yield self._si(block, row)
-        self._compare_rows()
+        stated, found = self.source.stated_rows, self._rows.found
+        if stated is not None and stated > 1 and stated != found:
+            said = f"the header states {stated} rows, {found} are there and were read"
+            self.warnings.append(("rows", said))
         if self._twice:
             stand = "stands" if self._twice == 1 else "stand"
             said = f"{counted(self._twice, 'row')} {stand} twice, times and all"
@@ -402,13 +405,6 @@ class Samples:
             f"overload) at {self.source.locate(row)}, {self._rows.name(index)}{more}; measure "
             "with a wider range"
         )
-
-    def _compare_rows(self) -> None:
-        stated, found = self.source.stated_rows, self._rows.found
-        if stated is not None and stated > 1 and stated != found:
-            self.warnings.append(
-                ("rows", f"the header states {stated} rows, {found} are there and were read")
-            )
 
 
 def stated_sampling(

@@ -211,7 +211,9 @@ class TextSource(Source):
                 if layout.cut
                 else f"{count} line{'s' * (count > 1)} after the last row hold no data {shown}",
             )
-            self._aside, self._text = _without_end(self._text, layout.end)
+            with self._text.open("rb") as stream:  # of which these lines are left out
+                read = iter(lambda: stream.read(min(_CHUNK, layout.end - stream.tell())), b"")
+                self._aside, self._text = laid_aside(read)
         self._first_stamps: dict[int, str] = {}
         self.time_column, self.stated_rows = layout.time_column, layout.stated.rows
         self.sample_interval, self.start = layout.stated.interval, layout.stated.start
@@ -362,12 +364,6 @@ class TextSource(Source):
             "the record",
             where=where,
         )
-
-
-def _without_end(text: Path, end: int) -> tuple[IO[bytes], Path]:
-    """The first bytes of a text laid aside, without the lines behind its rows."""
-    with text.open("rb") as stream:
-        return laid_aside(iter(lambda: stream.read(min(_CHUNK, end - stream.tell())), b""))
 
 
 #: Lines of one block, from 0: its own header, its first row, and the line after its last.

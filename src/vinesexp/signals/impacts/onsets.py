@@ -64,11 +64,11 @@ def ring_time(stream: Stream, settings: ImpactSettings, drop: DropSettings) -> f
     level, step, noise = levels(stream, drop)
     starts, tops = onsets(level, noise, step, threshold=settings.threshold, drop=drop)
     ends = [*starts[1:], level.size][: starts.size]
-    times = []
-    for top, end in zip(tops, ends, strict=True):
-        if level[top] * _FADED < 2.0 * noise:
-            continue
-        times.append(step * float((level[top:end] > _FADED * level[top]).sum() - 1))
+    times = [
+        step * float((level[top:end] > _FADED * level[top]).sum() - 1)
+        for top, end in zip(tops, ends, strict=True)
+        if level[top] * _FADED >= 2.0 * noise
+    ]
     return float(np.median(times)) if times else 0.0
 
 

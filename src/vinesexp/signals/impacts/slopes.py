@@ -290,7 +290,8 @@ def slope_changes(
         if reach < _LEAST:
             break
         fits = open_ & (centre >= reach) & (centre + reach < x.values.size)
-        fits &= _number_within(times, reach * x.step) <= _MOST
+        last = np.searchsorted(times, times + reach * x.step, side="right")
+        fits &= last - np.searchsorted(times, times - reach * x.step) <= _MOST
         low, high = (np.clip(centre + end, 0, x.values.size) for end in (-reach, reach + 1))
         fits &= gaps[high] == gaps[low]
         chosen = np.flatnonzero(fits)
@@ -392,12 +393,6 @@ def _windows(
     return _Windows(
         samples, s, offset, response.bend(s, x.step), place, velocity, q, upper, response, full
     )
-
-
-def _number_within(times: FloatArray, reach: float) -> IntArray:
-    """How many times lie no further than `reach` from each."""
-    last = np.searchsorted(times, times + reach, side="right")
-    return np.asarray(last - np.searchsorted(times, times - reach), dtype=np.int64)
 
 
 def _out(values: FloatArray, q: FloatArray) -> FloatArray:
