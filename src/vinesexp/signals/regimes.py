@@ -639,8 +639,8 @@ def rows_or_refuse(
 
     def leave(reason: str) -> None:
         write_impacts(paths.impacts(record.id), impacts)
-        rows.update({name: [] for name in ("bands", "transitions", "base", "times")})
-        rows.update(regime=[unknown_regime(record)], refused=reason)
+        none: dict[str, Any] = {name: [] for name in ("bands", "transitions", "base", "times")}
+        rows.update({"regime": [unknown_regime(record)], **none, "refused": reason})
 
     with refused_where_it_fails("impacts", record.id, leave, strict=strict):
         require_conditioned(measured, conditioned)
