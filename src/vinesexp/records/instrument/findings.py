@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,14 +69,9 @@ _ACROSS, _OTHERS = 0.75, 0.5
 _AGAIN, _EACH = 2, 0.8  # times: once may be anything; of the steps so large
 
 
-class Stretch(NamedTuple):
-    """Samples of a channel: the first, and the one after the last."""
-
-    first: int
-    end: int
-
-
-Stretches = Sequence[tuple[int, int]]
+#: Samples of a channel: the first, and the one after the last.
+Stretch = tuple[int, int]
+Stretches = Sequence[Stretch]
 
 
 @dataclass(frozen=True)
@@ -99,7 +93,7 @@ class Runs:
 
     def stretches(self, chosen: NDArray[np.bool_]) -> list[Stretch]:
         """The chosen ones, one by one."""
-        return [*map(Stretch, self.starts[chosen].tolist(), self.ends[chosen].tolist())]
+        return list(zip(self.starts[chosen].tolist(), self.ends[chosen].tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -154,7 +148,7 @@ def _clipped(
         len(steep) > 1 or any(end - first > 2 for first, end in steep)
     ):
         return steep
-    flat = [one for one in (*steep, *gentle) if one.end - one.first > 2]
+    flat = [(first, end) for first, end in (*steep, *gentle) if end - first > 2]
     return flat if len(flat) > 2 and len(flat) > 10 * elsewhere else []
 
 
@@ -168,7 +162,7 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     """
     levels = _levels(view, role)
     if levels.low == levels.high:
-        return [Stretch(0, view.n)]
+        return [(0, view.n)]
     found = []
     least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, 8.0)))
     for runs in equal_runs(view, role, least=least):
@@ -187,7 +181,7 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
                 moved = np.ptp(last) > _FALL * levels.usual
                 still = still or bool(moved and (leaps or not _came_to_rest(last, value, levels)))
             if still and (leaps or not _dies_out(view, role, first, value, period, levels)):
-                found.append(Stretch(first, end))
+                found.append((first, end))
     return found
 
 
@@ -322,7 +316,7 @@ def _thinned(view: RecordView, role: str, most: int) -> FloatArray:
 
 def within(one: Stretch, gaps: Stretches) -> bool:
     """Whether a stretch lies within a gap."""
-    return any(first <= one.first and one.end <= end for first, end in gaps)
+    return any(first <= one[0] and one[1] <= end for first, end in gaps)
 
 
 def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Stretches:
