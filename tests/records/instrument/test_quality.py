@@ -66,7 +66,7 @@ def test_clipped_peaks_are_found(motion, rate, bits, noise, clip, stored):
         found = findings.saturated(view, "displacement")
     assert found
     for run in found:
-        stretch = values[run.first : run.end]
+        stretch = values[run[0] : run[1]]
         assert np.ptp(stretch) == 0.0
         assert abs(stretch[0]) >= 0.99 * np.abs(values).max()
 
@@ -134,7 +134,7 @@ def test_a_strongly_damped_decay_that_stops_in_its_midst_is_frozen(at, stored):
     values = np.concatenate([whole_numbers(n=150), whole_numbers(n=at), np.zeros(200)])
     values[150 + at :] = values[150 + at - 1]
     with stored(values, 100.0) as view:
-        assert findings.frozen(view, "displacement", period=35.0)[-1].first <= 150 + at
+        assert findings.frozen(view, "displacement", period=35.0)[-1][0] <= 150 + at
 
 
 @pytest.mark.parametrize(("bits", "noise"), [(16, 1.0), (12, 0.3), (8, 0.3), (8, 0.0), (24, 3.0)])
@@ -146,8 +146,8 @@ def test_a_frozen_stretch_is_found_where_it_is(bits, noise, rate, stored):
     with stored(values, rate) as view:
         (run,) = findings.frozen(view, "displacement", period=rate / F)
     # The neighbours may happen to have the same value: up to a plateau of the sine.
-    assert start - 0.1 * rate < run.first <= start
-    assert start + length <= run.end < start + length + 0.1 * rate
+    assert start - 0.1 * rate < run[0] <= start
+    assert start + length <= run[1] < start + length + 0.1 * rate
 
 
 def test_a_channel_that_never_moves_is_frozen_and_not_saturated(stored):
@@ -171,7 +171,7 @@ def test_frozen_noise_is_found_without_knowing_a_period(stored):
     values[30_000:30_200] = values[30_000]
     with stored(values, 1e4, "acceleration") as view:
         (run,) = findings.frozen(view, "acceleration", period=None)
-    assert abs(run.first - 30_000) <= 3
+    assert abs(run[0] - 30_000) <= 3
 
 
 @given(
