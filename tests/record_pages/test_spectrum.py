@@ -34,13 +34,8 @@ def test_a_sine_stands_at_its_frequency():
 @pytest.mark.parametrize("n", [1, 2, 7, 40, 1000])
 def test_short_records_do_no_harm(n):
     x = np.arange(n, dtype=float)
-    assert spectrum(lambda begin, end: x[begin:end], n, RATE)["sections"] >= 0
-
-
-def test_a_gap_leaves_its_sections_out():
-    x = np.random.default_rng(3).normal(size=40_000)
-    x[3000:3100] = np.nan
-    assert 0 < spectrum(lambda begin, end: x[begin:end], x.size, RATE)["sections"] < 8
+    found = spectrum(lambda begin, end: x[begin:end], n, RATE)
+    assert bool(found) == (n >= 8)
 
 
 def test_a_harmonic_motion_is_a_circle(tmp_path):

@@ -200,12 +200,22 @@ def spectrum(read: Callable[[int, int], FloatArray], n: int, sample_rate: float)
     """Amplitude spectral density, unit of the channel over sqrt(Hz), by the method of Welch.
 
     Sections of a quarter of the record, half overlapping, with a Hann window; mean and slope of
-    each removed. Sections with gaps are left out. Read section by section.
+    each removed. Read section by section.
+
+    Parameters
+    ----------
+    read : callable
+        Samples [begin, end), without gaps.
+    n : int
+        Samples.
+    sample_rate : float
+        Hz.
 
     Returns
     -------
     dict
         ``frequency`` (Hz) and ``density``, packed; ``resolution``, Hz; ``sections``, how many.
+        Nothing of too few samples.
 
     Examples
     --------
@@ -217,15 +227,14 @@ def spectrum(read: Callable[[int, int], FloatArray], n: int, sample_rate: float)
     from scipy.signal import periodogram
 
     size = min(1 << max(int(np.log2(max(n // 4, 1))), 5), _LONGEST, n)
-    power, count, frequency = np.zeros(size // 2 + 1), 0, np.zeros(0)
-    for begin in range(0, n - size + 1, size // 2) if size >= 8 else ():
+    if size < 8:
+        return {}
+    begins, power = range(0, n - size + 1, size // 2), np.zeros(size // 2 + 1)
+    for begin in begins:
         section = read(begin, begin + size)
-        if np.isfinite(section).all():
-            frequency, one = periodogram(section, sample_rate, "hann", detrend="linear")
-            power, count = power + one, count + 1
-    if not count:
-        return {"frequency": None, "density": None, "resolution": 0.0, "sections": 0}
-    frequency, density = frequency[1:], np.sqrt(power[1:] / count)
+        frequency, one = periodogram(section, sample_rate, "hann", detrend="linear")
+        power += one
+    frequency, density = frequency[1:], np.sqrt(power[1:] / len(begins))
     edges = np.unique(np.round(np.geomspace(1, size // 2 + 1, _MOST_LINES)).astype(int)) - 1
     edges = edges[edges < density.size]
     parts = np.append(edges[1:], density.size)
@@ -235,7 +244,7 @@ def spectrum(read: Callable[[int, int], FloatArray], n: int, sample_rate: float)
         # 16 bits of the logarithm: a spectrum reaches over many decades.
         "density": packed(np.log10(np.maximum(density[peaks], 1e-300))),
         "resolution": sample_rate / size,
-        "sections": count,
+        "sections": len(begins),
     }
 
 
@@ -370,8 +379,7 @@ def _spectra(view: RecordView) -> list[dict[str, Any]]:
         def read(begin: int, end: int, role: str = role, factor: float = factor) -> FloatArray:
             return np.asarray(fill_gaps(view.read(role, begin, end)) / factor)
 
-        one = spectrum(read, view.n, view.sample_rate)
-        if one["sections"]:
+        if one := spectrum(read, view.n, view.sample_rate):
             found.append({"role": role, "unit": unit, **one})
     return found
 
