@@ -28,9 +28,9 @@ def check(name: str, outcome: str = "warning") -> dict[str, str]:
 
 
 def test_causes_are_those_that_warnings_name():
-    assert likely_causes([check("mass", "ok"), check("lag")]).startswith("no check names a cause")
-    both = likely_causes([check("replay"), check("base amplitude"), check("lag")])
-    assert both == f"likely causes by the checks: {CAUSES['base amplitude']}, {CAUSES['replay']}"
+    assert likely_causes([check("sign", "ok"), check("lag")]).startswith("no check names a cause")
+    both = likely_causes([check("replay"), check("base frequency"), check("lag")])
+    assert both == f"likely causes by the checks: {CAUSES['base frequency']}, {CAUSES['replay']}"
 
 
 def test_a_disagreement_is_in_the_headline_with_its_causes():
@@ -38,10 +38,10 @@ def test_a_disagreement_is_in_the_headline_with_its_causes():
     apart = PeriodicVerdict(
         "G = 0.2 mm", lowest, sentence="b_c is 12.5 % below 31 mm", agrees=False
     )
-    text = headline([apart], [], {}, [check("base amplitude")])
+    text = headline([apart], [], {}, [check("base frequency")])
     assert text.endswith(
         " Prediction and measurement disagree at G = 0.2 mm (b_c is 12.5 % below 31 mm); likely "
-        "causes by the checks: the base amplitude differs from the test log."
+        "causes by the checks: the base frequency differs from the test log."
     )
 
 
