@@ -226,7 +226,7 @@ class Stream:
     Attributes
     ----------
     read : callable
-        (begin, end) to highpassed samples, m/s^2; not finite where there are none.
+        (begin, end) to highpassed samples, m/s^2; NaN where there are none.
     n : int
         Samples.
     sample_rate : float
@@ -245,11 +245,6 @@ class Stream:
     highpass: float | None = None
     noise_floor: float = 0.0
     clipped: Callable[[int, int], BoolArray] | None = None
-
-    def samples(self, begin: int, end: int) -> FloatArray:
-        """Samples, NaN where there are none."""
-        raw = self.read(begin, end)
-        return np.where(np.isfinite(raw), raw, np.nan)
 
     def beyond(self, begin: int, end: int) -> BoolArray:
         """Which samples are clipped."""
@@ -283,7 +278,7 @@ class Grouped:
     def piece(self, begin: int, end: int) -> Piece:
         """Means of the samples from `begin` to `end`, a group that is damaged being not good."""
         raw = self.stream.read(begin, end)
-        missing = ~np.isfinite(raw)
+        missing = np.isnan(raw)
         beyond = self.stream.beyond(begin, begin + raw.size)
         a: FloatArray = np.where(missing, 0.0, raw) if missing.any() else raw
         if self.k == 1:

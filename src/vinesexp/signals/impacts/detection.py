@@ -155,7 +155,7 @@ def _all_spikes(stream: Stream, settings: ImpactSettings) -> Spikes:
     parts = []
     for begin in range(0, max(1, stream.n), CHUNK):
         found = find_spikes(
-            stream.samples(begin, min(stream.n, begin + CHUNK)), stream.sample_rate,
+            stream.read(begin, min(stream.n, begin + CHUNK)), stream.sample_rate,
             threshold=settings.faint * settings.threshold, noise_floor=stream.noise_floor,
             highpass=stream.highpass,
         )  # fmt: skip

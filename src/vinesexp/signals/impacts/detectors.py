@@ -39,7 +39,7 @@ def detect(
     """
     if settings.detector == "template":
         return detect_by_template(stream, settings, frequency=frequency)
-    raw = stream.samples(0, stream.n)
+    raw = stream.read(0, stream.n)
     known = np.isfinite(raw)
     a = np.where(known, raw, 0.0)
     usual = USUAL.get(settings.detector)

@@ -78,7 +78,7 @@ def levels(stream: Stream, drop: DropSettings) -> tuple[FloatArray, float, float
     size = max(CHUNK // hop, 1) * hop
     squares = []
     for begin in range(0, stream.n, size):
-        a = np.nan_to_num(stream.samples(begin, min(stream.n, begin + size)))
+        a = np.nan_to_num(stream.read(begin, min(stream.n, begin + size)))
         whole = a[: a.size // hop * hop].reshape(-1, hop)
         squares.append((whole * whole).mean(axis=1))
     half = np.concatenate(squares) if squares else np.empty(0)
@@ -121,7 +121,7 @@ def _picked(stream: Stream, start: int, top: int, hop: int) -> tuple[float, floa
     """Time of an onset and its standard error, s, by Maeda's criterion."""
     before = max(0, (start - _BEFORE) * hop)
     end = min(stream.n, (top + 2) * hop)
-    x = np.nan_to_num(stream.samples(before, end))
+    x = np.nan_to_num(stream.read(before, end))
     rate = stream.sample_rate
     if x.size < 4 * _EDGE:
         return start * hop / rate, hop / rate
