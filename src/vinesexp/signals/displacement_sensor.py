@@ -119,16 +119,13 @@ def _coupled(
     accelerometer's axis, which is more common, looks the same at the oscillation: the lines above
     have to exclude it, as those of a motion that decays do not.
     """
-    corner = _of_release(view, frequency) if released else None
-    if corner is None:
-        if (
-            released
-            or law is None
-            or law.corner > -_SURE * law.corner_error
-            or law.against > -_DECISIVE
-        ):
-            return None
+    corner = None
+    if released:
+        corner = _of_release(view, frequency)
+    elif law is not None and law.corner <= -_SURE * law.corner_error and law.against <= -_DECISIVE:
         corner = -law.corner
+    if corner is None:
+        return None
     detail = (
         f"the displacement lacks what is slower than about {corner:.2g} Hz (AC-coupled, or the "
         "integral of a velocity), which turns its phase and takes its middle away: put back. "

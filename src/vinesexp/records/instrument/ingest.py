@@ -21,7 +21,6 @@ from vinesexp.records.campaign.schema import ROLES, Campaign, Channel, Record, S
 from vinesexp.records.instrument.findings import look_over
 from vinesexp.records.instrument.joined import JoinedSamples
 from vinesexp.records.instrument.samples import Samples, columns_fitting
-from vinesexp.records.instrument.timebase import UnevenClockError
 from vinesexp.records.readers import open_source
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
@@ -97,11 +96,7 @@ def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     )
     attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
     with whole_file(out) as unseen:
-        try:
-            _write(unseen, samples, attributes)
-        except UnevenClockError as uneven:
-            samples.resample(uneven)
-            _write(unseen, samples, attributes)
+        samples.through(lambda: _write(unseen, samples, attributes))
         with open_record(unseen) as view:
             found, missing = look_over(view, record, setup.channels, samples)
         for role, stretches in missing.items():

@@ -11,10 +11,11 @@ column (`find_column`) and the size of its numbers.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from vinesexp.records.readers import Column, Source
 from vinesexp.records.readers.labels import CODES, marks_to_infinity
 from vinesexp.records.readers.source import require_one
 from vinesexp.units import UNITS, counted, first_of, measured_in
+
+T = TypeVar("T")
 
 
 def find_column(source: Source, wanted: str | int, *, where: str) -> int:
@@ -270,12 +273,16 @@ class Samples:
 
     def whole(self) -> dict[str, FloatArray]:
         """All blocks as one, resampled where the clock is uneven."""
+        blocks = self.through(lambda: list(self.blocks()))
+        return {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+
+    def through(self, use: Callable[[], T]) -> T:
+        """What `use` makes of the blocks; again from the beginning where the clock is uneven."""
         try:
-            blocks = list(self.blocks())
+            return use()
         except UnevenClockError as uneven:
             self.resample(uneven)
-            blocks = list(self.blocks())
-        return {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+            return use()
 
     def as_measured(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray]]]:
         """Times, s, and SI blocks at them: after `resample`, else none."""
