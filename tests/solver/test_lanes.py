@@ -13,10 +13,9 @@ import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.solver import lanes
-from vinesexp.solver.arrays import ball_table
+from vinesexp.solver.arrays import ball_table, balls_at
 from vinesexp.solver.in_turn import amplitudes_in_turn
 from vinesexp.solver.lanes import amplitudes, row_of
-from vinesexp.solver.state import CLEARANCE, MASS, RESTITUTION, SIDE, D, U
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 
@@ -41,8 +40,7 @@ def scalar(rig, base, release, settle, duration, remainder=None):
     o, starts = rig.oscillator, ball_table(rig, release)[0]
     run = (o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
     run = (*run, release.x0, release.v0, settle, duration)
-    balls = starts[np.newaxis][:, :, [MASS, CLEARANCE, RESTITUTION, D, SIDE, U]]
-    out = amplitudes_in_turn(np.array([run]), balls, remainder=remainder)
+    out = amplitudes_in_turn(np.array([run]), starts[np.newaxis], remainder=remainder)
     return np.array([out.mean, out.largest, out.impacts, out.latest])[:, 0]
 
 
@@ -141,8 +139,7 @@ def test_motions_in_turn_know_nothing_of_each_other():
     o = (TABLE_2.M * one, TABLE_2.c1 * one, TABLE_2.k1 * one, 2e-4 * one)
     runs = np.column_stack([*o, f, phase, state, 1.0 * one, 9.0 * one])
     gaps = rng.uniform(0.0, 0.01, (n, 2))
-    balls = np.stack([0.016 + 0 * gaps, 0.01 + 0 * gaps, 0.7 + 0 * gaps, gaps,
-                      np.sign(gaps - 0.005), 0 * gaps], axis=2)  # fmt: skip
+    balls = balls_at(m=0.016, b=0.01, r=0.7, gap=gaps, side=-1.0, v=state[:, 1:])
     together = amplitudes_in_turn(runs, balls)
     order = rng.permutation(n)[:25]
     few = amplitudes_in_turn(runs[order], balls[order])

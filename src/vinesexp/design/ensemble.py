@@ -23,10 +23,11 @@ from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.solver.arrays import gap_of
+from vinesexp.solver.arrays import balls_at, gap_of
 from vinesexp.solver.in_turn import amplitudes_in_turn
 from vinesexp.solver.lanes import Amplitudes, amplitudes
 from vinesexp.solver.simulation import simulate
+from vinesexp.solver.state import CLEARANCE, MASS, RESTITUTION, RHO, SIDE, D, U
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
@@ -380,7 +381,10 @@ def responses(
     spans = (np.array([settle, duration]) + (watch - 1.0) * settle).T / haste
     lanes, out = runs.in_lanes, np.zeros((4, len(runs)))
     starts = _starts_of(runs) if runs.plain else np.empty(0)
-    side_by_side, alone = np.flatnonzero(lanes), np.flatnonzero(~lanes)
+    # like oscillators and frequencies follow each other: what is tabulated for one serves all
+    rigs = runs.values[:, [V_M, V_C, V_K, V_F]]
+    order = np.lexsort(rigs.T)
+    side_by_side, alone = order[lanes[order]], order[~lanes[order]]
     stop = threading.Event()
 
     def share(first: int, step: int) -> None:
@@ -408,14 +412,16 @@ def responses(
                     task.result()
             finally:  # an interrupt ends the other threads too
                 stop.set()
-    work = _work(runs, lanes, spans[:, 1], out[2], out[3])
+    tables = np.empty(len(runs))
+    tables[order] = np.append(True, (np.diff(rigs[order], axis=0) != 0.0).any(axis=1)) & runs.plain
+    work = TABLE * tables + _work(runs, lanes, spans[:, 1], out[2], out[3])
     crossed = (runs.balls[..., B_M] * runs.balls[..., B_B]).sum(axis=1) / M
     step = 4.0 * crossed * f / np.sqrt(runs.values[:, V_K] / M)
     return Responses(out[0], out[1], out[2], work, step, runs.balls.shape[1])
 
 
 def _starts_of(runs: Runs) -> FloatArray:
-    """m, b, r, gap to the wall, its side and y' of every ball; refused where it starts outside."""
+    """Every ball as the loops have it (`arrays.balls_at`); refused where it starts outside."""
     m, b, r, y0 = np.moveaxis(runs.balls, 2, 0)
     x0 = runs.values[:, V_X0, np.newaxis]
     apart = x0 - y0
@@ -426,7 +432,7 @@ def _starts_of(runs: Runs) -> FloatArray:
     for k, i in np.argwhere(gap < -rounding)[:1].tolist():
         gap_of(runs[k].rig.nes[i], i, float(x0[k, 0]), float(y0[k, i]))
     gap = np.where(gap <= rounding, 0.0, gap)
-    return np.stack([m, b, r, gap, side, np.zeros_like(m)], axis=2)
+    return balls_at(m=m, b=b, r=r, gap=gap, side=side, v=runs.values[:, V_V0, np.newaxis])
 
 
 def _settled(
@@ -435,11 +441,12 @@ def _settled(
     """What plain runs, all in lanes or none, settle to."""
     v = runs.values
     if not runs.in_lanes.all():
-        rows = np.column_stack([v, spans])
-        return amplitudes_in_turn(rows, starts, remainder=runs.remainder, stop=stop)
-    m, b, r, gap, side, u = starts[:, 0].T
-    own = (*v[:, : V_PHASE + 1].T, m, b, r, v[:, V_X0], v[:, V_V0], gap, side, v[:, V_V0], u)
-    return amplitudes(np.column_stack([*own, spans]), stop=stop)
+        whole = np.column_stack([v, spans])
+        return amplitudes_in_turn(whole, starts, remainder=runs.remainder, stop=stop)
+    ball = starts[:, 0, [MASS, CLEARANCE, RESTITUTION]]
+    place = starts[:, 0, [D, SIDE, RHO, U]]
+    rows = (v[:, : V_PHASE + 1], ball, v[:, [V_X0, V_V0]], place, spans)
+    return amplitudes(np.column_stack(rows), stop=stop)
 
 
 def _work(
@@ -449,12 +456,10 @@ def _work(
     law = WORK_ALONE if runs.plain else WORK_FRICTION
     law = law if runs.damping == VISCOUS else WORK_LAW
     per = np.where(lanes, np.array([WORK_LANES]).T, np.array([law]).T)
-    rigs = runs.values[:, [V_M, V_C, V_K, V_F]]
-    tabulated = np.append(True, (rigs[1:] != rigs[:-1]).any(axis=1)) & runs.plain
     cycles, impacts = duration * runs.pace, duration * runs.values[:, V_F] * hits
     beyond = np.maximum(impacts - 2.0 * cycles * runs.balls.shape[1], 0.0)
     counts = np.array([np.ones(len(runs)), cycles, impacts, beyond, spent])
-    return np.asarray(TABLE * tabulated + (per * counts).sum(axis=0))
+    return np.asarray((per * counts).sum(axis=0))
 
 
 def _one(one: Run, settle: float, duration: float) -> tuple[float, float, float]:

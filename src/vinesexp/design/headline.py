@@ -191,6 +191,7 @@ def _each(task: Task, b: float) -> str:
 def nothing_helps(advice: Advice) -> list[str]:
     """That no clearance takes a twentieth off the bare amplitude."""
     grid, best = advice.found.grid, advice.robust
+    have = "The ball has" if len(advice.task.masses) == 1 else "The balls together have"
     bare = f"the bare amplitude of {brief(best.random_bare)} mm"
     does = f"{'reduces' if advice.gain >= 0.0 else 'raises'} {bare} by {percent(abs(advice.gain))}"
     if percent(abs(advice.gain)) == percent(0.0):
@@ -198,7 +199,7 @@ def nothing_helps(advice: Advice) -> list[str]:
     return [
         f"No clearance helps: from {clearance(float(grid[0]))} to {clearance(float(grid[-1]))} mm "
         f"the best one {does}.",
-        f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
+        f"{have} {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
     ]

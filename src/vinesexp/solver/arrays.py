@@ -13,6 +13,7 @@ from fractions import Fraction
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import ParameterError
@@ -22,7 +23,6 @@ from vinesexp.solver.state import (
     B_PLUS,
     CLEARANCE,
     COLUMNS,
-    FREE,
     MASS,
     R_MINUS,
     R_PLUS,
@@ -31,7 +31,6 @@ from vinesexp.solver.state import (
     RHO,
     RUB,
     SIDE,
-    STATE,
     TAU,
     TILT,
     UNSET,
@@ -64,21 +63,30 @@ def parameters(rig: Rig, damping: WeakDamping) -> FloatArray:
 
 def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
     """Table of balls at the start (`state.py`) and their places y0, refused where outside."""
-    n = len(rig.nes)
     y0, vy0 = starts_of(rig, release)
-    table = np.zeros((n, COLUMNS))
+    table = np.zeros((len(rig.nes), COLUMNS))
     for i, nes in enumerate(rig.nes):
         gap, side = gap_of(nes, i, release.x0, y0[i])
-        half, r = 0.5 * (nes.b + nes.clearance(-1)), (nes.r, nes.restitution(-1), nes.r_slope)
-        row = table[i]
-        row[MASS], row[CLEARANCE], row[RESTITUTION], row[B_PLUS] = (
-            nes.m, half, nes.restitution(side), nes.b,
-        )  # fmt: skip
-        row[R_PLUS], row[R_MINUS], row[R_SLOPE], row[RUB], row[TILT] = *r, nes.friction, nes.tilt
-        row[D], row[SIDE], row[RHO], row[U] = gap, side, release.v0 - vy0[i], vy0[i]
-        row[STATE], row[TAU] = FREE, nes.contact_time
+        half, row = 0.5 * (nes.b + nes.clearance(-1)), table[i]
+        row[:] = balls_at(m=nes.m, b=half, r=nes.r, gap=gap, side=side, v=release.v0 - vy0[i])
+        row[RESTITUTION], row[B_PLUS], row[U] = nes.restitution(side), nes.b, vy0[i]
+        row[R_MINUS], row[R_SLOPE] = nes.restitution(-1), nes.r_slope
+        row[RUB], row[TILT], row[TAU] = nes.friction, nes.tilt, nes.contact_time
         row[WAY] = UNSET if nes.rubs else 0.0
     return table, np.array(y0, dtype=np.float64)
+
+
+def balls_at(
+    *, m: ArrayLike, b: ArrayLike, r: ArrayLike, gap: ArrayLike, side: ArrayLike, v: ArrayLike
+) -> FloatArray:
+    """Balls of plain rigs at rest as rows of `state.py`: m, b, r; gap to a wall, its side; x'."""
+    table = np.zeros((*np.broadcast(m, b, r, gap, side, v).shape, COLUMNS))
+    for column, values in (
+        (MASS, m), (CLEARANCE, b), (B_PLUS, b), (RESTITUTION, r), (R_PLUS, r), (R_MINUS, r),
+        (D, gap), (SIDE, side), (RHO, v),
+    ):  # fmt: skip
+        table[..., column] = values
+    return table
 
 
 def starts_of(rig: Rig, release: Release) -> tuple[Sequence[float], Sequence[float]]:

@@ -16,7 +16,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, SteppedSweep, Sweep, WeakDamping
-from vinesexp.rig import Rig
+from vinesexp.rig import NES, Oscillator, Rig
 
 #: Evaluations of one radian of the motion after which it is given up.
 STALL = 300_000
@@ -144,3 +144,10 @@ class Effort:
         words += [f"Coulomb {d.coulomb:g} N"] if d.coulomb else []
         words += [f"ball {n.m:g} kg, b = {n.b:g} m, r = {n.r:g}" for n in self.rig.nes[:3]]
         return ", ".join(words)
+
+
+def stalled_run(values: FloatArray, balls: FloatArray, duration: float) -> AnalysisError:
+    """`Effort.stalled` of a run given by M, c1, k1, amplitude, frequency, phase; m, b, r."""
+    M, c1, k1, G, f, phase = values.tolist()
+    rig = Rig(Oscillator(M=M, c1=c1, k1=k1), [NES(m=m, b=b, r=r) for m, b, r in balls.tolist()])
+    return Effort(rig, Harmonic(G, f, phase), WeakDamping(), float(duration)).stalled(0.0)

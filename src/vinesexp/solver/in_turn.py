@@ -12,12 +12,10 @@ from collections.abc import Callable
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.excitation import Harmonic, WeakDamping
-from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.arrays import has_closed_form
 from vinesexp.solver.compiled import apart, entry
 from vinesexp.solver.contact import REMAINDER
-from vinesexp.solver.effort import STALL, Effort
+from vinesexp.solver.effort import STALL, stalled_run
 from vinesexp.solver.kernel import run_on
 from vinesexp.solver.lanes import (
     O_SPENT,
@@ -31,29 +29,20 @@ from vinesexp.solver.response import ENTRIES, H_RATE, HEADER, WIDTH, prepare_int
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.state import (
     ALLOWANCE,
-    B_PLUS,
     CLEARANCE,
     COLUMNS,
     LOG_COLUMNS,
     MASS,
-    R_MINUS,
-    R_PLUS,
     RESTITUTION,
-    RHO,
-    SIDE,
     T_HIGH,
     V_NOW,
     WORK,
     X_NOW,
-    D,
     IntArray,
-    U,
 )
 
-# Columns of a run,
+# Columns of a run.
 R_M, R_C, R_K, R_G, R_F, R_PHASE, R_X0, R_V0, R_SETTLE, R_DURATION = range(10)
-# and of each of its balls: half of the way from wall to wall; gap to the wall at the side; y'.
-S_M, S_B, S_R, S_GAP, S_SIDE, S_U = range(6)
 #: Rows of the log: with all else that the loop reads they stay near the processor.
 LOG = 256
 
@@ -67,22 +56,15 @@ def begin(
     prepare_into(response, run[R_M], run[R_C], run[R_K], run[R_G], run[R_F], run[R_PHASE])
     par[0], par[1], par[2] = run[R_M], run[R_C], run[R_K]
     table[0, 1], table[0, 2], table[0, 3] = run[R_G], run[R_PHASE], 2.0 * math.pi * run[R_F]
-    state, node, sums, shares, spent = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
-    for k in range(5):
-        state[k] = node[k] = sums[k] = spent[k] = 0.0
+    for i in range(scratch.shape[0]):
+        for k in range(scratch.shape[1]):
+            scratch[i, k] = 0.0
+    state, node, shares = scratch[0], scratch[1], scratch[3]
     state[X_NOW], state[V_NOW], node[1], node[2] = run[R_X0], run[R_V0], run[R_X0], run[R_V0]
     for i in range(balls.shape[0]):
-        for k in range(COLUMNS):
-            balls[i, k] = 0.0
-        shares[i] = start[i, S_M] / run[R_M]
-        balls[i, MASS], balls[i, CLEARANCE], balls[i, B_PLUS] = (
-            start[i, S_M], start[i, S_B], start[i, S_B],
-        )  # fmt: skip
-        balls[i, RESTITUTION] = balls[i, R_PLUS] = balls[i, R_MINUS] = start[i, S_R]
-        balls[i, D], balls[i, SIDE], balls[i, U] = (
-            start[i, S_GAP], start[i, S_SIDE], start[i, S_U],
-        )  # fmt: skip
-        balls[i, RHO] = run[R_V0] - start[i, S_U]
+        for k in range(balls.shape[1]):
+            balls[i, k] = start[i, k]
+        shares[i] = start[i, MASS] / run[R_M]
 
 
 @entry
@@ -133,8 +115,8 @@ def amplitudes_in_turn(
     ----------
     runs : ndarray of shape (runs, 10)
         M, c1, k1; amplitude, frequency, phase of the base; x0, v0; settle, duration. SI.
-    starts : ndarray of shape (runs, balls, 6)
-        m, b, r; gap to the wall on the side (+1, -1); y'. SI.
+    starts : ndarray of shape (runs, balls, COLUMNS)
+        The balls as they start (`arrays.balls_at`).
     remainder : float, optional
         rad from which on the rest of a chatter is summed (`simulate`).
     stop : callable, optional
@@ -147,17 +129,18 @@ def amplitudes_in_turn(
 
     Examples
     --------
+    >>> from vinesexp.solver.arrays import balls_at
     >>> run = [4.7, 3.02, 1.147e4, 0.25e-3, 7.862, 0.0, 0.0, 0.0, 40.0, 60.0]
-    >>> ball = [0.016, 0.03, 0.6, 0.0, -1.0, 0.0]
-    >>> found = amplitudes_in_turn(np.array([run]), np.array([[ball, ball]]))
+    >>> balls = balls_at(m=np.full((1, 2), 0.016), b=0.03, r=0.6, gap=0.0, side=-1.0, v=0.0)
+    >>> found = amplitudes_in_turn(np.array([run]), balls)
     >>> round(1e3 * float(found.mean[0]), 1)  # two balls of half the mass do what one does
     5.9
     """
     found = np.zeros((len(runs), RESULTS))
-    M, c1, k1, G, f, *_ = runs.T
+    M, c1, k1, G, f, *_, duration = runs.T
     w0 = np.sqrt(k1 / M)
     closed = has_closed_form(w0, 0.5 * c1 / (M * w0), 2.0 * math.pi * f, G > 0.0)
-    heavy = (starts[:, :, S_M] > M[:, np.newaxis]).any(axis=1)
+    heavy = (starts[:, :, MASS] > M[:, np.newaxis]).any(axis=1)
     limit = REMAINDER if remainder is None else remainder
     for which in (heavy, ~heavy):
         some = np.flatnonzero(which)
@@ -175,12 +158,5 @@ def amplitudes_in_turn(
         found[some] = out
     if found[:, O_STALLED].any():
         k = int(found[:, O_STALLED].argmax())
-        raise _stalled(runs[k], starts[k])
+        raise stalled_run(runs[k, :6], starts[k][:, [MASS, CLEARANCE, RESTITUTION]], duration[k])
     return amplitudes_from(found)
-
-
-def _stalled(run: FloatArray, start: FloatArray) -> Exception:
-    M, c1, k1, G, f, phase, *_, duration = (float(value) for value in run)
-    nes = [NES(m=float(m), b=float(b), r=float(r)) for m, b, r, *_ in start]
-    rig = Rig(Oscillator(M=M, c1=c1, k1=k1), nes)
-    return Effort(rig, Harmonic(G, f, phase), WeakDamping(), duration).stalled(0.0)

@@ -25,12 +25,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.excitation import Harmonic, Release, WeakDamping
-from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.excitation import Harmonic, Release
+from vinesexp.rig import Rig
 from vinesexp.solver.arrays import gap_of, starts_of
 from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
-from vinesexp.solver.effort import Effort
+from vinesexp.solver.effort import stalled_run
 from vinesexp.solver.kernel import is_flight, plain_turn
 from vinesexp.solver.response import (
     ENTRIES,
@@ -858,11 +858,6 @@ def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) ->
     while progress[1] < len(rows) and not stop():
         carry_on(rows, P, tables, found, progress, *scratch, STEPS_HEARD)
     if found[:, O_STALLED].any():
-        raise _stalled(rows[int(found[:, O_STALLED].argmax())])
+        row = rows[int(found[:, O_STALLED].argmax())]
+        raise stalled_run(row[:R_BALL], row[np.newaxis, R_BALL : R_R + 1], row[R_DURATION])
     return amplitudes_from(found)
-
-
-def _stalled(row: FloatArray) -> Exception:
-    M, c1, k1, G, f, phase, m, b, r = (float(value) for value in row[:9])
-    rig = Rig(Oscillator(M=M, c1=c1, k1=k1), nes=[NES(m=m, b=b, r=r)])
-    return Effort(rig, Harmonic(G, f, phase), WeakDamping(), float(row[-1])).stalled(0.0)
