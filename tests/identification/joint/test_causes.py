@@ -1,5 +1,6 @@
 """Causes are weighed by their evidence, and none is seen in noise."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -298,9 +299,11 @@ def test_a_cause_along_what_is_known_exactly_is_weighed_as_if_it_were_an_unknown
     assert value == pytest.approx(-0.4, abs=0.03)
 
 
-@pytest.mark.parametrize(("about", "outcome"), [("contact", "ok"), ("tilt", "warning")])
+@pytest.mark.parametrize(
+    ("about", "outcome"), [("contact", "ok"), ("bend", "ok"), ("tilt", "warning")]
+)
 def test_a_contact_that_lasts_is_told_and_is_no_warning(about, outcome):
-    """Every contact lasts, as every lab's does; a cavity that slopes is another matter."""
+    """Every contact lasts, r over speed is no line; a cavity that slopes is another matter."""
     cause = Cause(f"effect {about}", "effect", about, Direction({about: 1.0}, Prior(0.0, 1e-3)))
     weighed = Weighed(cause, 50.0, 3e-4, 1e-5, (), True)
     (said,) = cause_checks(SimpleNamespace(found=(weighed,)))
@@ -480,6 +483,23 @@ def test_what_changes_among_the_tests_with_a_ball_is_in_the_error():
     value, error = _only_so_true(data, observed, judged).of({"ln_f0": 1.0})
     assert value == pytest.approx(1e-3, abs=1e-5)
     assert error == pytest.approx(1e-3, rel=0.01)
+
+
+@pytest.mark.parametrize("left", [0.0, 0.25, 4.0])
+def test_a_law_that_leaves_much_unexplained_is_as_wrong_as_that_is_large(left):
+    """In errors: a quarter of the odds is half of the correction, and never more than all of it."""
+    observed, data = steps([0.0] * 4 + [2e-3] * 4)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    (found,) = judged.found
+    law = replace(found, cause=replace(found.cause, kind="effect", about="slope"))
+    scatter = Cause("scatter of own r 0.003", "scatter", "own r", None, wider={})
+    rest = Weighed(scatter, left * law.log_odds, 0.0, 0.0, (), False)
+    plain = judged.beliefs.without({law.cause.key})
+    without = posterior_of(data, plain).of({"ln_f0": 1.0})[0]
+    value, error = judged.posterior.of({"ln_f0": 1.0})
+    widened = _only_so_true(data, observed, replace(judged, found=(law, rest)))
+    expected = math.hypot(error, min(math.sqrt(left), 1.0) * (value - without))
+    assert widened.of({"ln_f0": 1.0}) == pytest.approx((value, expected))
 
 
 def test_a_cause_that_predicts_nothing_is_in_the_value_by_half_and_the_error_holds_both():

@@ -19,7 +19,9 @@ from vinesexp.identification.joint.observations import with_own_errors
 W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 
 
-def bounces(pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, roll=0.0):
+def bounces(
+    pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0, roll=0.0
+):
     """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2).
 
     The air brakes it by `drag` (1/m) times the square of its speed beside the mass. The floor takes
@@ -29,7 +31,7 @@ def bounces(pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power
 
     Its restitution scatters from impact to impact by the share `scatter`; of a share `edge` of
     them, which hit an edge, it is half as large. It goes with a `power` of the relative speed, and
-    is R at 0.8 m/s.
+    is R at 0.8 m/s; at a `soft` wall with a damper (s/m) it falls from one at no speed.
     """
     rng = np.random.default_rng(5)
 
@@ -54,6 +56,7 @@ def bounces(pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power
         r = R * (1.0 + scatter * rng.standard_normal())
         r *= 0.5 if edge and rng.random() < edge else 1.0
         r *= (abs(u - v) / 0.8) ** power
+        r = 1.0 / (1.0 + soft * abs(u - v)) if soft else r
         s = [x - rows[-1][3] * (B - 1e-12), v - r * (u - v)]
     return np.array(rows[20:]).T
 
@@ -130,6 +133,28 @@ def test_r_that_goes_with_a_power_of_the_speed_is_nearly_a_line_over_its_logarit
     by_speed = min(left(c, slope=one * R / 0.8) for one in np.linspace(-0.2, 0.0, 41))
     assert by_log < 0.15 * left(c)
     assert by_log < 0.4 * by_speed
+
+
+def least(c, *effects):
+    """Rms of the relative speeds that the law leaves with the best values of effects, m/s."""
+    p = np.zeros((len(LOCALS), 1), dtype=np.complex128)
+    p[[LOCALS.index("r"), LOCALS.index("b"), LOCALS.index("ln_eps")], 0] = R, B, -30.0
+    rest = c.rest(p)[0].real
+    steps = []
+    for name in ("r", *effects):
+        moved = p.copy()
+        moved[LOCALS.index(name)] += 1e-3
+        steps.append((c.rest(moved)[0].real - rest) / 1e-3)
+    J = np.transpose(steps)
+    return (rest - J @ np.linalg.lstsq(J, rest)[0]).std()
+
+
+def test_r_of_a_soft_wall_with_a_damper_is_a_curve_between_a_line_and_a_logarithm():
+    """Its r is one of a slow ball: a line and a logarithm each leave three times more than both."""
+    c = collisions(0.0, beat=0.5, count=300, soft=0.8)
+    alone = min(least(c, "slope"), least(c, "fade"))
+    assert alone > 2e-3
+    assert least(c, "slope", "fade") < alone / 3.0
 
 
 def test_impacts_are_not_grouped_by_what_their_own_restitution_did():

@@ -625,6 +625,14 @@ def _effects(o: Observed) -> list[Cause]:
         for name, prior in priors.items()
         for how, times, members in _AS_FAR[: 1 if name in _NEAR else 2]
     ]  # fmt: skip
+    # between the straight line and the logarithm, with the same slope at the usual speed: the curve
+    # of a soft wall with a damper, whose r is one of a slow ball
+    found += [
+        Cause(f"effect bend{how}", "effect", "bend",
+              Direction({"fade": 1.0, "slope": -1.0}, Prior(0.0, times * _WIDTHS["fade"])),
+              members=members)
+        for how, times, members in _AS_FAR
+    ]  # fmt: skip
     rolls = Direction({"rolling": 1.0}, Prior(_ROLLS, _ROLLS_BY))
     found.append(Cause("effect rolling", "effect", "rolling", rolls, least=0.0))
     if "aboard" in o.names and o.collisions:

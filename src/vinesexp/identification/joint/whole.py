@@ -329,18 +329,23 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     """The posterior with what the laws of causes may be wrong by.
 
     No law of friction or of a contact is quite true, and what changes among the tests with a ball
-    is not what it is on average.
+    is not what it is on average. A law that leaves something unexplained is wrong by about as much,
+    in errors, as is left: it is that share of what the law explains.
     """
     found = judged.posterior
+    left = sum(w.log_odds for w in judged.found if w.cause.kind == "scatter" or w.doubted)
     shifts = [np.zeros_like(found.values)]
     for one in judged.found:
-        if one.cause.kind == "effect" and one.cause.about in HIDDEN:
-            plain = judged.beliefs.without({one.cause.key})
-            without = total(posterior_of(data, plain), plain)
-            shifts.append(_LAW * (found.values - without.values[: found.values.size]))
-        elif one.cause.kind == "drift":
+        if one.cause.kind == "drift":
             common = observed.common(next(iter(one.cause.moves)))
             shifts.append(one.value * one.cause.spread * found.vector({common: 1.0}))
+        if one.cause.kind in ("effect", "drift") and not one.doubted:
+            share = math.sqrt(min(left / one.log_odds, 1.0))
+            if one.cause.about in HIDDEN:
+                share = max(share, _LAW)
+            plain = judged.beliefs.without({one.cause.key})
+            without = total(posterior_of(data, plain), plain)
+            shifts.append(share * (found.values - without.values[: found.values.size]))
     covariance = found.covariance + np.sum([np.outer(s, s) for s in shifts], axis=0)
     return replace(found, covariance=covariance)
 

@@ -28,6 +28,7 @@ _PLACES = {
 _NAMES = {
     "wall": "walls of different r",
     "slope": "r that depends on impact speed",
+    "bend": "r that follows a curve over impact speed",
     "friction": "friction of the ball on its floor",
     "tilt": "a cavity that slopes",
     "contact": "a contact that lasts",
@@ -46,6 +47,8 @@ _NAMES = {
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
     "base felt": "a mass that is driven by more or less than the base that is measured",
 }
+#: Every contact lasts, and how r goes with speed is no line.
+_ORDINARY = ("contact", "bend")
 _SCATTERED = {
     "own r": "r differs from record to record",
     "own momentum": (
@@ -101,7 +104,7 @@ def cause_checks(judged: Judged) -> list[Check]:
             kind, detail, record = "plain model", _unexplained(weighed), ""
         elif weighed.sure and not weighed.rivals:
             kind, detail = "cause", said(weighed)
-            if cause.about == "contact":  # every contact lasts
+            if cause.about in _ORDINARY:
                 outcome = "ok"
         elif weighed.rivals:
             kind, record = "either", ""
@@ -293,6 +296,10 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "slope": lambda v, e: (
         f"r depends on impact speed: it changes by {with_error(v, e)} for every m/s; r holds at "
         "the usual speed of these tests, and b_c is simulated with the change"
+    ),
+    "bend": lambda v, e: (
+        f"r follows a curve over impact speed (u, in units of the usual one): {_signed(v, e)} s/m "
+        "of its slope go with ln u and not with u; the values are corrected for it"
     ),
     "friction": lambda v, e: (
         f"friction on its floor slows the ball by mu g = {with_error(v, e)} m/s^2 between the "
