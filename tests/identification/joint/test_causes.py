@@ -18,6 +18,7 @@ from vinesexp.identification.joint.causes import (
     judge,
     needed,
     of_some_rows,
+    possible,
     possible_causes,
     proposed,
     scores,
@@ -319,6 +320,14 @@ def test_what_separate_mountings_explain_as_well_contradicts_nothing():
         (check,) = cause_checks(SimpleNamespace(found=(weighed,)))
         assert (check.check, check.outcome) == ("remounting", "ok")
         assert check.detail.endswith("or it is f0 that changes along the campaign")
+
+
+@pytest.mark.parametrize(("share", "keys"), [(1.03, "+ any"), (1.43, "any"), (-0.3, "any")])
+def test_a_displacement_may_lack_all_of_the_base_or_any_share_of_it(share, keys):
+    """With a share of 1 alone, a table that turns was five false factors of all lengths."""
+    o = SimpleNamespace(names=("beside: ",), collisions={}, releases={}, kinds={"beside": ["b"]})
+    causes = [c for c in _effects(o) if c.about == "beside"]
+    assert [c.key.removeprefix("b ") for c in causes if possible(c, share, 0.01)] == keys.split()
 
 
 @pytest.mark.parametrize("reach", [0.005, 0.05])

@@ -70,7 +70,9 @@ _ANY = (
     2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
 )
 _WEIGHED = 0.3  # ln of a mass known better than that was weighed
-_ALL_OF_BASE = 0.05  # of the base's motion, whose own channel has a gain
+#: Of the base's motion, whose own channel has a gain: what a displacement from the table lacks, and
+#: one from a table that turns, or from a stand that moves.
+_ALL_OF_BASE, _SOME_OF_BASE = Prior(1.0, 0.05), Prior(0.0, 0.5)
 _CORNER = 2.0 * math.pi * 0.5  # rad/s, of an AC-coupled input
 _ABOARD = 0.02  # of M: what ring-downs may carry besides, such as the ball in its cavity
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
@@ -640,9 +642,10 @@ def _effects(o: Observed) -> list[Cause]:
         aboard = Direction({"aboard": 1.0}, Prior(0.0, width))
         found.append(Cause("aboard +", "effect", "aboard", aboard))
     found += [
-        Cause(f"{name} +", "mistake", "beside", Direction({name: 1.0}, Prior(1.0, _ALL_OF_BASE)))
+        Cause(f"{name} {how}", "mistake", "beside", Direction({name: 1.0}, prior), members=members)
         for name in o.kinds.get("beside", ())
-    ]
+        for how, prior, members in (("+", _ALL_OF_BASE, 1), ("any", _SOME_OF_BASE, 5))
+    ]  # fmt: skip
     found += [
         Cause(f"{name} +", "effect", "coupling", Direction({name: 1.0}, Prior(0.0, _CORNER)),
               least=0.0)

@@ -348,9 +348,9 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         "another surface, or the walls changed; r is taken from the flights between the walls"
     ),
     "beside": lambda v, e: (
-        "the displacement is that of the mass beside the table, not in space: the base was added "
-        f"where the values need it ({with_error(v, e)} of it is missing). Put the sensor on the "
-        "floor"
+        "the displacement is not that of the mass in space: it lacks "
+        f"{with_error(v, e)} of the motion of the base, which was added where the values need it. "
+        "1 is a sensor on the table; else the table turns, or the stand of the sensor moves"
     ),
     "coupling": lambda v, e: (
         "in the driven tests the displacement lacks what is slower than about "
