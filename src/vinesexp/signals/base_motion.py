@@ -15,7 +15,7 @@ from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_columns import BASE
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.means import channel_means, group_size
+from vinesexp.signals.means import coarse_channels
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -201,11 +201,6 @@ def base_rows(
 
 def base_of(view: RecordView, *, frequency: float) -> BaseMotion | None:
     """Motion of the base in an open record, read by blocks; `frequency` of the oscillation, Hz."""
-    k = group_size(view.sample_rate, frequency, points=_POINTS)
-    left = float(np.sinc(frequency * k / view.sample_rate))  # by block means
-    return base_motion(
-        channel_means(view, "base", k) / left,
-        k / view.sample_rate,
-        frequency=frequency,
-        quantity=view.quantity("base"),
-    )
+    _, step, (x,) = coarse_channels(view, frequency, _POINTS, "base")
+    left = float(np.sinc(frequency * step))  # by block means
+    return base_motion(x / left, step, frequency=frequency, quantity=view.quantity("base"))

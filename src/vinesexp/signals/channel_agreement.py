@@ -28,7 +28,7 @@ from scipy import special
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.means import channel_means, group_size
+from vinesexp.signals.means import coarse_channels
 
 _POINTS = 400  # a period: harmonics of impacts alias into what is coarser
 _BAND = (0.8, 1.2)  # of the oscillation
@@ -177,8 +177,7 @@ def pulse_share(
     frequency : float
         Of the oscillation, Hz.
     """
-    k = group_size(record.sample_rate, frequency, points=_POINTS)
-    x, step = channel_means(record, "displacement", k), k / record.sample_rate
+    k, step, (x,) = coarse_channels(record, frequency, _POINTS, "displacement")
     near, w = lines_between(x.size, step, _BAND, frequency)
     X = second_derivative_beside(x, x, step, w, near)[1]
     power = float((np.abs(X) ** 2).sum())
@@ -334,9 +333,8 @@ def _means(
     record: RecordView, frequency: float, beside: str = "displacement"
 ) -> tuple[FloatArray, FloatArray, float]:
     """Means of the acceleration and of another channel, and s between them."""
-    k = group_size(record.sample_rate, frequency, points=_POINTS)
-    a, x = (channel_means(record, role, k) for role in ("acceleration", beside))
-    return a, x, k / record.sample_rate
+    _, step, (a, x) = coarse_channels(record, frequency, _POINTS, "acceleration", beside)
+    return a, x, step
 
 
 def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement:

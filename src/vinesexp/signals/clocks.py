@@ -28,7 +28,7 @@ from vinesexp.signals.base_motion import sine_windows, sines_of_windows
 from vinesexp.signals.channel_agreement import lines_between, second_derivative_beside
 from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.free_from import free_sample
-from vinesexp.signals.means import channel_means, fill_gaps, group_size
+from vinesexp.signals.means import coarse_channels, fill_gaps
 
 #: Tests whose motion shows the clock of a recorder.
 MENDED = ("periodic", "ringdown", "transient")
@@ -396,9 +396,7 @@ def _long_gaps(view: RecordView, frequency: float) -> Part | None:
 
 def _driven_part(view: RecordView, frequency: float) -> Part | None:
     """The part of a record in which the base moves, of a shaker that is switched within it."""
-    k = group_size(view.sample_rate, frequency, points=_POINTS)
-    step = k / view.sample_rate
-    base = channel_means(view, "base", k)
+    k, step, (base,) = coarse_channels(view, frequency, _POINTS, "base")
     size = round(1.0 / (frequency * step))
     windows = base[: base.size // size * size].reshape(-1, size)
     if len(windows) < _FEWEST:
@@ -428,9 +426,7 @@ def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
     own = next((tuple(one) for one in groups if "displacement" in one), ())
     if not own or "acceleration" in own or "acceleration" not in view.roles:
         return None
-    k = group_size(view.sample_rate, frequency, points=_FINER)
-    a, x = (channel_means(view, role, k) for role in ("acceleration", "displacement"))
-    step = k / view.sample_rate
+    k, step, (a, x) = coarse_channels(view, frequency, _FINER, "acceleration", "displacement")
     v_a, v_x = (_velocity(y, step, frequency, order) for y, order in ((a, -1), (x, 1)))
     n = v_a.size
     late = np.arange(-int(_OVERLAP * n), int(_OVERLAP * n) + 1)
@@ -473,11 +469,9 @@ def _between_channels(view: RecordView, frequency: float) -> Part | OtherClock |
     if not {"acceleration", "displacement"} <= set(view.roles):
         return None
     # Impacts must not alias into the means.
-    k = group_size(view.sample_rate, frequency, points=_FINER)
-    step = k / view.sample_rate
+    k, step, (a, x) = coarse_channels(view, frequency, _FINER, "acceleration", "displacement")
     free = free_sample(view, frequency=frequency) // k
-    a, x = (channel_means(view, role, k)[free:] for role in ("acceleration", "displacement"))
-    law = law_of(lag_over_time(a, x, step, frequency=frequency))
+    law = law_of(lag_over_time(a[free:], x[free:], step, frequency=frequency))
     if law is None:
         return None
     rate, length = view.sample_rate, view.n / view.sample_rate
@@ -505,9 +499,8 @@ def _lost_at(
 
 def _lost_by_all(view: RecordView, frequency: float) -> Part | None:
     """Samples that all channels lost: a step in the phase of the base, of a sample or more."""
-    k = group_size(view.sample_rate, frequency, points=_POINTS)
-    base = channel_means(view, "base", k)
-    found = drive_phase(base, k / view.sample_rate, frequency=frequency)
+    _, step, (base,) = coarse_channels(view, frequency, _POINTS, "base")
+    found = drive_phase(base, step, frequency=frequency)
     law = None if found is None else law_of(found[0])
     if found is None or law is None or not law.steps:
         return None
@@ -576,10 +569,8 @@ def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
     for one in str(view.attributes.get(RECORDERS, "")).split(";"):
         if "base" in one.split(",") and len(one.split(",")) == 2:
             return "acceleration" if "displacement" in one else "displacement"
-    k = group_size(view.sample_rate, frequency, points=_POINTS)
-    step = k / view.sample_rate
-    base = drive_phase(channel_means(view, "base", k), step, frequency=frequency)
-    moved = drive_phase(channel_means(view, "displacement", k), step, frequency=frequency)
+    _, step, both = coarse_channels(view, frequency, _POINTS, "base", "displacement")
+    base, moved = (drive_phase(x, step, frequency=frequency) for x in both)
     if base is None or moved is None:
         return "acceleration"
     slopes = [

@@ -28,7 +28,7 @@ from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.channel_agreement import PhaseLaw, law_in
 from vinesexp.signals.corrections import Correction, correct, samples_of
-from vinesexp.signals.means import block_means, channel_means, fill_gaps, group_size
+from vinesexp.signals.means import block_means, coarse_channels, fill_gaps
 
 _SURE = 5.0  # standard errors
 _LEAST = 3e-4  # s: contacts and mounts have as much
@@ -140,10 +140,9 @@ def _of_release(view: RecordView, frequency: float) -> float | None:
 
     y + w_c (integral of y) is the true displacement but for a constant, which is the release.
     """
-    fine = group_size(view.sample_rate, frequency, points=_POINTS)
-    rate = view.sample_rate / fine
-    k, x = max(1, round(rate / frequency)), channel_means(view, _DISPLACEMENT, fine)
-    middle, total = block_means(x, k), np.cumsum(x) / rate
+    _, step, (x,) = coarse_channels(view, frequency, _POINTS, _DISPLACEMENT)
+    k = max(1, round(1.0 / (step * frequency)))
+    middle, total = block_means(x, k), np.cumsum(x) * step
     total = total[: middle.size * k].reshape(-1, k).mean(axis=1)
     size = 0.5 * np.ptp(x[: middle.size * k].reshape(-1, k), axis=1)
     if middle.size < _FEWEST:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.means import channel_means, group_size
+from vinesexp.signals.means import coarse_channels
 
 #: Attribute of a conditioned record: s from its first sample until the mass is free.
 FREE_FROM = "free_from_s"
@@ -82,8 +82,7 @@ def free_sample(record: RecordView, *, frequency: float) -> int:
     role = next((role for role in ("displacement", "acceleration") if role in record.roles), None)
     if record.attributes.get("test") not in RELEASES or role is None:
         return 0
-    k = group_size(record.sample_rate, frequency, points=_POINTS)
-    step, x = k / record.sample_rate, channel_means(record, role, k)
+    k, step, (x,) = coarse_channels(record, frequency, _POINTS, role)
     found = free_from if role == "displacement" else _swings_from
     begin = found(x, step, frequency=frequency)
     # The first of the means stands in the middle of its samples.

@@ -102,6 +102,17 @@ def channel_means(record: RecordView, role: str, k: int) -> FloatArray:
     return np.concatenate([block_means(fill_gaps(x), k) for _, x in blocks])
 
 
+def coarse_channels(
+    record: RecordView, frequency: float, points: int, *roles: str
+) -> tuple[int, float, list[FloatArray]]:
+    """Samples of a mean, s between means, and the means of whole channels (`channel_means`).
+
+    Of a period of `frequency`, Hz, there are at least so many `points` (`group_size`).
+    """
+    k = group_size(record.sample_rate, frequency, points=points)
+    return k, k / record.sample_rate, [channel_means(record, role, k) for role in roles]
+
+
 def missing_means(record: RecordView, role: str, k: int) -> BoolArray:
     """Which of the means of `channel_means` hold a sample that is missing."""
     lost = np.concatenate([~np.isfinite(x) for _, x in record.blocks(role)])

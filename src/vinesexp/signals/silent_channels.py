@@ -17,7 +17,7 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER
 from vinesexp.signals.corrections import Correction, correct
 from vinesexp.signals.filters import line_of
-from vinesexp.signals.means import channel_means, group_size
+from vinesexp.signals.means import coarse_channels
 
 _OF_THE_MASS = ("displacement", "acceleration")
 _LEAST = 0.1  # of what the other channel shows: a sensitivity may be wrong, noise is smaller
@@ -60,5 +60,4 @@ def _silent(view: RecordView, record: Record, frequency: float) -> Correction | 
 
 def _size(view: RecordView, role: str, frequency: float) -> float:
     """Standard deviation of means over a 48th of a cycle, without the zero of the sensor."""
-    k = group_size(view.sample_rate, frequency, points=_POINTS)
-    return float(np.std(channel_means(view, role, k)))
+    return float(np.std(coarse_channels(view, frequency, _POINTS, role)[2]))

@@ -28,7 +28,7 @@ from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines, lines_of_
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.slopes import Coarse, SlopeChanges, slope_changes
-from vinesexp.signals.means import channel_means, group_size
+from vinesexp.signals.means import coarse_channels
 
 _CUT = 0.02  # share of impacts beyond the sensor's range that spoils its integral
 _CONTRADICT = 0.1  # by which areas of pulses and slopes of the integral may differ
@@ -222,8 +222,6 @@ def integrated_motion(
     AnalysisError
         It cannot be done well enough, and why.
     """
-    k = group_size(record.sample_rate, frequency, points=_POINTS)
-    step = k / record.sample_rate
     if "base" not in record.roles:
         raise AnalysisError(
             "the displacement was not recorded, and the acceleration cannot take its place: "
@@ -231,8 +229,7 @@ def integrated_motion(
         )
     if record.sample_rate < 2.5 * _LINES[1] * frequency:
         raise AnalysisError("sampled too slowly for a displacement from the acceleration")
-    a = channel_means(record, "acceleration", k)
-    base = channel_means(record, "base", k)
+    k, step, (a, base) = coarse_channels(record, frequency, _POINTS, "acceleration", "base")
     periods = a.size * step * frequency
     cycles = min(_CYCLES, (periods - 2.0 * _EDGE) / _SEGMENTS)
     if cycles < _FEWEST_CYCLES:

@@ -23,7 +23,7 @@ from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER, base_motion
 from vinesexp.signals.impacts.detection import Detection
-from vinesexp.signals.means import channel_means, group_size, missing_means
+from vinesexp.signals.means import channel_means, coarse_channels, missing_means
 
 #: Means a period of the displacement: with more of them nothing is gained.
 POINTS = 200
@@ -133,10 +133,8 @@ class Forced:
 
 def coarse_displacement(record: RecordView, frequency: float) -> Coarse:
     """The displacement of a record as block means, read by blocks."""
-    k = group_size(record.sample_rate, frequency, points=POINTS)
-    means = channel_means(record, "displacement", k)
-    missing = missing_means(record, "displacement", k)
-    start, step = 0.5 * (k - 1) / record.sample_rate, k / record.sample_rate
+    k, step, (means,) = coarse_channels(record, frequency, POINTS, "displacement")
+    missing, start = missing_means(record, "displacement", k), 0.5 * (k - 1) / record.sample_rate
     forced = list(bent_forces(means, step, frequency=frequency))
     if "base" in record.roles:
         base = channel_means(record, "base", k)
