@@ -150,7 +150,7 @@ def ingest_record(
     step = ingest if strict else ingest_or_refuse
     checks = step(campaign, record, paths.record(record.id))
     if record.test in MENDED:
-        checks += mend_clocks(paths.record(record.id), record, driven=record.test == "periodic")
+        checks += mend_clocks(paths.record(record.id), record)
         checks += remove_hum(paths.record(record.id), record)
         checks += leave_silent_out(paths.record(record.id), record)
         checks += set_right(paths.record(record.id), record)

@@ -109,7 +109,7 @@ def mended(folder, given, *, rate=RATE, test="periodic", recorders=""):
     with RecordWriter(path, sample_rate=rate, quantities=kinds, attributes=attributes) as writer:
         writer.append(given)
     row = Record("a", Path("a"), test, frequency=(F, F))
-    checks = mend_clocks(path, row, driven=test == "periodic")
+    checks = mend_clocks(path, row)
     with open_record(path) as view:
         return [check.detail for check in checks], {r: view.read(r) for r in view.roles}
 

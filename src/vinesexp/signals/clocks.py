@@ -10,7 +10,7 @@ of the phase itself, so that a base that wanders hides what it would hide from a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -101,46 +101,6 @@ class Law:
     def slopes(self) -> bool:
         """Whether there is a slope."""
         return abs(self.slope) > self.sure * self.slope_error
-
-
-@dataclass(frozen=True)
-class Part:
-    """Samples `begin` to `end`, the longest part of a record that is whole.
-
-    Attributes
-    ----------
-    begin, end : the part.
-    seen : what shows that the rest is not to be used, in words.
-    late : the channel that alone lost samples before it ('' where none), by `count` samples.
-    ordinary : the rest is another test, and nothing is wrong with the recorder.
-    """
-
-    begin: int
-    end: int
-    seen: str
-    late: str = ""
-    count: int = 0
-    ordinary: bool = False
-
-
-@dataclass(frozen=True)
-class OtherClock:
-    """A channel of another recorder: its seconds are shorter by `ratio`."""
-
-    role: str
-    ratio: float
-    error: float
-
-
-@dataclass(frozen=True)
-class Start:
-    """Recorders that did not begin together: channels that come late, by how many samples."""
-
-    roles: tuple[str, ...]
-    late: int
-
-
-Fault = Part | OtherClock | Start
 
 
 def law_of(series: Course | None) -> Law | None:
@@ -353,33 +313,58 @@ _SCATTER_OF = 7  # windows in a row, of which one step moves two
 
 
 def fault_of(
-    view: RecordView, *, frequency: float, driven: bool, together: bool = False
-) -> Fault | None:
-    """The most certain fault of a record's clocks.
+    view: RecordView, record: Record, frequency: float, *, together: bool = False
+) -> Correction | None:
+    """The most certain fault of a record's clocks, as what mends it.
 
     Parameters
     ----------
     view : RecordView
+    record : Record
+        Its row: id and test. The base of a periodic test moves as a steady sine; a decay has no
+        phase that is known beforehand.
     frequency : float
         Of the drive, or of the oscillation, Hz.
-    driven : bool
-        Whether the base moves as a steady sine: a decay has no phase that is known beforehand.
     together : bool
         Whether its recorders were laid over one another already.
     """
-    gaps = _long_gaps(view, frequency)
-    if gaps is not None:
-        return gaps
-    start = None if together else _start_of_recorders(view, frequency)
-    if start is not None:
-        return start
-    every = None
-    if driven and "base" in view.roles:
-        every = _driven_part(view, frequency) or _lost_by_all(view, frequency)
-    return every or _between_channels(view, frequency) or _jump(view, frequency)
+    driven = record.test == "periodic" and "base" in view.roles
+    looked_for = (
+        _long_gaps, *[_start_of_recorders] * (not together),
+        *(_driven_part, _lost_by_all) * driven, _between_channels, _jump,
+    )  # fmt: skip
+    found = (look(view, record, frequency) for look in looked_for)
+    return next((one for one in found if one is not None), None)
 
 
-def _long_gaps(view: RecordView, frequency: float) -> Part | None:
+def _kept(
+    view: RecordView, record: Record, begin: int, end: int, seen: str, *,
+    late: str = "", count: int = 0, ordinary: bool = False,
+) -> Correction:  # fmt: skip
+    """The samples `begin` to `end` alone, the longest part of a record that is whole.
+
+    Parameters
+    ----------
+    seen : what shows that the rest is not to be used, in words.
+    late : the channel that alone lost samples before it ('' where none), by `count` samples.
+    ordinary : the rest is another test, and nothing is wrong with the recorder.
+    """
+    span = f"from {view.moment(begin)} to {view.moment(end - 1)}"
+    check = Check(
+        record.id, "clock", "warning",
+        f"{seen}; only the longest part, {span}, is used. Look at the recorder",
+    )  # fmt: skip
+    if ordinary:
+        detail = f"{seen}: only the part in which it moves, {span}, is used"
+        check = Check(record.id, "base motion", "ok", detail)
+    # Of the part after it the channels stand beside one another again, to a sample or two.
+    streams = {
+        role: samples_of(view, role, begin + count * (role != late), end) for role in view.roles
+    }
+    return Correction([check], streams, float(view.time(begin, begin + 1)[0]))
+
+
+def _long_gaps(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """The longest part without a gap of some channel that is too long to be filled."""
     lost = np.concatenate([
         np.any([~np.isfinite(x) for x in blocks], axis=0)
@@ -391,10 +376,10 @@ def _long_gaps(view: RecordView, frequency: float) -> Part | None:
     longest = max(zip(begins, ends, strict=True), key=lambda part: part[1] - part[0])
     times = "once" if len(gaps) == 1 else f"{len(gaps)} times"
     seen = f"a channel shows nothing for longer than half a period of the motion, {times}"
-    return Part(*longest, seen) if gaps else None
+    return _kept(view, record, *longest, seen) if gaps else None
 
 
-def _driven_part(view: RecordView, frequency: float) -> Part | None:
+def _driven_part(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """The part of a record in which the base moves, of a shaker that is switched within it."""
     k, step, (base,) = coarse_channels(view, frequency, _POINTS, "base")
     size = round(1.0 / (frequency * step))
@@ -410,13 +395,14 @@ def _driven_part(view: RecordView, frequency: float) -> Part | None:
     if (begin, end) == (0, len(windows)) or end - begin < _FEWEST:
         return None
     last = view.n if end == len(windows) else end * size * k
-    return Part(begin * size * k, last, "the base stands still before or after", ordinary=True)
+    seen = "the base stands still before or after"
+    return _kept(view, record, begin * size * k, last, seen, ordinary=True)
 
 
 _STILL, _SWITCHED = 0.1, 2  # of its usual amplitude, below which a base is at rest; cycles
 
 
-def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
+def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """How late the recorder of the displacement stands beside that of the acceleration.
 
     Both show the velocity of the mass. Of a motion that repeats, the shift by the fewest periods
@@ -450,7 +436,19 @@ def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
     allowed = np.where(near, _OTHER_CLOCK, _AS_GOOD * (1.0 - best) + _SAME_MOTION)
     good = top[1.0 - high <= allowed]
     shift = int(late[good[np.argmin(np.abs(late[good]))]])
-    return Start(own, shift * k) if abs(shift) * step * frequency > _TOGETHER else None
+    if abs(shift) * step * frequency <= _TOGETHER:
+        return None
+    samples = shift * k  # by which the first come late
+    detail = (
+        f"the recorders of {' and '.join(own)} and of the acceleration did not start together: the "
+        f"motion comes {samples / view.sample_rate:+.4g} s later in the first; they are aligned by "
+        "the motion. Start both with one trigger"
+    )
+    first, n = max(-samples, 0), view.n - abs(samples)
+    begins = {role: first + samples * (role in own) for role in view.roles}
+    streams = {role: samples_of(view, role, i, i + n) for role, i in begins.items()}
+    start = float(view.time(first, first + 1)[0])
+    return Correction([Check(record.id, _STARTED, "warning", detail)], streams, start)
 
 
 def _velocity(y: FloatArray, step: float, frequency: float, order: int) -> FloatArray:
@@ -464,7 +462,7 @@ def _velocity(y: FloatArray, step: float, frequency: float, order: int) -> Float
     return np.fft.irfft(np.fft.rfft(tapered) * turn, y.size)[2 * edge : y.size - 2 * edge]
 
 
-def _between_channels(view: RecordView, frequency: float) -> Part | OtherClock | None:
+def _between_channels(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """What the lag between acceleration and displacement shows."""
     if not {"acceleration", "displacement"} <= set(view.roles):
         return None
@@ -480,24 +478,33 @@ def _between_channels(view: RecordView, frequency: float) -> Part | OtherClock |
         role = "displacement" if law.step < 0.0 else "acceleration"
         seen = f"its lag beside the other channels steps by {1e3 * abs(law.step):.3g} ms"
         at, reach = free * k + law.at * rate, _LAG_CYCLES * rate / frequency
-        return _lost_at(view, at, reach, seen, role, round(abs(law.step) * rate))
-    if law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS:
-        return OtherClock(_of_its_own(view, frequency, law.slope), law.slope, law.slope_error)
-    return None
+        return _lost_at(view, record, at, reach, seen, role, round(abs(law.step) * rate))
+    if not (law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS):
+        return None
+    role = _of_its_own(view, frequency, law.slope)
+    detail = (
+        f"{role} comes from a recorder whose clock differs by {100.0 * law.slope:+.4g} +- "
+        f"{100.0 * law.slope_error:.1g} % from that of the other channels: the lag between "
+        f"acceleration and displacement drifts by {1e3 * law.slope * length:.3g} ms over the "
+        "record; it is resampled to their clock"
+    )
+    check = Check(record.id, "clock", "warning", detail)
+    return Correction([check], {role: _on_clock(view, role, law.slope)})
 
 
 def _lost_at(
-    view: RecordView, at: float, reach: float, seen: str, role: str = "", count: int = 0
-) -> Part:
+    view: RecordView, record: Record, at: float, reach: float, seen: str, role: str = "",
+    count: int = 0,
+) -> Correction:  # fmt: skip
     """The longer part of a record of which samples are lost within `reach` of one."""
     first, last = max(round(at - reach), 1), min(round(at + reach), view.n - 1)
     seen = f"{role or 'all channels'}: samples are lost at {view.moment(round(at))}, where {seen}"
     if view.n - last > first:
-        return Part(last, view.n, seen, role, count)
-    return Part(0, first, seen)
+        return _kept(view, record, last, view.n, seen, late=role, count=count)
+    return _kept(view, record, 0, first, seen)
 
 
-def _lost_by_all(view: RecordView, frequency: float) -> Part | None:
+def _lost_by_all(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """Samples that all channels lost: a step in the phase of the base, of a sample or more."""
     _, step, (base,) = coarse_channels(view, frequency, _POINTS, "base")
     found = drive_phase(base, step, frequency=frequency)
@@ -511,10 +518,10 @@ def _lost_by_all(view: RecordView, frequency: float) -> Part | None:
     if not 1.0 - _WHOLE < count < period - (1.0 - _WHOLE):
         return None
     seen = f"the phase of the drive steps by {abs(law.step):.3g} rad"
-    return _lost_at(view, law.at * rate, 1.5 * found[0].every * rate, seen)
+    return _lost_at(view, record, law.at * rate, 1.5 * found[0].every * rate, seen)
 
 
-def _jump(view: RecordView, frequency: float) -> Part | None:
+def _jump(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """Where a displacement jumps and goes on about the same middle: nothing that moves does.
 
     The parabolas through a few samples before and after each sample part there by several times
@@ -542,7 +549,7 @@ def _jump(view: RecordView, frequency: float) -> Part | None:
     if abs(middle[1] - middle[0]) > 0.5 * abs(size):
         return None
     seen = "the displacement jumps and continues around the same mean"
-    return _lost_at(view, place, 0.0, seen)
+    return _lost_at(view, record, place, 0.0, seen)
 
 
 def _parting(x: FloatArray, m: int) -> FloatArray:
@@ -582,7 +589,7 @@ def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
     return "displacement" if abs(apart + ratio) < abs(apart) else "acceleration"
 
 
-def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
+def mend_clocks(path: Path, record: Record) -> list[Check]:
     """Look for lost samples and second clocks in a stored record, and mend what is certain.
 
     Where samples are lost the longer part is kept; a channel of another recorder is brought onto
@@ -593,9 +600,7 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
     path : Path
         records/<id>.nc; written anew where something is mended.
     record : Record
-        Its row: id and frequency.
-    driven : bool
-        Whether the base moves as a steady sine.
+        Its row: id, test and frequency.
 
     Returns
     -------
@@ -605,7 +610,7 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
     checks: list[Check] = []
     for _ in range(_MOST):
         together = any(check.check == _STARTED for check in checks)
-        find = partial(_correction, driven=driven, together=together)
+        find = partial(fault_of, together=together)
         found = [one for one in correct(path, record, find, even=False) if one not in checks]
         if not found:
             break
@@ -613,65 +618,15 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
     return checks
 
 
-def _correction(
-    view: RecordView, record: Record, frequency: float, *, driven: bool, together: bool
-) -> Correction | None:
-    found = fault_of(view, frequency=frequency, driven=driven, together=together)
-    if found is None:
-        return None
-    name = _STARTED if isinstance(found, Start) else "clock"
-    check = Check(record.id, name, "warning", _in_words(found, view))
-    if isinstance(found, Part) and found.ordinary:
-        check = Check(record.id, "base motion", "ok", _in_words(found, view))
-    return Correction([check], *_mended(view, found))
-
-
-def _in_words(found: Fault, view: RecordView) -> str:
-    if isinstance(found, OtherClock):
-        total = found.ratio * view.n / view.sample_rate
-        return (
-            f"{found.role} comes from a recorder whose clock differs by {100.0 * found.ratio:+.4g} "
-            f"+- {100.0 * found.error:.1g} % from that of the other channels: the lag between "
-            f"acceleration and displacement drifts by {1e3 * total:.3g} ms over the record; it is "
-            "resampled to their clock"
-        )
-    if isinstance(found, Start):
-        return (
-            f"the recorders of {' and '.join(found.roles)} and of the acceleration did not start "
-            f"together: the motion comes {found.late / view.sample_rate:+.4g} s later in the "
-            "first; they are aligned by the motion. Start both with one trigger"
-        )
-    span = f"from {view.moment(found.begin)} to {view.moment(found.end - 1)}"
-    if found.ordinary:
-        return f"{found.seen}: only the part in which it moves, {span}, is used"
-    return f"{found.seen}; only the longest part, {span}, is used. Look at the recorder"
-
-
-def _mended(view: RecordView, found: Fault) -> tuple[Mapping[str, Iterator[FloatArray]], float]:
-    """The channels without the fault, and the time of their first sample."""
-    if isinstance(found, OtherClock):
-        return {found.role: _on_clock(view, found)}, view.start
-    if isinstance(found, Start):
-        first, n = max(-found.late, 0), view.n - abs(found.late)
-        begins = {role: first + found.late * (role in found.roles) for role in view.roles}
-        streams = {role: samples_of(view, role, i, i + n) for role, i in begins.items()}
-        return streams, float(view.time(first, first + 1)[0])
-    begin, end = found.begin, found.end
-    # Of the part after it the channels stand beside one another again, to a sample or two.
-    ahead = {r: found.count if r != found.late else 0 for r in view.roles}
-    streams = {role: samples_of(view, role, begin + ahead[role], end) for role in view.roles}
-    return streams, float(view.time(begin, begin + 1)[0])
-
-
-def _on_clock(view: RecordView, found: OtherClock) -> Iterator[FloatArray]:
-    """A channel of another recorder at the times of the others."""
+def _on_clock(view: RecordView, role: str, ratio: float) -> Iterator[FloatArray]:
+    """A channel of another recorder at the times of the others, its seconds shorter by `ratio`."""
     # Its sample i was taken at i (1 + ratio) of theirs; a displacement comes late by the lag.
-    slow = 1.0 + (-found.ratio if found.role == "displacement" else found.ratio)
+    slow = 1.0 + (-ratio if role == "displacement" else ratio)
     count = int((view.n - 1) * slow) + 1
     resampler = Resampler(0.0, 1.0, min(count, view.n))
     uneven = (
         (slow * np.arange(first, first + x.size, dtype=np.float64), x[:, np.newaxis])
-        for first, x in view.blocks(found.role)
+        for first, x in view.blocks(role)
     )
     for block in resampler.blocks(uneven):
         yield block[:, 0]
