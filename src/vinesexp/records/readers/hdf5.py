@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import stated_unit, unit_in_name, unit_of_label
-from vinesexp.records.readers.source import WIDEST, Column, TableSource
+from vinesexp.records.readers.source import WIDEST, Column, Lazy, TableSource
 from vinesexp.records.readers.unread import unreadable
 from vinesexp.units import UNITS, first_of
 
@@ -74,26 +74,15 @@ def open_file(path: Path, *, scalars: bool = False) -> TableSource:
     return TableSource(path, "HDF5", table, sample_interval=interval, losses=tuple(losses))
 
 
-@dataclass(frozen=True)
-class _Series:
-    """Samples of one column: dataset, index across, whether time runs along axis 0."""
-
-    item: Any
-    across: int | None
-    along_first: bool
-    scale: float
-    offset: float
-
-    def __len__(self) -> int:
-        return int(max(self.item.shape))
-
-    def __getitem__(self, rows: slice) -> FloatArray:
-        place = (rows, self.across) if self.along_first else (self.across, rows)
-        try:
-            raw = self.item[rows if self.across is None else place]
-        except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-            raise unreadable("HDF5", error, f"sample {rows.start}") from None
-        return np.asarray(raw.astype(np.float64) * self.scale + self.offset)
+def _samples(item: Any, across: int | None, scale: float, offset: float, rows: slice) -> FloatArray:
+    """Samples of one column: of a dataset, at an index across the axis along which time runs."""
+    along_first = len(item.shape) == 1 or item.shape[0] >= item.shape[1]
+    place = (rows, across) if along_first else (across, rows)
+    try:
+        raw = item[rows if across is None else place]
+    except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
+        raise unreadable("HDF5", error, f"sample {rows.start}") from None
+    return np.asarray(raw.astype(np.float64) * scale + offset)
 
 
 class _Contents:
@@ -171,7 +160,7 @@ class _Contents:
             value = float(item[(0,) * len(shape)])
             self.stated.setdefault(group, {}).setdefault(key.lower(), []).append(value)
 
-    def columns_of(self, name: str, item: Any) -> Iterator[tuple[Column, _Series]]:
+    def columns_of(self, name: str, item: Any) -> Iterator[tuple[Column, Lazy]]:
         """The columns that a dataset is."""
         shape = item.shape
         group = item.parent.attrs  # Keysight's oscilloscopes write there what they say of a channel
@@ -185,7 +174,6 @@ class _Contents:
         except RecordError as error:
             interval = math.nan
             self.contradictions.append(error)
-        along_first = len(shape) == 1 or shape[0] >= shape[1]
         across = min(shape) if len(shape) == 2 else 1
         if across > WIDEST:
             raise RecordError(f"dataset '{name}' is {shape[0]} by {shape[1]}")
@@ -197,7 +185,7 @@ class _Contents:
             )
             column = Column(own, stated_unit(label) or unit_in_name(own), interval)
             inner = None if len(shape) == 1 else k
-            yield column, _Series(item, inner, along_first, scale, offset)
+            yield column, Lazy(max(shape), partial(_samples, item, inner, scale, offset))
 
 
 def _never_written(name: str, item: Any) -> Iterator[str]:

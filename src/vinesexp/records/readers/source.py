@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,12 +191,29 @@ class Source:
         return f"sample {row}"
 
 
-class Series(Protocol):
-    """Samples of one column: an array, or what reads and converts them as they are asked for."""
+@dataclass(frozen=True)
+class Lazy:
+    """Samples of one column that are read and converted as they are asked for.
 
-    def __len__(self) -> int: ...
+    Parameters
+    ----------
+    length : int
+    read : callable
+        The samples of a slice, whose ends are numbers.
+    """
 
-    def __getitem__(self, rows: slice, /) -> NDArray[np.generic]: ...
+    length: int
+    read: Callable[[slice], NDArray[Any]]
+
+    def __len__(self) -> int:
+        return self.length
+
+    def __getitem__(self, rows: slice) -> NDArray[Any]:
+        return self.read(rows)
+
+
+#: Samples of one column.
+Series = NDArray[Any] | Lazy
 
 
 @dataclass(eq=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.records.readers.labels import only_time, stated_unit, unit_in_name
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import Column, Lazy, TableSource
 from vinesexp.records.readers.unread import need
 
 NAME = "LabVIEW TDMS"
@@ -45,25 +45,19 @@ def open_file(path: Path) -> TableSource:
         if channel.dtype.kind in "iufM" and len(channel) > 1
     ]
     counted = Counter(channel.name for channel in channels)
-    table = [(_column(c, counted[c.name] > 1), _Samples(c)) for c in channels]
+    table = [
+        (_column(c, counted[c.name] > 1), Lazy(len(c), partial(_samples, c))) for c in channels
+    ]
     time = only_time([column for column, _ in table])
     return TableSource(path, "TDMS", table, time_column=time, losses=tuple(_cut_short(path)))
 
 
-@dataclass(frozen=True)
-class _Samples:
+def _samples(channel: Any, rows: slice) -> NDArray[Any]:
     """Samples of a channel; times in s after the first of them."""
-
-    channel: Any
-
-    def __len__(self) -> int:
-        return len(self.channel)
-
-    def __getitem__(self, rows: slice) -> NDArray[np.generic]:
-        values = self.channel.read_data(offset=rows.start, length=rows.stop - rows.start)
-        if values.dtype.kind == "M":
-            values = (values - self.channel.read_data(length=1)[0]) / np.timedelta64(1, "s")
-        return np.asarray(values)
+    values = channel.read_data(offset=rows.start, length=rows.stop - rows.start)
+    if values.dtype.kind == "M":
+        values = (values - channel.read_data(length=1)[0]) / np.timedelta64(1, "s")
+    return np.asarray(values)
 
 
 def _cut_short(path: Path) -> Iterator[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import struct
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import Column, TableSource, bytes_behind
+from vinesexp.records.readers.source import Column, Lazy, TableSource, bytes_behind
 
 NAME = "WAV"
 
@@ -48,7 +48,7 @@ def open_file(path: Path) -> TableSource:
         [
             (
                 Column(names.get(k + 1, str(k))),
-                _Track(path, coding, channels, k, begin, there // frame),
+                Lazy(there // frame, partial(_track, path, coding, channels, k, begin)),
             )
             for k in range(channels)
         ],
@@ -70,35 +70,23 @@ def _coding(order: str, code: int, width: int) -> np.dtype[Any]:
     return np.dtype(f"{order}{'f' if code == _FLOAT else 'i' if width > 1 else 'u'}{width}")
 
 
-@dataclass(frozen=True)
-class _Track:
+def _track(
+    path: Path, coding: np.dtype[Any], channels: int, channel: int, begin: int, rows: slice
+) -> FloatArray:
     """Samples of one channel, -1 to 1: read, not mapped, since a file may be cut meanwhile."""
-
-    path: Path
-    coding: np.dtype[Any]
-    channels: int
-    channel: int
-    begin: int
-    length: int
-
-    def __len__(self) -> int:
-        return self.length
-
-    def __getitem__(self, rows: slice) -> FloatArray:
-        frames, channels = rows.stop - rows.start, self.channels
-        at = self.begin + rows.start * channels * self.coding.itemsize
-        codes = np.fromfile(self.path, self.coding, frames * channels, offset=at)
-        if len(codes) < frames * channels:
-            raise RecordError("became shorter while it was read")
-        codes = codes.reshape(frames, channels)[:, self.channel]
-        if codes.dtype.names:  # of three bytes
-            return np.asarray((256.0 * codes["upper"] + codes["lower"]) / 2.0**23)
-        values: FloatArray = codes.astype(np.float64)
-        if codes.dtype.kind == "u":  # one byte, with the zero at 128; the rest of WAV is signed
-            values -= 128.0
-        if codes.dtype.kind != "f":
-            values /= 2.0 ** (8 * codes.itemsize - 1)
-        return values
+    frames, at = rows.stop - rows.start, begin + rows.start * channels * coding.itemsize
+    codes = np.fromfile(path, coding, frames * channels, offset=at)
+    if len(codes) < frames * channels:
+        raise RecordError("became shorter while it was read")
+    codes = codes.reshape(frames, channels)[:, channel]
+    if codes.dtype.names:  # of three bytes
+        return np.asarray((256.0 * codes["upper"] + codes["lower"]) / 2.0**23)
+    values: FloatArray = codes.astype(np.float64)
+    if codes.dtype.kind == "u":  # one byte, with the zero at 128; the rest of WAV is signed
+        values -= 128.0
+    if codes.dtype.kind != "f":
+        values /= 2.0 ** (8 * codes.itemsize - 1)
+    return values
 
 
 def _chunks(path: Path) -> tuple[dict[bytes, bytes], str, int, int | None, int]:
