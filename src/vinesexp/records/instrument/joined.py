@@ -8,7 +8,7 @@ file a channel write short ones.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -25,16 +25,8 @@ from vinesexp.records.readers.source import TableSource
 _OFF = 0.1  # of a sample: how far apart two clocks may stand
 
 
-@dataclass(frozen=True)
-class _Part:
-    """What one file contributes, and its samples by role."""
-
-    samples: Samples
-    values: dict[str, FloatArray]
-
-    @property
-    def length(self) -> int:
-        return len(next(iter(self.values.values())))
+#: What one file contributes, and its samples by role.
+_Part = tuple[Samples, dict[str, FloatArray]]
 
 
 class JoinedSamples(Samples):
@@ -77,57 +69,58 @@ class JoinedSamples(Samples):
                     )
                 said.append(("channels", f"no column '{channel.column}' for {role}"))
         pairs = zip(sources, wanted, strict=True)
-        self._parts = [_read(source, channels, setup) for source, channels in pairs if channels]
-        one, channels = _joined(self._parts, said) if self._parts else (sources[0], {})
+        read = [_read(source, channels, setup) for source, channels in pairs if channels]
+        self._parts = [part for part, _ in read]
+        one, channels = _joined(read, said) if read else (sources[0], {})
         super().__init__(one, Setup(channels))
         self.source, self.warnings = sources[0], said
 
     @property
     def trimmed(self) -> tuple[int, int]:
         """Rows left out of the first file."""
-        return self._parts[0].samples.trimmed
+        return self._parts[0].trimmed
 
     @property
     def roles_by_file(self) -> list[list[str]]:
         """Roles of the channels of each file."""
-        return [list(part.values) for part in self._parts]
+        return [list(part.quantities) for part in self._parts]
 
     def overload(self, role: str) -> str | None:
         """What is reported about samples out of the instrument's range; see `Samples.overload`."""
-        return next(p.samples.overload(role) for p in self._parts if role in p.values)
+        return next(one.overload(role) for one in self._parts if role in one.quantities)
 
 
 def _joined(
-    parts: Sequence[_Part], said: list[tuple[str, str]]
+    read: Sequence[_Part], said: list[tuple[str, str]]
 ) -> tuple[Source, dict[str, Channel]]:
     """The parts laid over one another as one source, and its channels; warnings go to `said`."""
-    names = [part.samples.source.path.name for part in parts]
-    rates = [part.samples.sample_rate for part in parts]
+    parts, lengths = [part for part, _ in read], [len(next(iter(x.values()))) for _, x in read]
+    names, rates = [part.source.path.name for part in parts], [part.sample_rate for part in parts]
     if max(rates) > min(rates) * (1.0 + 1e-6):
         pairs = zip(names, rates, strict=True)
         reported = ", ".join(f"{name} {rate:.9g} Hz" for name, rate in pairs)
         raise RecordError(f"files of different sample rates ({reported}); resample them to one")
-    start = max(part.samples.start for part in parts)
-    shifts = np.array([(start - part.samples.start) * rates[0] for part in parts])
+    start = max(part.start for part in parts)
+    shifts = np.array([(start - part.start) * rates[0] for part in parts])
     whole = np.rint(shifts).astype(int)
     off = float(np.abs(shifts - whole).max())
     if off > _OFF:
         said.append(("files", f"clocks of the files stand {off:.2g} samples apart"))
-    length = min(part.length - k for part, k in zip(parts, whole, strict=True))
+    length = min(n - k for n, k in zip(lengths, whole, strict=True))
     if length < 2:
         raise RecordError("its files do not overlap in time")
     for part in parts:
-        said += part.samples.warnings
-    lost = [part.length - length for part in parts]
+        said += part.warnings
+    lost = [n - length for n in lengths]
     if max(lost):
         reported = ", ".join(f"{n} {k}" for n, k in zip(names, lost, strict=True) if k)
         said.append(("files", f"samples left out where the files differ: {reported}"))
     table, channels = [], {}
-    for part, k in zip(parts, whole, strict=True):
-        for role, quantity in part.samples.quantities.items():
-            table.append((Column(role), part.values[role][k : k + length]))
+    for (part, values), k in zip(read, whole, strict=True):
+        for role, quantity in part.quantities.items():
+            table.append((Column(role), values[role][k : k + length]))
             channels[role] = of_unit(role, role, quantity, SI_UNITS[quantity], 1.0)
-    path, interval = parts[0].samples.source.path, 1.0 / rates[0]
+    path, interval = parts[0].source.path, 1.0 / rates[0]
     return TableSource(path, "joined", table, sample_interval=interval, start=start), channels
 
 
@@ -151,4 +144,4 @@ def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
             raise RecordError(
                 f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there"
             )
-    return _Part(samples, values)
+    return samples, values

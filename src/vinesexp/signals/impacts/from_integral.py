@@ -102,8 +102,8 @@ def _at_impacts(
             "by integration"
         )
     motion = integrated_motion(record, times, jumps, frequency=frequency)
-    x, exact = Coarse(motion.x, motion.step, motion.start), np.full(times.size, _EXACT)
-    slopes = slope_changes(x, times, jumps, frequency=frequency, jump_errors=exact)
+    exact = np.full(times.size, _EXACT)
+    slopes = slope_changes(motion.x, times, jumps, frequency=frequency, jump_errors=exact)
     known = np.isfinite(slopes.jump) & (np.abs(jumps) > 0.5 * np.median(np.abs(jumps)))
     ratio = float(np.median(slopes.jump[known] / jumps[known])) if known.any() else math.nan
     if not abs(ratio - 1.0) < _CONTRADICT:
@@ -165,23 +165,19 @@ class IntegratedMotion:
 
     Attributes
     ----------
-    x : array (n,)
+    x : Coarse
         Of the mass, m, without what is slower than a quarter of the oscillation.
     base_x, base_v : arrays (n,)
         Of the base, in the same band.
-    step, start : float
-        Time between values and of the first, s from the record's first sample.
     frequency : float
         Hz.
     law : PhaseLaw
         AC corner of the sensor, which is corrected, and what of its phase remains unknown.
     """
 
-    x: FloatArray
+    x: Coarse
     base_x: FloatArray
     base_v: FloatArray
-    step: float
-    start: float
     frequency: float
     law: PhaseLaw
 
@@ -194,12 +190,12 @@ class IntegratedMotion:
 
     def within(self, times: FloatArray) -> BoolArray:
         """Times that the ends of the record do not spoil."""
-        edge = _EDGE / self.frequency
-        return (times > edge) & (times < self.start + self.step * self.x.size - edge)
+        edge, end = _EDGE / self.frequency, self.x.start + self.x.step * self.x.values.size
+        return (times > edge) & (times < end - edge)
 
     def base_at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity of the base, m and m/s."""
-        axis = self.start + self.step * np.arange(self.x.size)
+        axis = self.x.start + self.x.step * np.arange(self.x.values.size)
         return np.interp(times, axis, self.base_x), np.interp(times, axis, self.base_v)
 
 
@@ -249,7 +245,7 @@ def integrated_motion(
         corner = law.corner
         if not -0.5 * frequency < corner < _NEAREST * frequency:
             raise AnalysisError(_near_corner(corner, frequency))
-    found = IntegratedMotion(x, x_e, v_e, step, start, frequency, law)
+    found = IntegratedMotion(Coarse(x, step, start), x_e, v_e, frequency, law)
     _require_known(found)
     return found
 
@@ -285,10 +281,11 @@ def _require_known(found: IntegratedMotion) -> None:
 
 def _slow_share(found: IntegratedMotion) -> float:
     """Rms of the motion somewhat slower than the oscillation, over that of all motion."""
-    edge = round(_EDGE / (found.frequency * found.step))
-    x = found.x[edge:-edge]
+    step = found.x.step
+    edge = round(_EDGE / (found.frequency * step))
+    x = found.x.values[edge:-edge]
     power = np.abs(np.fft.rfft(x * np.hanning(x.size))) ** 2
-    f = np.fft.rfftfreq(x.size, found.step) / found.frequency
+    f = np.fft.rfftfreq(x.size, step) / found.frequency
     slow = (f > _DRIFT_BAND[0]) & (f < _DRIFT_BAND[1])
     return math.sqrt(float(power[slow].sum()) / max(float(power.sum()), 1e-300))
 
