@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
@@ -156,6 +156,7 @@ def _worked(work: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[str, T 
         return " ".join(str(error).split()) or type(error).__name__, None
 
 
+@dataclass
 class Arrivals:
     """Files below a folder that have come to rest.
 
@@ -172,22 +173,14 @@ class Arrivals:
         s; does not go back.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        *,
-        ignored: Callable[[str], bool],
-        besides: Path | None = None,
-        quiet: float = 1.0,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self.folder = folder
-        self._ignored = ignored
-        self._besides = None if besides is None else os.path.realpath(besides)
-        self._quiet = quiet
-        self._clock = clock
-        # As it is, since when, and as it was when it last came to rest.
-        self._seen: dict[str, tuple[State, float, State | None]] = {}
+    folder: Path
+    _: KW_ONLY
+    ignored: Callable[[str], bool]
+    besides: Path | None = None
+    quiet: float = 1.0
+    clock: Callable[[], float] = time.monotonic
+    #: As it is, since when, and as it was when it last came to rest.
+    _seen: dict[str, tuple[State, float, State | None]] = field(default_factory=dict, init=False)
 
     @property
     def growing(self) -> tuple[Path, ...]:
@@ -199,14 +192,14 @@ class Arrivals:
 
         A file that changes later comes again.
         """
-        now = self._clock()
+        now = self.clock()
         states = dict(self._states())
         found = []
         for path, state in states.items():
             before, since, rested = self._seen.get(path, (state, now, None))
             since = since if before == state else now
             # An empty file is one that nothing was written to yet.
-            if rested != state and state[0] > 0 and now - since >= self._quiet:
+            if rested != state and state[0] > 0 and now - since >= self.quiet:
                 rested = state
                 found.append(path)
             self._seen[path] = state, since, rested
@@ -216,16 +209,17 @@ class Arrivals:
 
     def _states(self) -> Iterator[tuple[str, State]]:
         """Size and time of change of every file that may be an instrument's."""
+        besides = self.besides and os.path.realpath(self.besides)
         for place, folders, names in os.walk(self.folder):
             folders[:] = [
                 name
                 for name in folders
                 if not name.startswith(".")
-                and os.path.realpath(os.path.join(place, name)) != self._besides
+                and os.path.realpath(os.path.join(place, name)) != besides
             ]
             for name in names:
                 ending = os.path.splitext(name)[1].lower()
-                if name.startswith((".", "~")) or ending in _UNFINISHED or self._ignored(name):
+                if name.startswith((".", "~")) or ending in _UNFINISHED or self.ignored(name):
                     continue
                 path = os.path.join(place, name)
                 try:

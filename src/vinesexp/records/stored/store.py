@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -171,6 +172,7 @@ def increments(velocity: FloatArray) -> FloatArray:
     return np.concatenate([first, middle, last])
 
 
+@dataclass
 class RecordWriter:
     """Writes one record by blocks; the file appears under its name only when complete.
 
@@ -201,39 +203,30 @@ class RecordWriter:
     (('base',), 3, array([0.5, 1. ]), array([0.1, 0.2]))
     """
 
-    def __init__(
-        self,
-        path: Path,
-        *,
-        sample_rate: float,
-        start: float = 0.0,
-        quantities: Mapping[str, str],
-        attributes: Mapping[str, Any] | None = None,
-        state: str = "",
-    ) -> None:
-        self.path = Path(path)
-        self.sample_rate = sample_rate
-        self.start = start
-        self.n = 0
-        self._quantities = dict(quantities)
-        self._attributes = {"Conventions": CONVENTIONS, **(attributes or {})}
-        self._state = state
-        self._data: dict[str, Any] = {}
-        self._open = ExitStack()
-        self._file: Any = None
+    path: Path
+    _: KW_ONLY
+    sample_rate: float
+    start: float = 0.0
+    quantities: Mapping[str, str]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    state: str = ""
+    n: int = field(default=0, init=False)
+    _data: dict[str, Any] = field(default_factory=dict, init=False)
+    _open: ExitStack = field(default_factory=ExitStack, init=False)
+    _file: Any = field(default=None, init=False)
 
     def append(self, block: Mapping[str, FloatArray]) -> None:
         """Add one block: for every role, the same number of further samples (SI)."""
         lengths = {np.shape(values) for values in block.values()}
-        if set(block) != set(self._quantities) or len(lengths) != 1 or len(min(lengths)) != 1:
+        if set(block) != set(self.quantities) or len(lengths) != 1 or len(min(lengths)) != 1:
             raise ValueError(
-                f"expected 1-D blocks of equal length for {sorted(self._quantities)}, "
+                f"expected 1-D blocks of equal length for {sorted(self.quantities)}, "
                 f"found { {role: np.shape(values) for role, values in block.items()} }"
             )
         for role, values in block.items():
             if role not in self._data:
                 data = _dataset(self._file, role, np.float32, chunk=len(values))
-                _say_quantity(data, role, self._quantities[role], self._state)
+                _say_quantity(data, role, self.quantities[role], self.state)
                 self._data[role] = data
             _extend(self._data[role], _rounded(values))
         self.n += min(lengths)[0]
@@ -252,7 +245,7 @@ class RecordWriter:
         growing = self._open.enter_context(whole_file(self.path))
         # netCDF readers want the order in which things were made.
         self._file = self._open.enter_context(h5py.File(growing, "w", track_order=True))
-        write_attributes(self._file, self._attributes)
+        write_attributes(self._file, {"Conventions": CONVENTIONS, **self.attributes})
         return self
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
