@@ -650,26 +650,17 @@ def rows_or_refuse(
             settings=record.settings, said=said,
         )  # fmt: skip
         with open_record(measured) as raw, open_record(conditioned) as view:
-            rows.update(rows_of_record(record, measured=raw, conditioned=view, impacts=impacts))
+            rows.update(
+                shown_by_record(record, conditioned=view, impacts=impacts),
+                base=base_rows(record, measured=raw, conditioned=view),
+                times=decay_times(record, conditioned=view),
+                evidence=_evidence(record, raw, view),
+            )
         rows["checks"] += said
     out = paths.regime(record.id)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return impacts, rows
-
-
-def rows_of_record(
-    record: Record, *, measured: RecordView, conditioned: RecordView, impacts: Impacts
-) -> dict[str, Any]:
-    """What a record shows, by table: a list of rows each."""
-    shown = shown_by_record(record, conditioned=conditioned, impacts=impacts)
-    checks = shown.pop("checks")
-    return shown | {
-        "base": base_rows(record, measured=measured, conditioned=conditioned),
-        "times": decay_times(record, conditioned=conditioned),
-        "evidence": _evidence(record, measured, conditioned),
-        "checks": checks,
-    }
 
 
 def _evidence(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, Any]:

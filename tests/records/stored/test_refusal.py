@@ -58,7 +58,7 @@ def fail_on(id, function, problem):
 
 STEPS = {
     "condition": "vinesexp.signals.condition.oscillation_of",
-    "impacts": "vinesexp.signals.regimes.rows_of_record",
+    "impacts": "vinesexp.signals.regimes.shown_by_record",
     "estimate": "vinesexp.identification.one_record._by_test",
 }
 
