@@ -30,7 +30,7 @@ from vinesexp.rig import Rig
 from vinesexp.solver.arrays import gap_of, starts_of
 from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
-from vinesexp.solver.effort import stalled_run
+from vinesexp.solver.effort import STALL, stalled_run
 from vinesexp.solver.kernel import is_flight, plain_turn
 from vinesexp.solver.response import (
     ENTRIES,
@@ -220,7 +220,6 @@ SETTLED = 3e-6 / STEP_RATE  # of flight or step: the last step, whose error is i
 #: `contact.REMAINDER`: the scalar loop ends each chatter where it would have.
 BRIEF = 1e-7
 WORTH = 10  # steps that a landing of a lane costs, and as many may be missed before it
-STALL = 300_000  # evaluations of one spell in the scalar loop after which a run is given up
 
 # Columns of a run, as it is given.
 (

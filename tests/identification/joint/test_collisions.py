@@ -1,12 +1,14 @@
 """The two laws of a collision hold with the forces that act on the ball between the walls."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from vinesexp.identification.flights import Flights
+from vinesexp.identification.joint.causes import _effects
 from vinesexp.identification.joint.collisions import (
     LOCALS,
     Collisions,
@@ -155,6 +157,23 @@ def test_r_of_a_soft_wall_with_a_damper_is_a_curve_between_a_line_and_a_logarith
     alone = min(least(c, "slope"), least(c, "fade"))
     assert alone > 2e-3
     assert least(c, "slope", "fade") < alone / 3.0
+
+
+def test_a_bend_of_r_over_speed_leaves_r_and_its_slope_at_the_usual_speed():
+    """So that the slope that is told and tabulated is that of line, logarithm and bend together."""
+    c = collisions(0.0, beat=0.5, count=300)
+    o = SimpleNamespace(names=(), collisions={("a", 0): c}, releases={}, kinds={})
+    bend = next(one for one in _effects(o) if one.about == "bend").direction.terms
+    p = np.zeros((len(LOCALS), 1), dtype=np.complex128)
+    p[[LOCALS.index("r"), LOCALS.index("b"), LOCALS.index("ln_eps")], 0] = R, B, -30.0
+    plain = c.rest(p)[0].real
+    for name, factor in bend.items():
+        p[LOCALS.index(name)] = 0.1 * factor
+    speed = np.abs(c.flights.v_before - c.flights.u_before)
+    more = np.abs(c.rest(p)[0].real - plain) / speed  # of r
+    off = speed / c.speed - 1.0
+    assert more[np.abs(off) > 0.3].min() > 1e-3
+    assert (more <= 0.1 * c.speed * off**2 + 1e-12)[off > -0.3].all()  # of second order
 
 
 def test_impacts_are_not_grouped_by_what_their_own_restitution_did():

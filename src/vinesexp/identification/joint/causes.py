@@ -53,6 +53,7 @@ _WIDTHS = {
     "wall": 0.05,
     "slope": 0.05,
     "fade": 0.05,
+    "bend": 0.05,
     "friction": 0.3,
     "tilt": 0.1,
     "contact": 1e-3,
@@ -61,6 +62,9 @@ _WIDTHS = {
 }
 #: Share of the largest displacement by which a sensor that is not linear reads it wrong.
 _BENT = 0.01
+#: Between a line and a logarithm with the same slope at the usual speed: the curve of a soft wall
+#: with a damper, whose r is one of a slow ball.
+_ALONG = {"bend": {"fade": 1.0, "slope": -1.0}}
 #: Laws of the same effect, of which one is enough.
 _ABOUT = {"fade": "slope"}
 #: Effects and changes are as small as in most labs or, more rarely, far larger: walls of steel and
@@ -622,18 +626,10 @@ def _effects(o: Observed) -> list[Cause]:
         priors["contact"] = Prior(*(share * float(np.median(pulses)) for share in _OF_PULSE))
     found = [
         Cause(f"effect {name}{how}", "effect", _ABOUT.get(name, name),
-              Direction({name: 1.0}, Prior(prior.value, times * prior.error)),
+              Direction(_ALONG.get(name, {name: 1.0}), Prior(prior.value, times * prior.error)),
               least=0.0 if name in ("friction", "contact", "drag") else -math.inf, members=members)
         for name, prior in priors.items()
         for how, times, members in _AS_FAR[: 1 if name in _NEAR else 2]
-    ]  # fmt: skip
-    # between the straight line and the logarithm, with the same slope at the usual speed: the curve
-    # of a soft wall with a damper, whose r is one of a slow ball
-    found += [
-        Cause(f"effect bend{how}", "effect", "bend",
-              Direction({"fade": 1.0, "slope": -1.0}, Prior(0.0, times * _WIDTHS["fade"])),
-              members=members)
-        for how, times, members in _AS_FAR
     ]  # fmt: skip
     rolls = Direction({"rolling": 1.0}, Prior(_ROLLS, _ROLLS_BY))
     found.append(Cause("effect rolling", "effect", "rolling", rolls, least=0.0))

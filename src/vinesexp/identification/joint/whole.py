@@ -339,10 +339,12 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
         if one.cause.kind == "drift":
             common = observed.common(next(iter(one.cause.moves)))
             shifts.append(one.value * one.cause.spread * found.vector({common: 1.0}))
-        if one.cause.kind in ("effect", "drift") and not one.doubted:
-            share = math.sqrt(min(left / one.log_odds, 1.0))
-            if one.cause.about in HIDDEN:
-                share = max(share, _LAW)
+        if one.cause.kind not in ("effect", "drift") or one.doubted:
+            continue
+        share = max(
+            math.sqrt(min(left / one.log_odds, 1.0)), _LAW if one.cause.about in HIDDEN else 0.0
+        )
+        if share > 0.0:
             plain = judged.beliefs.without({one.cause.key})
             without = total(posterior_of(data, plain), plain)
             shifts.append(share * (found.values - without.values[: found.values.size]))

@@ -41,7 +41,9 @@ _NAMES = {
     "odd": "a displacement sensor that is not linear (its gain changes toward both ends)",
     "aboard": "ring-downs in which the mass carries more or less than in the tests with a ball",
     "drop": "drop tests on another surface than the walls",
-    "beside": "a displacement that is measured beside the table and not in space",
+    "beside": (
+        "a displacement that is not measured in space (a sensor on the table, a table that turns)"
+    ),
     "coupling": "a displacement and an accelerometer that are AC-coupled alike",
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
@@ -298,8 +300,8 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         "the usual speed of these tests, and b_c is simulated with the change"
     ),
     "bend": lambda v, e: (
-        f"r follows a curve over impact speed (u, in units of the usual one): {_signed(v, e)} s/m "
-        "of its slope go with ln u and not with u; the values are corrected for it"
+        "r follows a curve over impact speed, between a straight line and a logarithm: r and its "
+        "slope hold at the usual speed of these tests"
     ),
     "friction": lambda v, e: (
         f"friction on its floor slows the ball by mu g = {with_error(v, e)} m/s^2 between the "
