@@ -241,8 +241,8 @@ def penalty(stiffness: float) -> Callable[[Problem], Impacts]:
 class Siconos:
     """Event-driven scheme of Siconos (LSODAR), run by the Python it is packaged for.
 
-    `intervals` is the number of output times, at which the integrator stops; `seconds` is the time
-    of the last run's own loop, without the start of the process.
+    `intervals` is the number of output times, at which the integrator stops; `seconds` is the
+    processor time of the last run's own loop, without the start of the process.
     """
 
     python = "/usr/bin/python3"

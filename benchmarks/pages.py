@@ -3,10 +3,11 @@
     python -m benchmarks.pages
     python -m benchmarks.pages --make 5     # makes those anew that take 5 minutes or less
 
-A page measured the code of the commit that wrote it. Its benchmarks are those that it names
-(`python -m benchmarks.X`, `python benchmarks/X.py`); the code they reach by imports is what its
-figures depend on. Printed for each page, the most outdated first: how many of these modules have
-changed since, by how many lines, and the commands. Uncommitted changes count.
+A page names the code that it measured ("the code of 1a2b3c4d"); one that does not, measured the
+commit that wrote it. Its benchmarks are those that it names (`python -m benchmarks.X`,
+`python benchmarks/X.py`); the code they reach by imports is what its figures depend on. Printed for
+each page, the most outdated first: how many of these modules have changed since, by how many lines,
+and the commands. Uncommitted changes count.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ MINUTES = {"map_cost": 1, "identification": 3, "predictions": 3, "impacts": 5}
 
 @dataclass(frozen=True)
 class Age:
-    """Of one page: when it was written, what it depends on, and what of that has changed."""
+    """Of one page: the day of the code that it measured, and what of this code has changed."""
 
     page: str
     written: str
@@ -59,6 +60,23 @@ def benchmarks_of(text: str) -> tuple[str, ...]:
     """
     named = re.findall(r"python (?:-m )?((?:benchmarks|tests)[./]\w+)", text)
     return tuple(dict.fromkeys(name.replace("/", ".") for name in named))
+
+
+def commit_of(text: str) -> str | None:
+    """The first commit that a page says it measured.
+
+    Examples
+    --------
+    >>> commit_of("Measured by the code of cea42281. Later code (7352c12d) was held against it.")
+    'cea42281'
+    """
+    found = re.search(r"\bcode\s+of\s+([0-9a-f]{7,40})\b", text)
+    return found[1] if found else None
+
+
+def code_measured() -> str:
+    """The commit of the code as it is, for a page that is being made."""
+    return _git("rev-parse", "--short=8", "HEAD")
 
 
 def code_of(names: Iterable[str]) -> list[str]:
@@ -103,8 +121,11 @@ def _git(*words: str) -> str:
 
 def age_of(page: Path) -> Age:
     """How far a page is behind the code."""
-    commands = benchmarks_of(page.read_text(encoding="utf-8"))
-    commit, written = _git("log", "-1", "--format=%H %as", "--", str(page)).split()
+    text = page.read_text(encoding="utf-8")
+    commands = benchmarks_of(text)
+    named = commit_of(text)
+    where = [named] if named else ["--", str(page)]
+    commit, written = _git("log", "-1", "--format=%H %as", *where).split()
     code = code_of(commands) if commands else []
     lines = _git("diff", "--numstat", commit, "--", *code).splitlines() if code else []
     counts = [int(n) for line in lines for n in line.split("\t")[:2] if n.isdigit()]

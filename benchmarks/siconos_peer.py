@@ -53,10 +53,10 @@ def build(p, step):
 
 
 def run(p, step, limit):
-    """Impacts (time, ball, side) and the seconds of the time loop."""
+    """Impacts (time, ball, side) and the processor seconds of the time loop."""
     simulation, system, walls, _kept = build(p, step)
     events, found = simulation.eventsManager(), []
-    begin = time.perf_counter()
+    begin = time.process_time()
     while simulation.hasNextEvent() and len(found) < limit:
         try:
             simulation.advanceToEvent()
@@ -69,7 +69,7 @@ def run(p, step, limit):
             gaps = [abs(b + H @ q) for _i, _side, H, b in walls]
             i, side = walls[int(np.argmin(gaps))][:2]
             found.append((simulation.startingTime(), i, side))
-    return found, time.perf_counter() - begin
+    return found, time.process_time() - begin
 
 
 def main():

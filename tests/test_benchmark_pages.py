@@ -1,6 +1,6 @@
 """Pages of docs/benchmarks and the code that they measured."""
 
-from benchmarks.pages import ROOT, Age, benchmarks_of, code_of
+from benchmarks.pages import ROOT, Age, age_of, benchmarks_of, code_measured, code_of
 
 
 def test_the_code_of_a_benchmark_is_followed_through_benchmarks_and_package():
@@ -23,3 +23,14 @@ def test_a_line_says_how_far_a_page_is_behind_and_what_makes_it_anew():
     words = Age("plan", "2026-01-02", ("benchmarks.plan",), 90, 3, 41).words
     assert "3 of  90 modules,     41 lines" in words
     assert words.endswith("python -m benchmarks.plan")
+
+
+def test_the_age_of_a_page_is_that_of_the_code_it_names(tmp_path):
+    page = tmp_path / "plan.md"  # no commit wrote it
+    made = f"Made by `python -m benchmarks.plan` with the code of {code_measured()}."
+    page.write_text(made, encoding="utf-8")
+    age = age_of(page)
+    assert (age.page, age.commands) == ("plan", ("benchmarks.plan",))
+    assert age.modules > 50
+    assert age.changed <= age.modules
+    assert len(age.written) == len("2026-01-02")
