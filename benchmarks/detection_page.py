@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.detection_score import Score
+from benchmarks.pages import code_measured
 
 from vinesexp.figures.style import COLOURS, SEQUENCE, label, new_figure, shortened_svg
 
@@ -22,7 +23,7 @@ LOOKS = {
 
 HEAD = """# Finding impacts
 
-Made by `python -m benchmarks.impacts`, one run on one machine, one core. Every method gets the same
+Made by `python -m benchmarks.impacts` with the code of CODE. Every method gets the same
 accelerations of the virtual rig of Table 2: half-sine contacts of 0.4 ms, base at 0.25 mm and
 7.862 Hz, b = 30 mm, 10 kHz, 16 bits, white noise of 0.3 m/s^2 at 10 kHz and of that density
 elsewhere, unless the row says otherwise. S/N is the highest sample of a median contact over the
@@ -55,7 +56,8 @@ def page(
 ) -> str:
     """The whole page; `free`: the limit with the duration unknown over that with it known."""
     known = f"With the duration unknown too the limit is {free:.3f} times as large."
-    lines = [HEAD.replace("FREE", known), "## Targets", "", *_targets(scores, twin, speeds), ""]
+    head = HEAD.replace("CODE", code_measured()).replace("FREE", known)
+    lines = [head, "## Targets", "", *_targets(scores, twin, speeds), ""]
     for group in dict.fromkeys(s.group for s in scores):
         lines += [f"## By {group}", "", *_table([s for s in scores if s.group == group]), ""]
     names = " | ".join(f"{m}, all" for m in METHODS)
@@ -69,7 +71,8 @@ def page(
         *worth,
         "## Speed",
         "",
-        "Million samples a second on one core, four million samples with an impact every 64 ms.",
+        "Million samples a second of the processor, four million with an impact every 64 ms, on a",
+        "machine with other work.",
         "*First pass* looks at every sample; *detection* adds learning the pulse and fitting every",
         "contact; *all* adds the filter.",
         "",

@@ -1,6 +1,6 @@
 """Speed against error of the predictions: closed form, slow flow, exact orbit, direct simulation.
 
-    python -m benchmarks.predictions            # two to three minutes, one core
+    python -m benchmarks.predictions            # three to four minutes, one core
 
 Over a grid of mass ratio, restitution, damping and detuning each model predicts b_c, b_t (as the
 amplitude at T2), the steady amplitude and the decay time; the reference is direct simulation
@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from benchmarks import free_decay, sequences, slow_flow
+from benchmarks.pages import code_measured
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -535,7 +536,7 @@ def main() -> int:
     page = [
         "# Predictions: speed against error",
         "",
-        "Made by `python -m benchmarks.predictions`. Grid: eps "
+        f"Made by `python -m benchmarks.predictions` with the code of {code_measured()}. Grid: eps "
         + ", ".join(f"{e:g}" for e in EPS)
         + "; r "
         + ", ".join(f"{r:g}" for r in R)
@@ -544,6 +545,8 @@ def main() -> int:
         + "; frequency 1 % below, at and 1 % above resonance.",
         "",
         "## What an answer costs",
+        "",
+        "Times of the processor, on a machine with other work.",
         "",
         "| model | answer | processor time |",
         "|---|---|---|",
