@@ -1,6 +1,6 @@
 """Speed against error of the predictions: closed form, slow flow, exact orbit, direct simulation.
 
-    python -m benchmarks.predictions            # three to four minutes, one core
+    python -m benchmarks.predictions            # half a minute, one core
 
 Over a grid of mass ratio, restitution, damping and detuning each model predicts b_c, b_t (as the
 amplitude at T2), the steady amplitude and the decay time; the reference is direct simulation
@@ -565,7 +565,7 @@ def main() -> int:
         "",
         *table_b_c(error),
         "",
-        "![map](predictions.svg)",
+        "![The cheapest model that is good to 1 %](predictions.svg)",
         "",
         f"Cheapest model good to 1 %: closed form (36) in {100 * shares[0]:.0f} % of the grid, "
         f"slow flow in a further {100 * shares[1]:.0f} %, exact orbit in "
@@ -577,8 +577,8 @@ def main() -> int:
         "",
         *table_of(study_amplitude(), ("slow flow", "exact orbit")),
         "",
-        "(Where the exact orbit's largest error is above 1 %, the motion started at rest went to",
-        "another attractor that exists beside the orbit.)",
+        "Where the largest error of the exact orbit is above 1 %, a motion from rest went to",
+        "another attractor beside the orbit; so did that of the slow flow's largest error.",
         "",
         "## Amplitude at T2, which sets b_t",
         "",
