@@ -18,7 +18,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from benchmarks.scale import peak_memory
 
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign.load import load_campaign
@@ -121,7 +120,6 @@ def main() -> None:
     for balls in arguments.balls:
         seconds, found = impacts_take(three_a_cycle(), balls)
         print(f"| {balls} | {seconds:.1f} | {found} |", flush=True)
-    print(f"\npeak memory {peak_memory() or float('nan'):.0f} MiB")
     print("\n| samples in a HDF5 file | in this process ms | in a child ms |\n|---|---|---|")
     for n in arguments.samples:
         here, child = readers_take(n)

@@ -1,6 +1,6 @@
 """Report and record pages of a small and a large campaign: sizes, time to make, time to open.
 
-    python benchmarks/large_report.py [--records 60 1000] [--keep FOLDER]
+    python -m benchmarks.large_report [--records 60 1000] [--keep FOLDER]
 
 The results are made up (tests/report/synthetic.py), six seconds at 1 kHz a record with two warnings
 each. Opening is timed in headless Chromium, until everything is laid out; times of a record are

@@ -1,6 +1,6 @@
 """Tests that it takes to bracket the lowest amplitude within 2 %: by plan, bisection, equal steps.
 
-    python benchmarks/plan.py 0 50 0.0005 kept.jsonl      # labs 0 to 49, scatter 0.05 %
+    python -m benchmarks.plan 0 50 0.0005 kept.jsonl      # labs 0 to 49, scatter 0.05 %
 
 Each lab has a rig of its own, drawn at random, and knows it as an identification leaves it: M to
 0.5 %, f0 to 0.01 %, damping to 1 %, r to 1 %, the ball's mass to 0.3 g, the base amplitude to 1 %.

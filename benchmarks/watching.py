@@ -5,8 +5,8 @@
 Records of 20 s at 10 kHz appear one after the other, as text files of four columns: ring-downs
 without and with added mass, periodic tests at three base amplitudes, releases. Of each record: the
 time from the end of its file to its words on the page, and what of it the processor worked; on the
-way, what the campaign as a whole and its values take in their own processes, and what the page
-sends. docs/benchmarks/watch.md has the figures.
+way, what the campaign as a whole and its values take in their own processes; then what a longer
+table costs beside the analysis. docs/benchmarks/watch.md has the figures.
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ time: {column: "Time*", unit: s}
 """
 _PULSE = 0.5e-3  # s, half the width of an impact in the acceleration, or five samples
 _TURNS = 16  # records that `side_by_side` takes
+_GROUP = 25  # records of a row of the table
 _LOOKED_AT = (10, 25, 50, 100, 150, 200)
 
 
@@ -115,13 +116,11 @@ class Turn:
 
 @dataclass(frozen=True)
 class Whole:
-    """What the campaign took at a number of records: s of the processor, bytes sent, s to make."""
+    """What the campaign as a whole took at a number of records: s of the processor."""
 
     records: int
     identified: float
     view: float
-    page: float
-    sent: int
 
 
 def measure(
@@ -132,7 +131,7 @@ def measure(
     (folder / "bench/campaign.yaml").write_text(YAML, encoding="utf-8")
     session = Session(folder / "bench", folder / "results")
     session.begin()
-    parts, turns, wholes, version = Parts(session), [], [], -1
+    turns, wholes = [], []
     for number, (name, test) in enumerate(day_of_files(records), start=1):
         text = record_text(**test, seconds=seconds, rate=rate, seed=number)
         (folder / "bench/raw" / name).write_text(text, encoding="utf-8")
@@ -143,18 +142,12 @@ def measure(
             if time.monotonic() - begun > 120.0:
                 raise TimeoutError(f"{name} did not come to its end: {session.status.remarks}")
         turns.append(Turn(time.monotonic() - begun, time.thread_time() - worked))
-        begun = time.thread_time()
-        sent = parts.since(version)
-        version = sent["version"]
-        page = time.thread_time() - begun
         print(
             f"{number}: {turns[-1].wall:.2f} s, processor {turns[-1].processor:.2f} s", flush=True
         )
         if number in _LOOKED_AT or number == records:
-            size = sum(len(markup) for markup in sent["parts"].values())
             session.settle(3600.0)
-            found = (session.identifying.seconds, session.looking.seconds)
-            wholes.append(Whole(number, *found, page, size))
+            wholes.append(Whole(number, session.identifying.seconds, session.looking.seconds))
             print(wholes[-1], flush=True)
     session.stop()
     return turns, wholes
@@ -220,21 +213,26 @@ def side_by_side(folder: Path, *, seconds: float, rate: float) -> dict[int, list
     return found
 
 
-def table_of(turns: list[Turn], wholes: list[Whole]) -> str:
-    """The figures as the page has them; of the ten records before each look."""
-    head = (
-        "| records | file's end to words, s (median, largest) | processor, s a record "
-        "| page made, s | sent, kB | curve and plan, s | values, s |\n|---|---|---|---|---|---|---|"
-    )
-    lines = [head]
-    for whole in wholes:
-        own = turns[max(whole.records - 10, 0) : whole.records]
-        walls = [turn.wall for turn in own]
+def tables_of(turns: list[Turn], wholes: list[Whole]) -> str:
+    """The tables of the page: records in groups of 25, then the campaign as a whole."""
+    lines = [
+        "| records | file's end to verdict, s: median, largest "
+        "| of it processor, s: least, median |",
+        "|---|---|---|",
+    ]
+    for first in range(0, len(turns), _GROUP):
+        own = turns[first : first + _GROUP]
+        walls, worked = [turn.wall for turn in own], [turn.processor for turn in own]
         lines.append(
-            f"| {whole.records} | {np.median(walls):.2f}, {max(walls):.2f} "
-            f"| {np.median([turn.processor for turn in own]):.2f} | {whole.page:.3f} "
-            f"| {whole.sent / 1e3:.0f} | {whole.view:.1f} | {whole.identified:.1f} |"
+            f"| {first + 1} to {first + len(own)} | {np.median(walls):.1f}, {max(walls):.1f} "
+            f"| {min(worked):.2f}, {np.median(worked):.2f} |"
         )
+    lines += [
+        "",
+        "| records | curve, b_c and what to test next, s | values M, c1, k1, r, s |",
+        "|---|---|---|",
+        *(f"| {one.records} | {one.view:.1f} | {one.identified:.1f} |" for one in wholes),
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -259,12 +257,13 @@ def main(arguments: list[str] | None = None) -> None:
         return
     with tempfile.TemporaryDirectory() as place:
         day = measure(Path(place), records=args.records, seconds=args.seconds, rate=args.rate)
-    table = table_of(*day)
-    print(table)
+    print(tables_of(*day))
+    print("| records | a look at the folder, ms | one row more, ms | the page, ms |")
+    print("|---|---|---|---|")
     for number in (20, 200):
         with tempfile.TemporaryDirectory() as place:
-            shown = ", ".join(f"{1e3 * t:.0f} ms" for t in bookkeeping(Path(place), number))
-        print(f"{number} records: a look at the folder, one row more, the page: {shown}")
+            shown = " | ".join(f"{1e3 * t:.1f}" for t in bookkeeping(Path(place), number))
+        print(f"| {number} | {shown} |")
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
 """What the workflow costs beside the same science in one process, in one run; and what jobs took.
 
-    python benchmarks/workflow.py [--campaign data/twin] [--ringdowns 60] [--cores 2] [--pairs 1]
+    python -m benchmarks.workflow [--campaign data/twin] [--ringdowns 60] [--cores 2]
 
 Each campaign is run by `snakemake` from an empty folder, and by one process that calls the same
 functions; both with an empty cache of compiled code. Then `snakemake` has nothing to do, and then
 one record more. Processor seconds of everything that was started, so that a busy machine changes
-them less than the time on the wall; the two columns are measured one after the other, `--pairs`
-times.
+them less than the time on the wall. Steps are listed by their logs, for the first run and for one
+record more.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -110,18 +111,22 @@ def workflow(campaign: Path, results: Path, cores: int) -> list[str]:
     ]
 
 
-def jobs(results: Path) -> list[tuple[str, float, int]]:
-    """Step, processor seconds and peak MiB of every process that did one, from the logs."""
-    found = []
+def jobs(results: Path, *, since: float) -> list[str]:
+    """What each step took, by the logs written since a time: a table."""
+    found: dict[str, list[tuple[float, int]]] = {}
     for log in sorted(results.glob("logs/**/*.log")):
-        step = log.relative_to(results / "logs").parts[0].partition(".")[0]
-        for seconds, peak in TOOK.findall(log.read_text(encoding="utf-8")):
-            found.append((step, float(seconds), int(peak)))
-    return found
-
-
-def size_mb(folder: Path) -> float:
-    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 1e6
+        if log.stat().st_mtime >= since:
+            step = log.relative_to(results / "logs").parts[0].partition(".")[0]
+            took = TOOK.findall(log.read_text(encoding="utf-8"))
+            found.setdefault(step, []).extend((float(s), int(peak)) for s, peak in took)
+    return [
+        "| step | processes | processor s | largest MiB |\n|---|---|---|---|",
+        *(
+            f"| {step} | {len(rows)} | {sum(s for s, _ in rows):.1f} | {max(p for _, p in rows)} |"
+            for step, rows in found.items()
+            if rows
+        ),
+    ]
 
 
 def measure(name: str, folder: Path, arguments: argparse.Namespace) -> None:
@@ -132,26 +137,25 @@ def measure(name: str, folder: Path, arguments: argparse.Namespace) -> None:
             write_ringdowns(place, arguments.ringdowns)
         else:
             copy_description(arguments.campaign, place)
-    results = folder / "results"
-    cold = used(workflow(here, results, arguments.cores), folder / "cache-1")
-    found = jobs(results)  # before the next run writes its own logs
+    results, began = folder / "results", time.time()
+    command = workflow(here, results, arguments.cores)
+    cold = used(command, folder / "cache-1")
+    tables = {"steps": jobs(results, since=began)}  # before the next run writes its own logs
     science = used(
         [sys.executable, "-c", ONE_PROCESS, str(alone), str(folder / "one")], folder / "cache-2"
     )
-    nothing = used(workflow(here, results, arguments.cores), folder / "cache-1")
+    nothing = used(command, folder / "cache-1")
     cells = [f"{cold:.1f}", f"{science:.1f}", f"{cold / science:.2f}", f"{nothing:.1f}"]
     if name == "ringdowns":
         add_ringdown(here, arguments.ringdowns)
-        cells.append(f"{used(workflow(here, results, arguments.cores), folder / 'cache-1'):.1f}")
+        began = time.time()
+        cells.append(f"{used(command, folder / 'cache-1'):.1f}")
+        tables["steps with one added"] = jobs(results, since=began)
     else:
         cells.append("")
     print(f"| {name} | {' | '.join(cells)} |")
-    print(f"\nraw {size_mb(here / 'raw'):.0f} MB, results {size_mb(results):.0f} MB\n")
-    print("| step | processes | processor s | largest MiB |\n|---|---|---|---|")
-    for step in dict.fromkeys(step for step, *_ in found):
-        rows = [(seconds, peak) for one, seconds, peak in found if one == step]
-        total, peak = sum(s for s, _ in rows), max(p for _, p in rows)
-        print(f"| {step} | {len(rows)} | {total:.1f} | {peak} |")
+    for head, lines in tables.items():
+        print(f"\n{name}, {head}\n", *lines, sep="\n")
     print(flush=True)
 
 
@@ -160,11 +164,10 @@ def main() -> None:
     parser.add_argument("--campaign", type=Path, help="such as data/twin; default: none")
     parser.add_argument("--ringdowns", type=int, default=60)
     parser.add_argument("--cores", type=int, default=2)
-    parser.add_argument("--pairs", type=int, default=1)
     arguments = parser.parse_args()
     names = ["ringdowns"] if arguments.ringdowns else []
     names += [arguments.campaign.resolve().name] if arguments.campaign else []
-    for name in names * arguments.pairs:
+    for name in names:
         print("| campaign | workflow | one process | ratio | nothing to do | one added |")
         print("|---|---|---|---|---|---|")
         with tempfile.TemporaryDirectory() as temporary:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import numpy as np
-from benchmarks.design.kept import ROOT
 from benchmarks.design.rigs import MODELS, RIGS
 from benchmarks.design.truth import (
     BESIDE,
@@ -20,6 +17,7 @@ from benchmarks.design.truth import (
     NEAREST,
     SCAN,
 )
+from benchmarks.pages import code_measured
 
 #: Below this regret a clearance counts as good as the best, above this as missed (targets).
 GOOD, MISSED = 0.01, 0.03
@@ -146,40 +144,28 @@ def numbers(rows: Rows) -> str:
     return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ends)
 
 
-def measured() -> str:
-    """The latest commit of the code that `kept.digest` stands for."""
-    rooms = [f"src/vinesexp/{room}" for room in ("design", "solver", "theory")]
-    words = ["git", "log", "-1", "--format=%h", "--", *rooms]
-    return subprocess.run(
-        words, cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout.strip()
-
-
 def page(rows: Rows) -> str:
     """The whole page."""
     useful = [row for row in rows if row["reduction"] > 0.1]
     lines = [
         "# Quality of the recommended clearances",
         "",
-        f"{len(rows)} of {RIGS} random rigs are finished: {numbers(rows)}",
-        "(eps 1e-4 to 0.1 and zeta 1e-4 to 0.05,",
-        "both log-uniform, r 0.2 to 0.95, frequency within 5 % of resonance; the level only scales",
-        "all lengths; every start has its own clearance within 1 %, as a drilled cavity). Regret:",
-        "a criterion at the recommended clearance over the least of a dense search, minus one. The",
-        f"dense search knows nothing of the answer: {DENSE} clearances over more than the span",
-        f"that an answer begins with, {SCAN[0]} phases and {SCAN[1]} random starts each; by each",
-        f"criterion alone closer looks at the {MINIMA} lowest minima, and {NEAREST} clearances",
-        f"within {100 * NEAR:g} % of the lowest with {BESIDE[0]} phases or {BESIDE[1]} starts.",
-        f"The {LOWEST} lowest of these, and then the least beside those recommended, are judged by",
-        "the same fresh starts:",
-        f"{FINE[0]} phases and {FINE[1]} random starts, or {FINE_LONG[0]} and {FINE_LONG[1]}",
-        f"where a run lasts {LONG:.0f} cycles.",
-        "Processor time is that of all threads together, on a machine with other work.",
-        f"Measured by the code of {measured()}.",
-        "Every number here is printed by",
+        f"Made by `python -m benchmarks.design {RIGS}` with the code of {code_measured()}.",
+        f"{len(rows)} of {RIGS} random rigs are finished: {numbers(rows)}. Their mass ratio eps is",
+        "1e-4 to 0.1, their damping ratio zeta 1e-4 to 0.05 (both log-uniform), r 0.2 to 0.95, the",
+        "frequency within 5 % of resonance. Every start has its own clearance within 1 %, as in a",
+        "drilled cavity. The level only scales all lengths.",
         "",
-        f"    python -m benchmarks.design {RIGS}         # goes on where it was stopped",
-        "    python -m benchmarks.design --page        # this page, of the rigs that are finished",
+        "- *Regret* is a criterion at the recommended clearance over the least of a dense search,",
+        "  minus one. The dense search knows nothing of the answer.",
+        f"- It looks at {DENSE} clearances over more than the span that an answer begins with,",
+        f"  {SCAN[0]} phases and {SCAN[1]} random starts each, then closer at the {MINIMA} lowest",
+        f"  minima of each criterion, and at {NEAREST} clearances within {100 * NEAR:g} % of the",
+        f"  lowest with {BESIDE[0]} phases or {BESIDE[1]} starts.",
+        f"- The {LOWEST} lowest of these and the recommended ones are judged by the same fresh",
+        f"  starts: {FINE[0]} phases and {FINE[1]} random starts, or {FINE_LONG[0]} and",
+        f"  {FINE_LONG[1]} where a run lasts {LONG:.0f} cycles.",
+        "- Times are those of the processor, all threads together, on a machine with other work.",
         "",
         "## Targets",
         "",
