@@ -45,6 +45,19 @@ def test_every_detector_finds_plain_impacts(name: str) -> None:
     assert not found.crowded.any()
 
 
+@pytest.mark.parametrize("name", DETECTORS)
+def test_a_ringing_that_lasts_longer_than_apart_is_no_impact(name: str) -> None:
+    """2 kHz with a damping of 0.02: over the threshold for 11 ms, where `apart` is 3 ms."""
+    a, w = trace(TIMES, seconds=4.0), 2.0 * np.pi * 2e3
+    t = np.arange(a.size) / RATE
+    for k, time in enumerate(TIMES):
+        s = t[t > time] - time
+        a[t > time] += (-1) ** k * 30.0 * np.exp(-0.02 * w * s) * np.sin(w * s)
+    found = detect(stream_of(a, RATE), ImpactSettings(detector=name))
+    assert found.time.size == TIMES.size
+    assert np.abs(found.time - TIMES).max() < 3e-4
+
+
 @pytest.mark.parametrize("name", [name for name in DETECTORS if name != "sta_lta"])
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_alone_is_no_impact(name: str, seed: int) -> None:

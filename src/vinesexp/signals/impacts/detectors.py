@@ -18,7 +18,7 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import STRETCH, Stream, louder, stretch_noise
+from vinesexp.signals.impacts.candidates import STRETCH, Stream, louder, stretch_noise, strongest
 from vinesexp.signals.impacts.detection import Detection, detect_by_template, normal_cdf
 from vinesexp.signals.impacts.template import Shape, Template, spring_answer, template_of, window
 
@@ -174,8 +174,11 @@ def _tops(
     """
     from scipy.signal import find_peaks
 
-    apart = max(1.0, settings.apart * stream.sample_rate)
-    peaks = find_peaks(np.abs(score), height=limit, distance=apart)[0]
+    peaks = find_peaks(np.abs(score), height=limit)[0]
+    # Not find_peaks(distance=...): it drops what is near a peak that it keeps, so that a ringing
+    # which lasts longer than `apart` would be several impacts.
+    reach = settings.apart * stream.sample_rate
+    peaks = peaks[strongest(peaks, np.abs(score[peaks]), reach=reach)]
     size = np.abs(shown)
     around = np.clip(peaks[:, np.newaxis] + np.arange(-near, near + 1), 1, max(size.size - 2, 1))
     top = around[np.arange(peaks.size), np.argmax(size[around], axis=1)]
