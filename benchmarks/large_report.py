@@ -16,6 +16,8 @@ import statistics
 import subprocess
 import tempfile
 import time
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from urllib.parse import quote
 
@@ -26,6 +28,7 @@ from vinesexp.record_pages.build import build_pages
 from vinesexp.records.stored.checks import Check, read_checks, write_checks
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.report.page import build_report
+from vinesexp.steps import all_modules
 
 _LOADED = """<script>addEventListener("load", () => {
   document.body.offsetHeight;
@@ -93,7 +96,10 @@ def opened(page: Path, *, at: str = "", script: str = "", name: str) -> str:
 
 
 def measure(count: int, folder: Path) -> None:
-    """Make everything for `count` records and print what it takes."""
+    """Make everything for `count` records and print what it takes, libraries loaded before."""
+    for module in all_modules():
+        with suppress(ImportError):  # some are names in a module
+            import_module(module)
     campaign = synthetic.make_campaign(folder / "large", rows(count))
     paths = ResultPaths(folder / "results")
     synthetic.make_results(campaign, paths.folder, parameters=tuple(synthetic.VALUES))

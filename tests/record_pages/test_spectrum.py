@@ -13,10 +13,13 @@ from vinesexp.records.stored.store import RecordWriter, open_record
 RATE, F = 1000.0, 8.0
 
 
-def test_the_density_is_that_of_welch():
-    x = np.random.default_rng(3).normal(size=40_000)
+@pytest.mark.parametrize(("n", "section"), [(40_000, 8192), (400_000, 65_536)])
+def test_the_density_is_that_of_welch(n, section):
+    """All sections at once, and eleven of them by two and two."""
+    x = np.random.default_rng(3).normal(size=n)
     found = spectrum(lambda begin, end: x[begin:end], x.size, RATE)
-    frequency, power = welch(x, RATE, nperseg=8192, detrend="linear")
+    frequency, power = welch(x, RATE, nperseg=section, detrend="linear")
+    assert found["sections"] == 2 * n // section - 1
     assert found["resolution"] == pytest.approx(frequency[1])
     shown = 10.0 ** unpacked(found["density"])
     # Each drawn value is the largest of its part; the first parts hold one line each.
