@@ -9,6 +9,10 @@ a compiler would contract into one rounding depends on what it has inlined, and 
 compiled before and what came from the cache: a chaotic motion would then differ from one fresh
 installation to the next. Without that freedom the same code gives the same bytes.
 
+What only compiled code calls is not made into machine code by itself (`_Within`), only as a part of
+the entries. numba would also optimise and make each function alone, which took half of the
+compilation; the motions are the same to the last bit, and take the same time.
+
 `fused` asks for one rounding of a product and a sum, and is the same operation everywhere:
 shorter by one rounding, and by a third of the time of a polynomial.
 """
@@ -22,6 +26,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from numba import njit, typeof, types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.extending import intrinsic
 
 from vinesexp.environment import keep_caches_writable
@@ -58,6 +64,41 @@ def _jit(function: Callable[..., Any], **options: Any) -> Any:
     return dispatcher
 
 
+class _Unfinished(JITCodeLibrary):
+    """Code that is optimised, and made into machine code, in what it becomes a part of."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        library: Any = self
+        library._finalize_dynamic_globals()
+        self._finalized = True
+
+    def serialize_using_object_code(self) -> Any:
+        library: Any = self
+        return library.serialize_using_bitcode()
+
+    @property
+    def codegen(self) -> _Unfinished:
+        return self
+
+    def set_env(self, *_: object) -> None:
+        """What a function would need to raise errors of Python is given to machine code."""
+
+
+class _Within(Compiler):
+    """Compiler of functions that only compiled code calls."""
+
+    def define_pipelines(self) -> Any:
+        state, library, default = self.state, cast(Any, _Unfinished), cast(Any, super())
+        state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
+        return default.define_pipelines()
+
+
+_PART = {"no_cpython_wrapper": True, "_nrt": False, "pipeline_class": _Within}
+
+
 def _of_any_number(template_for: Callable[..., Any]) -> Callable[..., Any]:
     """Have a function that is called with 0, 1 or 2 compiled once, not for each of these numbers.
 
@@ -84,12 +125,12 @@ def compiled(function: F) -> F:
     Nothing is allocated, so that arrays need no counting of their references, which took 40 % of
     the time of the event loop; what scratch space there is comes from the `entry`.
     """
-    return cast("F", _jit(function, no_cpython_wrapper=True, _nrt=False, forceinline=True))
+    return cast("F", _jit(function, forceinline=True, **_PART))
 
 
 def apart(function: F) -> F:
     """`compiled`, but called: what is long and called from several places, or seldom."""
-    return cast("F", _jit(function, no_cpython_wrapper=True, _nrt=False))
+    return cast("F", _jit(function, **_PART))
 
 
 def entry(function: F) -> F:
