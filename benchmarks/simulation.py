@@ -79,7 +79,7 @@ Where it stops on its floor, sticks or chatters, they are power series, event by
 a damping that is a little nonlinear is the closed form and a polynomial that bends it (`bent.py`).
 """
 
-SAMPLED = """
+SAMPLED = """\
 A measured base is a polynomial a sample, and no flight in one piece lasts longer:
 
 | measured base of 1 kHz, 10 s | ns a sample |
@@ -374,7 +374,7 @@ def cost() -> list[str]:
     periodic = max(loops[b,][0] for b in (20, 30, 34))
     modulated = {b: loops[b,][0] for b in (36, 40, 60)}
     over = [b for b, ns in modulated.items() if ns > MODULATED]
-    missed = f"missed at {' and '.join(map(str, over))} mm by a factor of up to "
+    missed = f"missed at {', '.join(map(str, over))} mm by a factor of up to "
     worst = max(modulated.values()) / MODULATED
     return [
         *lines,
@@ -394,10 +394,10 @@ def cost() -> list[str]:
 def beyond() -> list[str]:
     """Rigs that are not plain: their table, and whether they meet the target."""
     rows = departures()
-    late = [f"{name} ({over:.1f})" for name, _, over in rows if over > BEYOND]
+    late = [f"{name} ({over:.2f})" for name, _, over in rows if over > BEYOND]
     return [
         DEPARTURES,
-        *(f"| {name} | {ns:.0f} | {over:.2g} |" for name, ns, over in rows),
+        *(f"| {name} | {ns:.0f} | {over:.1f} |" for name, ns, over in rows),
         "",
         f"Above the target: {', '.join(late)}." if late else "Every row meets it.",
         WHY_DEPARTURES,
