@@ -7,6 +7,7 @@ import os
 import pickle
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -77,7 +78,10 @@ class Measured:
 
 @pytest.fixture
 def measure(tmp_path: Path) -> Callable[..., Measured]:
-    """Simulate a test of Table 2's rig and record it as a laboratory would."""
+    """Simulate a test of Table 2's rig and record it as a laboratory would.
+
+    What a process has recorded it does not simulate again.
+    """
 
     def run(
         *, b=(), drive=None, release=None, duration=20.0, start=0.0, sample_rate=1e4, seed=0,
@@ -86,38 +90,46 @@ def measure(tmp_path: Path) -> Callable[..., Measured]:
     ) -> Measured:  # fmt: skip
         rig = Rig(oscillator, nes=[NES(m=m, b=one, r=r) for one in b])
         release = release or Release(y0=[-0.999 * one for one in b])
-        motion = simulate(rig, drive, release, duration=start + duration)
+        laser = Laser(sensitivity=1 / 25e-3, noise=6e-6 * noise, drift=drift, bandwidth=bandwidth)
         sensors = {
             "base": Laser(sensitivity=1 / 2e-3, noise=6e-7 * noise),
-            "displacement": Laser(
-                sensitivity=1 / 25e-3, noise=6e-6 * noise, drift=drift, bandwidth=bandwidth
-            ),
+            "displacement": laser,
             "acceleration": Accelerometer(
                 sensitivity=1 / scale, pulse=pulse, noise=0.3 * noise, ring=ring
             ),
         }
         scope = Oscilloscope(sample_rate, bits=bits, full_scale=1.0, skew=skew or {})
-        trace = acquire(
-            motion, sensors, scope, start=start, duration=duration, seed=seed, record=name
-        )
-        channels = {
-            role: trace.codes[i] * (scope.step / sensors[role].sensitivity)
-            for i, role in enumerate(sensors)
-        }
+        scene = (rig, drive, release, sensors, scope, start, duration, seed, name)
+        channels, truth = recorded(pickle.dumps(scene))
         path = tmp_path / f"{name}.nc"
         write(path, channels, sample_rate)
-        hits = motion.impacts
-        t = np.asarray(hits["time"]) - start
-        inside = (t > 0) & (t < duration)
-        found = {k: np.asarray(v)[inside] for k, v in hits.items()}
-        times = start + np.arange(trace.codes.shape[1]) / sample_rate
-        return Measured(
-            path, channels, sample_rate, t[inside], found["nes"] + 1, found["side"],
-            found["v_after"] - found["v_before"], found["x"], found["v_before"],
-            motion.at(times)[0],
-        )  # fmt: skip
+        return Measured(path, dict(channels), sample_rate, *truth)
 
     return run
+
+
+@lru_cache(maxsize=16)
+def recorded(scene: bytes) -> tuple[dict[str, np.ndarray], tuple[np.ndarray, ...]]:
+    """Channels of a pickled scene, and the truth about it as `Measured` has it; read-only."""
+    rig, drive, release, sensors, scope, start, duration, seed, name = pickle.loads(scene)
+    motion = simulate(rig, drive, release, duration=start + duration)
+    trace = acquire(motion, sensors, scope, start=start, duration=duration, seed=seed, record=name)
+    channels = {
+        role: trace.codes[i] * (scope.step / sensors[role].sensitivity)
+        for i, role in enumerate(sensors)
+    }
+    hits = motion.impacts
+    t = np.asarray(hits["time"]) - start
+    inside = (t > 0) & (t < duration)
+    found = {k: np.asarray(v)[inside] for k, v in hits.items()}
+    times = start + np.arange(trace.codes.shape[1]) / scope.sample_rate
+    truth = (
+        t[inside], found["nes"] + 1, found["side"], found["v_after"] - found["v_before"],
+        found["x"], found["v_before"], motion.at(times)[0],
+    )  # fmt: skip
+    for array in (*channels.values(), *truth):
+        array.flags.writeable = False
+    return channels, truth
 
 
 def write(path: Path, channels: dict[str, np.ndarray], sample_rate: float) -> None:

@@ -25,9 +25,9 @@ def motion(rng, *, jump, apart=(0.3, 0.6)):
     times = times[times < t[-1] - 0.1]
     jumps = jump * rng.normal(1.0, 0.2, times.size) * (-1.0) ** np.arange(times.size)
     wd = W0 * np.sqrt(1.0 - ZETA**2)
-    for when, size in zip(times, jumps, strict=True):
-        after = np.maximum(t - when, 0.0)
-        x = x + size / wd * np.exp(-ZETA * W0 * after) * np.sin(wd * after)
+    turn = -ZETA * W0 + 1j * wd
+    struck = np.append(0.0, np.cumsum(jumps / wd * np.exp(-turn * times)))  # by the first of them
+    x = x + (struck[np.searchsorted(times, t)] * np.exp(turn * t)).imag
     nothing = np.full(times.size, np.nan)
     zeros = np.zeros(times.size, dtype=np.int64)
     columns = {

@@ -82,14 +82,13 @@ CASES = [
 
 
 @pytest.mark.parametrize(("base", "exact", "breaks"), CASES, ids=["harmonic", "sweep", "stepped"])
-@pytest.mark.parametrize("general", [False, True])
-def test_response_is_duhamels_integral(base, exact, breaks, general):
+def test_response_is_duhamels_integral(base, exact, breaks):
     """To 1e-14 of the resonant amplitude, within a step, at its end and after the last."""
-    motion = simulate(Rig(TABLE2), base, Release(), 3.0, general=general)
+    loops = [simulate(Rig(TABLE2), base, Release(), 3.0, general=one) for one in (False, True)]
     for t in (0.37, 1.5, 2.95):
         x = duhamel(TABLE2, exact, t, breaks)
         # 3 s at 8 Hz are 150 rad, each rounding of the phase 3e-14 rad, of 10 mm.
-        assert motion.at(t)[0] == pytest.approx(x, abs=1e-15)
+        assert [motion.at(t)[0] for motion in loops] == pytest.approx([x, x], abs=1e-15)
 
 
 def test_measured_base_that_its_spline_meets_exactly_gives_the_exact_response():

@@ -51,7 +51,9 @@ def bounces(
     wall.terminal, wall.direction = True, 1.0
     t, s, rows = 0.0, [A, 0.8], []
     while len(rows) < count:
-        found = solve_ivp(force, (t, t + 10.0), s, events=wall, rtol=1e-11, atol=1e-14)
+        found = solve_ivp(
+            force, (t, t + 10.0), s, method="DOP853", events=wall, rtol=1e-11, atol=1e-14
+        )
         t, (y, u) = found.t[-1], found.y[:, -1]
         x, v = place(t), (place(t + 1e-6) - place(t - 1e-6)) / 2e-6
         rows.append((t, x, v, np.sign(x - y)))

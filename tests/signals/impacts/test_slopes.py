@@ -49,16 +49,16 @@ def test_harmonics_of_the_base_leave_the_jumps_alone(multiple, gain):
     [(0.0, 0.03, 0.0), (0.0, -0.1, 0.0), (0.03, 0.0, 0.0), (0.02, 0.02, 0.0), (0.0, 0.0, 0.02)],
 )
 def test_springs_and_dampers_that_are_not_straight_leave_the_jumps_alone(square, cube, drag):
-    """x'' = -W^2 (x + square x^2/A + cube x^3/A^2) - drag v |v|/A, by steps of a tenth sample."""
+    """x'' = -W^2 (x + square x^2/A + cube x^3/A^2) - drag v |v|/A, by steps of half a sample."""
     A, n = 12e-3, round(6.0 * RATE)
     times = np.arange(0.51, 5.5, 0.5 / F)
     jumps = 0.02 * np.where(np.arange(times.size) % 2, -1.0, 1.0)
-    x, h = np.empty(n), 0.1 / RATE
+    x, h = np.empty(n), 0.5 / RATE
     here, v, at = A, 0.0, set(np.rint(times / h).astype(int).tolist())
     sizes = iter(jumps)
-    for k in range(10 * n):
-        if k % 10 == 0:
-            x[k // 10] = here
+    for k in range(2 * n):
+        if k % 2 == 0:
+            x[k // 2] = here
         if k in at:
             v += next(sizes)
         v -= h * W**2 * here * (1.0 + square * here / A + cube * (here / A) ** 2)
