@@ -4,6 +4,8 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
 
 import vinesexp
@@ -27,3 +29,16 @@ def test_only_the_text_of_a_compiled_module_counts(tmp_path):
     edited = package / "solver/flight.py"
     edited.write_text(edited.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     assert stamp() != compiled._STAMP
+
+
+def test_code_that_is_on_disk_does_not_wait_for_what_another_process_compiles(
+    tmp_path, monkeypatch
+):
+    asked = []
+    monkeypatch.setattr(compiled, "alone", lambda lock: asked.append(lock) or nullcontext())
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "doubled.py").write_text("def twice(number):\n    return 2.0 * number\n")
+    twice = import_module("doubled").twice
+    first, second = compiled.entry(twice), compiled.entry(twice)  # as in two processes
+    assert (first(1.0), second(1.0), second(2.0)) == (2.0, 2.0, 4.0)
+    assert [lock is None for lock in asked] == [False, True]

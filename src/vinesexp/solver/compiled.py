@@ -138,7 +138,7 @@ def entry(function: F) -> F:
 
     Several jobs of a first run would otherwise each compile the same code, side by side. The first
     call asks for the machine code under a lock on the cache's folder, and whoever comes second
-    finds it on disk.
+    finds it on disk. Who finds it there at once does not wait while others are compiled.
     """
     dispatcher, type_of = _jit(function, _nrt=False), cast("Callable[[Any], Any]", typeof)
 
@@ -148,13 +148,20 @@ def entry(function: F) -> F:
     def call(*arguments: Any) -> Any:
         kinds = tuple(map(type, arguments))
         if kinds not in compiled_for:
-            folder = dispatcher.stats.cache_path
-            with alone(Path(folder) / "vinesexp.lock" if folder else None):
-                dispatcher.compile(tuple(type_of(argument) for argument in arguments))
+            wanted, folder = tuple(map(type_of, arguments)), dispatcher.stats.cache_path
+            waits = folder and not _on_disk(dispatcher, wanted)
+            with alone(Path(folder) / "vinesexp.lock" if waits else None):
+                dispatcher.compile(wanted)
             compiled_for.add(kinds)
         return dispatcher(*arguments)
 
     return cast("F", call)
+
+
+def _on_disk(dispatcher: Any, kinds: tuple[Any, ...]) -> bool:
+    """Whether there is machine code of a function for arguments of some kinds."""
+    key = dispatcher._cache._index_key(kinds, dispatcher.targetctx.codegen())
+    return key in dispatcher._cache._cache_file._load_index()
 
 
 if TYPE_CHECKING:
