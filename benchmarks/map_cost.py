@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from benchmarks.impact_cost import CELLS, STARTS, many_starts, whole_map
-from benchmarks.pages import code_measured
+from benchmarks.pages import code_measured, machine
 
 from vinesexp.maps.response_map import MapGrid, fill
 
@@ -49,7 +49,7 @@ def page() -> str:
         "",
         f"Made by `python -m benchmarks.map_cost` with the code of {code_measured()}: ns of the",
         "processor an impact, amplitudes included, rig of Table 2 at resonance, 200 s a run, one",
-        "thread, best of several runs, on a machine with other work.",
+        f"thread, best of several runs, at {machine()}.",
         "",
         "| | ns an impact |",
         "|---|---|",

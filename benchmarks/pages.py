@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -77,6 +78,11 @@ def commit_of(text: str) -> str | None:
 def code_measured() -> str:
     """The commit of the code as it is, for a page that is being made."""
     return _git("rev-parse", "--short=8", "HEAD")
+
+
+def machine() -> str:
+    """What else the machine did in the last minutes, for a page that states times."""
+    return f"a load of {os.getloadavg()[1]:.1f} on {os.cpu_count()} cores"
 
 
 def code_of(names: Iterable[str]) -> list[str]:

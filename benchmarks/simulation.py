@@ -25,7 +25,7 @@ from benchmarks import lasting_contact
 from benchmarks.impact_cost import LOOPS, compiled_loop, departures, of_a_sample
 from benchmarks.impact_peers import Impacts, Siconos, peers
 from benchmarks.impact_problems import TABLE_2, Problem, exact_times, problems
-from benchmarks.pages import code_measured
+from benchmarks.pages import code_measured, machine
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 
@@ -40,11 +40,11 @@ PERIODIC, MODULATED, BEYOND = 80.0, 150.0, 5.0
 HEAD = """# Impact simulation: speed against error
 
 Made by `python -m benchmarks.simulation` with the code of {code}: one run on one core,
-times of the processor after compilation, on a machine with other work. Errors are against a replay
-in 40 digits; they hold the growth of rounding errors by slow impacts or chaos. Impacts are counted
-up to the last exact one; where a run has left the true path, its further impacts count as missed
-and false. Siconos is Debian's python3-siconos 4.4, its event-driven scheme, which has no sweep
-here; its time is that of its own loop. Where it misses most impacts it stopped by itself.
+times of the processor after compilation, at {load}. Errors are against a replay in
+40 digits; they hold the growth of rounding errors by slow impacts or chaos. Impacts are counted up
+to the last exact one; where a run has left the true path, its further impacts count as missed and
+false. Siconos is Debian's python3-siconos 4.4, its event-driven scheme, which has no sweep here;
+its time is that of its own loop. Where it misses most impacts it stopped by itself.
 
 ![Error against time](simulation.svg)
 """
@@ -407,7 +407,7 @@ def beyond() -> list[str]:
 def page(scores: list[Score], graze: list[tuple[str, str]]) -> str:
     """The result page."""
     find, evaluate = dense_speed()
-    lines = [HEAD.format(code=code_measured())]
+    lines = [HEAD.format(code=code_measured(), load=machine())]
     for name in dict.fromkeys(s.problem for s in scores):
         lines += [f"## {name}", "", "| method | error (s) | missed | false | time (ms) |"]
         lines.append("|---|---|---|---|---|")
