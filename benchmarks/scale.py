@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.pipeline import condition_record, estimate_from_record, find_impacts, ingest_record
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign
@@ -40,38 +41,48 @@ ROLES = {
     "displacement": "quantity: displacement, unit: m",
     "acceleration": "quantity: acceleration, unit: m/s^2",
 }
+HOST, CLEARANCE, CONTACT = Oscillator(M=4.7, c1=3.02, k1=1.147e4), 0.03, 4e-4
+SETTLE = 40.0  # s from the start of the motion to that of the record
 _BLOCK = 1 << 20
 
 
 def write_record(folder: Path, *, minutes: float, rate: float, roles: list[str]) -> Path:
-    """A campaign of one periodic record: 7.862 Hz, a contact of 0.4 ms twice a cycle."""
+    """A campaign of one periodic record: the rig of Table 2, a contact of 0.4 ms twice a cycle."""
     import h5py
 
     n = round(60.0 * minutes * rate)
     (folder / "raw").mkdir(parents=True)
-    f, w = 7.862, 2.0 * np.pi * 7.862
+    base = Harmonic(amplitude=0.25e-3, frequency=7.862)
+    start = Release(y0=[0.999 * CLEARANCE])
+    motion = simulate(Rig(HOST, [NES(m=0.032, b=CLEARANCE, r=0.6)]), base, start, SETTLE + n / rate)
+    hits, w = motion.impacts, 2.0 * np.pi * base.frequency
+    jumps = hits["v_after"] - hits["v_before"]
     rng = np.random.default_rng(1)
     with h5py.File(folder / "raw/long.h5", "w") as file:
         file.attrs["sample_rate_hz"] = rate
         sets = {role: file.create_dataset(role, (n,), "f4", chunks=(1 << 18,)) for role in roles}
         for begin in range(0, n, _BLOCK):
-            t = np.arange(begin, min(begin + _BLOCK, n)) / rate
-            since = np.mod(t, 0.5 / f)
-            pulse = np.where(since < 4e-4, np.sin(np.pi * since / 4e-4), 0.0)
-            sign = np.where(np.floor(t * 2.0 * f) % 2 == 0, 1.0, -1.0)
+            t = SETTLE + np.arange(begin, min(begin + _BLOCK, n)) / rate
+            x, v = motion.at(t)
+            x_e, v_e = base.amplitude * np.sin(w * t), base.amplitude * w * np.cos(w * t)
+            a = -(HOST.c1 * (v - v_e) + HOST.k1 * (x - x_e)) / HOST.M
+            for k in range(*np.searchsorted(hits["time"], (t[0] - CONTACT, t[-1] + CONTACT))):
+                at = hits["time"][k]
+                near = slice(*np.searchsorted(t, (at - 0.5 * CONTACT, at + 0.5 * CONTACT)))
+                height = 0.5 * np.pi * jumps[k] / CONTACT
+                a[near] += height * np.cos(np.pi * (t[near] - at) / CONTACT)
             noise = rng.standard_normal((3, len(t)))
             made = {
-                "base": 2.5e-4 * np.sin(w * t) + 2e-6 * noise[0],
-                "displacement": 3e-3 * np.sin(w * t - 1.5) + 6e-6 * noise[1],
-                "acceleration": -3e-3 * w**2 * np.sin(w * t - 1.5)
-                + 60.0 * sign * pulse + 0.3 * noise[2],
-            }  # fmt: skip
+                "base": x_e + 2e-6 * noise[0],
+                "displacement": x + 6e-6 * noise[1],
+                "acceleration": a + 0.3 * noise[2],
+            }
             for role, stored in sets.items():
                 stored[begin : begin + len(t)] = made[role]
     channels = [f"  {role}: {{column: {role}, {ROLES[role]}}}" for role in roles]
     text = DESCRIPTION.format(channels="\n".join(channels))
     (folder / "campaign.yaml").write_text(text, encoding="utf-8")
-    row = "long,raw/long.h5,periodic,34,0.25,7.862"
+    row = f"long,raw/long.h5,periodic,{1e3 * CLEARANCE:g},0.25,7.862"
     head = "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz"
     (folder / "records.csv").write_text(f"{head}\n{row}\n", encoding="utf-8")
     return folder

@@ -1,5 +1,6 @@
 """Steps of a phase or a lag: found where they are, and not in the scatter of a short record."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -105,3 +106,25 @@ def test_a_base_that_beats_is_used_whole(tmp_path, depth):
     beats = 1.0 + depth * np.cos(2.0 * np.pi * 0.4 * t)
     found = fault(tmp_path / "a.nc", 2e-4 * beats * np.sin(2.0 * np.pi * F * t))
     assert found is None or found[0].check != "base motion"
+
+
+@pytest.mark.parametrize("at", [1 << 20, (1 << 20) - 3, 1_500_000])
+def test_a_long_displacement_is_looked_through_by_blocks(tmp_path, at):
+    """A jump is found at the seam of two blocks too, in the memory of a block."""
+    n, rate, f = 2_500_000, 1e4, 7.862
+    t = np.arange(n + 400) / rate
+    x = 3e-3 * np.sin(2.0 * np.pi * f * t)
+    x[at:-400] = x[at + 400 :]
+    with RecordWriter(
+        tmp_path / "r.nc", sample_rate=rate, quantities={"displacement": "displacement"}
+    ) as made:
+        made.append({"displacement": x[:n]})
+    with open_record(tmp_path / "r.nc") as view:
+        record = Record("r", tmp_path, "ringdown")
+        tracemalloc.start()
+        found = fault_of(view, record, f)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert found is not None
+    assert "the displacement jumps" in found.checks[0].detail
+    assert peak < 8.0 * 12 * (1 << 20)

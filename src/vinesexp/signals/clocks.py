@@ -53,6 +53,7 @@ _STARTED = "start of recorders"  # check
 _LONG = 0.5  # periods: a motion is not known across a longer gap
 _JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
 _MOST_SAMPLES = 60_000_000  # of a record
+_BLOCK = 1 << 20  # samples read at once
 
 
 @dataclass(frozen=True)
@@ -531,23 +532,36 @@ def _jump(view: RecordView, record: Record, frequency: float) -> Correction | No
     """
     if "displacement" not in view.roles:
         return None
-    x = fill_gaps(view.read("displacement", 0, _MOST_SAMPLES))
-    period = round(view.sample_rate / frequency)
-    if x.size < 8 * period or period < 12 * _JUMP:
+    n, period = min(view.n, _MOST_SAMPLES), round(view.sample_rate / frequency)
+    if n < 8 * period or period < 12 * _JUMP:
         return None
-    near, far = _parting(x, _JUMP), _parting(x, 3 * _JUMP)
-    place = int(np.argmax(np.abs(near)))
-    elsewhere = np.abs(np.arange(x.size) - place) > 2 * _JUMP
-    largest = float(np.abs(near[elsewhere]).max())
-    size = float(near[place])
-    if abs(size) < _STANDS_OUT * largest or abs(far[place] - size) > 0.3 * abs(size):
+
+    def read(begin: int, end: int) -> FloatArray:
+        return fill_gaps(view.read("displacement", max(begin, 0), min(end, n)))
+
+    def parting(begin: int, end: int, m: int) -> FloatArray:
+        first = begin - max(begin - 2 * period, 0)
+        return _parting(read(begin - 2 * period, end + 2 * period), m)[first:][: end - begin]
+
+    blocks = [(begin, min(begin + _BLOCK, n)) for begin in range(0, n, _BLOCK)]
+    place, size = 0, 0.0
+    for begin, end in blocks:
+        near = parting(begin, end, _JUMP)
+        top = int(np.argmax(np.abs(near)))
+        if abs(near[top]) > abs(size):
+            place, size = begin + top, float(near[top])
+    far = float(parting(place, place + 1, 3 * _JUMP)[0])
+    if abs(far - size) > 0.3 * abs(size) or min(place, n - place) < 2 * period:
         return None
-    if min(place, x.size - place) < 2 * period:
-        return None
-    sides = slice(place - 2 * period, place), slice(place, place + 2 * period)
-    middle = [float(x[own].mean()) for own in sides]
+    sides = (place - 2 * period, place), (place, place + 2 * period)
+    middle = [float(read(*own).mean()) for own in sides]
     if abs(middle[1] - middle[0]) > 0.5 * abs(size):
         return None
+    for begin, end in blocks:
+        elsewhere = np.abs(np.arange(begin, end) - place) > 2 * _JUMP
+        largest = np.abs(parting(begin, end, _JUMP)[elsewhere]).max(initial=0.0)
+        if abs(size) < _STANDS_OUT * largest:
+            return None
     seen = "the displacement jumps and continues around the same mean"
     return _lost_at(view, record, place, 0.0, seen)
 
