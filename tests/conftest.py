@@ -7,7 +7,7 @@ import os
 import pickle
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -77,16 +77,22 @@ class Measured:
 
 
 @pytest.fixture
-def measure(tmp_path: Path) -> Callable[..., Measured]:
-    """Simulate a test of Table 2's rig and record it as a laboratory would.
+def measure(measure_in, tmp_path: Path) -> Callable[..., Measured]:
+    """`measure_in` the folder of the test."""
+    return partial(measure_in, tmp_path)
+
+
+@pytest.fixture(scope="session")
+def measure_in() -> Callable[..., Measured]:
+    """Simulate a test of Table 2's rig and record it in a folder as a laboratory would.
 
     What a process has recorded it does not simulate again.
     """
 
     def run(
-        *, b=(), drive=None, release=None, duration=20.0, start=0.0, sample_rate=1e4, seed=0,
-        noise=1.0, pulse=4e-4, ring=None, scale=250.0, bits=14, bandwidth=None, oscillator=TABLE_2,
-        r=0.6, m=0.032, drift=5e-5, skew=None, name="record",
+        folder, *, b=(), drive=None, release=None, duration=20.0, start=0.0, sample_rate=1e4,
+        seed=0, noise=1.0, pulse=4e-4, ring=None, scale=250.0, bits=14, bandwidth=None,
+        oscillator=TABLE_2, r=0.6, m=0.032, drift=5e-5, skew=None, name="record",
     ) -> Measured:  # fmt: skip
         rig = Rig(oscillator, nes=[NES(m=m, b=one, r=r) for one in b])
         release = release or Release(y0=[-0.999 * one for one in b])
@@ -101,7 +107,7 @@ def measure(tmp_path: Path) -> Callable[..., Measured]:
         scope = Oscilloscope(sample_rate, bits=bits, full_scale=1.0, skew=skew or {})
         scene = (rig, drive, release, sensors, scope, start, duration, seed, name)
         channels, truth = recorded(pickle.dumps(scene))
-        path = tmp_path / f"{name}.nc"
+        path = folder / f"{name}.nc"
         write(path, channels, sample_rate)
         return Measured(path, dict(channels), sample_rate, *truth)
 

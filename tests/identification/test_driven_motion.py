@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import butter, lfilter
+from tests.signals.contacts import struck
 
 from vinesexp.errors import RecordError
 from vinesexp.identification.driven_motion import driven_from, driven_motion
@@ -25,9 +26,7 @@ def motion(rng, *, jump, apart=(0.3, 0.6)):
     times = times[times < t[-1] - 0.1]
     jumps = jump * rng.normal(1.0, 0.2, times.size) * (-1.0) ** np.arange(times.size)
     wd = W0 * np.sqrt(1.0 - ZETA**2)
-    turn = -ZETA * W0 + 1j * wd
-    struck = np.append(0.0, np.cumsum(jumps / wd * np.exp(-turn * times)))  # by the first of them
-    x = x + (struck[np.searchsorted(times, t)] * np.exp(turn * t)).imag
+    x = x + struck(t, times, jumps, w=wd, alpha=ZETA * W0)
     nothing = np.full(times.size, np.nan)
     zeros = np.zeros(times.size, dtype=np.int64)
     columns = {

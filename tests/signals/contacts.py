@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from benchmarks.streams import stream_of
 
 from vinesexp.arrays import BoolArray, FloatArray
@@ -24,3 +25,16 @@ def coarsen(x: FloatArray, rate: float, frequency: float) -> Coarse:
     """Means of the displacement over as many samples as the frequency (Hz) allows."""
     k = group_size(rate, frequency, points=POINTS)
     return Coarse(block_means(x, k), k / rate, 0.5 * (k - 1) / rate)
+
+
+def struck(
+    t: FloatArray, times: FloatArray, jumps: FloatArray, *, w: float, alpha: float = 0.0
+) -> FloatArray:
+    """Displacement of an oscillator that is struck at sorted `times`, by jumps of its velocity.
+
+    It turns with `w` and decays with `alpha` (1/s). All who have struck before add up to one decay.
+    """
+    turn = -alpha + 1j * w
+    so_far = np.append(0.0, np.cumsum(jumps * np.exp(-turn * times)))
+    found: FloatArray = (so_far[np.searchsorted(times, t)] * np.exp(turn * t)).imag / w
+    return found

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import signal
-from tests.signals.contacts import coarsen
+from tests.signals.contacts import coarsen, struck
 
 from vinesexp import Harmonic
 from vinesexp.records.stored.store import RecordWriter, open_record
@@ -92,9 +92,7 @@ def test_impacts_that_stand_far_out_of_the_noise_between_them_are_found(noise, t
     t = np.arange(200_000) / 1e4
     hits = np.arange(0.513, 19.5, 0.5 / F)
     x = 2e-3 * np.cos(W * t)
-    for k, at in enumerate(hits):
-        after = np.maximum(t - at, 0.0)
-        x += 0.02 * (-1) ** k * np.exp(-0.02 * W * after) * np.sin(W * after) / W
+    x += struck(t, hits, 0.02 * (-1.0) ** np.arange(hits.size), w=W, alpha=0.02 * W)
     x += noise * np.random.default_rng(4).standard_normal(t.size)
     coarse = coarsen(x, 1e4, F)
     found = detect_bends(coarse, frequency=F)
@@ -108,8 +106,7 @@ def test_two_impacts_a_tenth_of_a_period_apart_are_two():
     first = np.arange(0.513, 19.0, 1.37 / F)
     hits = np.sort(np.concatenate([first, first + 0.1 / F]))
     x = swings(decay=0.0, size=5e-3)
-    for k, at in enumerate(hits):
-        x += 0.02 * (-1) ** k * np.sin(W * np.maximum(t - at, 0.0)) / W
+    x += struck(t, hits, 0.02 * (-1.0) ** np.arange(hits.size), w=W)
     x += 1e-6 * np.random.default_rng(4).standard_normal(t.size)
     found = detect_bends(coarsen(x, RATE, F), frequency=F)
     off = np.abs(found.time - hits[:, np.newaxis])

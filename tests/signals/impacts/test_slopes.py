@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.signals.contacts import coarsen
+from tests.signals.contacts import coarsen, struck
 
 from vinesexp.signals.impacts.slopes import Forced, bent_forces, forced_motion, slope_changes
 
@@ -20,9 +20,7 @@ def displacement(share, *, multiple=3.0, seconds=6.0):
     base = 0.25e-3 * (np.cos(W * t) + share * np.cos(multiple * W * t + 0.4))
     forced = 0.25e-3 * share / (1.0 - multiple**2) * np.cos(multiple * W * t + 0.4)
     x = 5e-3 * np.cos(W * t) + forced
-    for at, sign in zip(times, signs, strict=True):
-        x += sign * JUMP * np.sin(W * np.maximum(t - at, 0.0)) / W
-    return x, base, times, signs * JUMP
+    return x + struck(t, times, signs * JUMP, w=W), base, times, signs * JUMP
 
 
 @pytest.mark.parametrize("multiple", [2.0, 3.0])
