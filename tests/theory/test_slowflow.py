@@ -7,6 +7,7 @@ import pytest
 from benchmarks import free_decay, slow_flow
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.theory import manifold, slowflow
@@ -94,18 +95,14 @@ def test_flow_jacobian_is_the_derivative_of_the_flow() -> None:
 def test_a_stable_fixed_point_attracts_the_integrated_flow() -> None:
     F, r = 1.6, 0.6
     point = next(p for p in slowflow.fixed_points(F=F, sigma=0.0, lam=LAM, r=r) if p.stable)
-    A, rho, h = point.A * 1.2, point.rho + 0.3, 0.01
 
-    def slope(A: float, rho: float) -> np.ndarray:
-        C = manifold.upper_branch(A, r=r)
-        return np.array(slow_flow.rates(C, rho, F=F, sigma=0.0, lam=LAM, r=r))
+    def slope(_: float, state: np.ndarray) -> np.ndarray:
+        C = manifold.upper_branch(state[0], r=r)
+        return np.array(slow_flow.rates(C, state[1], F=F, sigma=0.0, lam=LAM, r=r))
 
-    state = np.array([A, rho])
-    for _ in range(4000):
-        k1 = slope(*state)
-        k2 = slope(*(state + 0.5 * h * k1))
-        state = state + h * k2
-    np.testing.assert_allclose(state, [point.A, point.rho], atol=1e-9)
+    start = [point.A * 1.2, point.rho + 0.3]
+    found = solve_ivp(slope, (0.0, 40.0), start, "LSODA", rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found.y[:, -1], [point.A, point.rho], atol=1e-9)
 
 
 def test_fold_forcing_is_the_parametric_form_at_the_fold() -> None:
