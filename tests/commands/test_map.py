@@ -128,6 +128,7 @@ def test_shares_of_the_rows_are_all_rows_once() -> None:
     rows = sorted(row for k in range(1, 5) for row in share_of_rows(f"{k}/4", 10))
     assert rows == list(range(10))
     assert cells_of("7", 2) == (7, 7)
+    assert cells_of("0" * 5000 + "7", 1) == (7,)
 
 
 @pytest.mark.parametrize("command", ["map", "basins"])

@@ -105,12 +105,13 @@ def cells_of(text: str, axes: int) -> tuple[int, ...]:
     if len(words) != axes or not fine:
         example = "40" if axes == 1 else "40 or 60x40"
         raise ParameterError(f"found '{shortened(text)}', expected {example}", where="--cells")
-    if any(len(word.strip().lstrip("0")) > MOST_DIGITS for word in words):
+    words = [word.strip().lstrip("0") for word in words]  # int() refuses thousands of zeros
+    if any(len(word) > MOST_DIGITS for word in words):
         raise ParameterError(
             f"found '{shortened(text)}', expected less than 10^{MOST_DIGITS} along an axis",
             where="--cells",
         )
-    numbers = tuple(int(word) for word in words)
+    numbers = tuple(int(word or "0") for word in words)
     if min(numbers) < 2:
         raise ParameterError(f"found '{text}', expected 2 or more along an axis", where="--cells")
     return numbers

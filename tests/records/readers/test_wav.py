@@ -1,5 +1,7 @@
 """WAV files: full scale is one, whatever the sample format."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.io import wavfile
@@ -76,3 +78,15 @@ def test_tracks_are_called_as_the_recorder_names_them(text, names, tmp_path):
     source = open_source(path)
     assert [column.name for column in source.columns] == names
     np.testing.assert_array_equal(next(iter(source.blocks([0])))[:, 0], SHAPE.astype(np.float32))
+
+
+def test_a_chunk_that_states_a_length_beyond_the_file_takes_no_memory_for_it(tmp_path):
+    """Room for two gigabytes was asked for, and MemoryError ended the program."""
+    path = tmp_path / "a.wav"
+    path.write_bytes(b"RIFF\0\0\0\0WAVEfmt " + (1 << 31).to_bytes(4, "little") + b"\x01\0")
+    tracemalloc.start()
+    with pytest.raises(RecordError):
+        open_source(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1 << 24

@@ -119,7 +119,7 @@ def _chunks(path: Path) -> tuple[dict[bytes, bytes], str, int, int | None, int]:
                     break
                 length = stated
             elif name in (b"fmt ", b"ds64", b"iXML"):
-                found.setdefault(name, stream.read(length))
+                found.setdefault(name, stream.read(min(length, size - stream.tell())))
                 stream.seek(-min(length, len(found[name])), os.SEEK_CUR)
             stream.seek(length + length % 2, os.SEEK_CUR)
     if begin is None:
