@@ -9,12 +9,15 @@ wall, its period and loss chosen for the contact's duration and restitution.
 from __future__ import annotations
 
 import math
+import pathlib
 from dataclasses import dataclass
 
 import numpy as np
 from benchmarks.robustness.rig import WORKING_SPEED, Body, Drive
 from numba import njit
 from numpy.typing import NDArray
+
+from vinesexp.whole_files import alone
 
 FloatArray = NDArray[np.float64]
 #: Place and speed of the mass, place and speed of the ball; m and m/s.
@@ -93,7 +96,9 @@ def move(
     x, v = np.empty(n), np.empty(n)
     hits = np.empty((max(1000, int(4000 * seconds)), 4))
     s = np.array([x0, 0.0, y0, 0.0] if state is None else state)
-    count = _run(p, s, x, v, hits)
+    lock = pathlib.Path(_run.stats.cache_path) / "robustness.lock"  # one process compiles
+    with alone(None if _run.signatures else lock):
+        count = _run(p, s, x, v, hits)
     if count < 0:
         raise RuntimeError(f"more events than time allows, at {-count * STEP:.4f} s")
     t = STEP * np.arange(n)
