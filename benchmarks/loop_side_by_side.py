@@ -34,6 +34,8 @@ def measured(tree: str, cache: str) -> dict[str, float]:
 
 def main() -> None:
     trees = sys.argv[1:]
+    if not trees:
+        raise SystemExit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         runs: list[list[dict[str, float]]] = [[] for _ in trees]
         for _ in range(ROUNDS):
