@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,22 +31,23 @@ class Step:
     Parameters
     ----------
     call : str
-        Module and function that does it: ``function(campaign, [record,] paths=...)``.
+        Module of the package and function that does it:
+        ``function(campaign, [record,] paths=...)``.
     follows : tuple of str
         Steps whose results it reads.
     makes : tuple of str
         Its outputs, as `ResultPaths` calls them.
-    each : bool
-        Whether it is a step on one record.
     reads : function of study and record
         Files that it reads besides results.
+    each : bool
+        Whether it is a step on one record.
     """
 
     call: str
     follows: tuple[str, ...] = ()
     makes: tuple[str, ...] = ()
-    each: bool = False
     reads: Callable[[Study, str | None], list[Path]] = lambda study, id: []
+    each: bool = False
 
 
 def _instrument_files(study: Study, id: str | None) -> list[Path]:
@@ -69,95 +70,43 @@ def _truth(study: Study, id: str | None) -> list[Path]:
     return [*_scene(study, id), *sorted((study.campaign.folder / "truth").glob("*.csv"))]
 
 
-_EACH = ("ingest", "condition", "impacts", "estimate")
+_RAW = ("ingest", "condition", "impacts")
 _TABLES = ("regimes", "identify", "compare", "replay")
+_of_record = partial(Step, each=True)
 STEPS: Mapping[str, Step] = {
-    "simulate": Step(  # of a simulated campaign: makes files of the campaign, not results
-        "vinesexp.showing:simulate", each=True, reads=_scene
-    ),
-    "ingest": Step(
-        "vinesexp.pipeline:ingest_record",
-        ("simulate",),
-        makes=("record", "ingest_checks"),
-        each=True,
-        reads=_instrument_files,
-    ),
-    "condition": Step(
-        "vinesexp.pipeline:condition_record", ("ingest",), makes=("conditioned",), each=True
-    ),
-    "impacts": Step(
-        "vinesexp.pipeline:find_impacts",
-        ("ingest", "condition"),
-        makes=("impacts", "regime"),
-        each=True,
-    ),
-    "estimate": Step(
-        "vinesexp.pipeline:estimate_from_record",
-        ("ingest", "condition", "impacts"),
-        makes=("estimates", "decay"),
-        each=True,
-    ),
-    "regimes": Step(
-        "vinesexp.pipeline:collect_regimes",
-        ("impacts",),
-        makes=("regimes", "base", "bands", "transitions", "decay_times"),
-    ),
-    "identify": Step(
-        "vinesexp.pipeline:identify",
-        ("impacts", "estimate"),
-        makes=(
-            *("identified", "inputs", "level_values"),
-            *("rig", "rig_budget", "identify_checks"),
-        ),
-    ),
-    "compare": Step(
-        "vinesexp.pipeline:compare_clearances",
-        ("identify", "regimes"),
-        makes=("clearances", "budget", "compare_checks"),
-    ),
-    "replay": Step(
-        "vinesexp.pipeline:replay_records",
-        ("ingest", "condition", "impacts", "identify", "regimes"),
-        makes=("replay", "replay_cycles", "replay_checks"),
-    ),
-    "checks": Step(
-        "vinesexp.pipeline:collect_checks",
-        ("ingest", "impacts", "identify", "compare", "replay"),
-        makes=("checks",),
-    ),
-    "score": Step(
-        "vinesexp.showing:score",
-        ("impacts", "identify"),
-        makes=("truth",),
-        reads=_truth,
-    ),
-    "figures_results": Step(
-        "vinesexp.showing:figures_of_results",
-        ("condition", "impacts", "estimate", *_TABLES),
-        makes=("figures_results",),
-    ),
-    "figures_records": Step(
-        "vinesexp.showing:figures_of_records",
-        ("ingest", "condition", "impacts"),
-        makes=("figures_records",),
-    ),
-    "pages": Step(
-        "vinesexp.showing:pages",
-        (*_EACH, "identify", "regimes", "replay", "checks"),
-        makes=("records_page",),
-    ),
-    "report": Step(
-        "vinesexp.showing:report",
-        (*_EACH[:3], *_TABLES, "checks", "score", "figures_results", "figures_records"),
-        makes=("report",),
-        reads=_description,
-    ),
-    "bundle": Step(
-        "vinesexp.showing:bundle",
-        (*_EACH, *_TABLES, "checks", "score", "pages", "report"),
-        makes=("bundle",),
-    ),
-}
+    # Of a simulated campaign: makes files of the campaign, not results.
+    "simulate": _of_record("showing:simulate", reads=_scene),
+    "ingest": _of_record("pipeline:ingest_record", ("simulate",), ("record", "ingest_checks"),
+                         _instrument_files),
+    "condition": _of_record("pipeline:condition_record", ("ingest",), ("conditioned",)),
+    "impacts": _of_record("pipeline:find_impacts", ("ingest", "condition"),
+                          ("impacts", "regime")),
+    "estimate": _of_record("pipeline:estimate_from_record", _RAW, ("estimates", "decay")),
+    "regimes": Step("pipeline:collect_regimes", ("impacts",),
+                    ("regimes", "base", "bands", "transitions", "decay_times")),
+    "identify": Step("pipeline:identify", ("impacts", "estimate"),
+                     ("identified", "inputs", "level_values", "rig", "rig_budget",
+                      "identify_checks")),
+    "compare": Step("pipeline:compare_clearances", ("identify", "regimes"),
+                    ("clearances", "budget", "compare_checks")),
+    "replay": Step("pipeline:replay_records", (*_RAW, "identify", "regimes"),
+                   ("replay", "replay_cycles", "replay_checks")),
+    "checks": Step("pipeline:collect_checks",
+                   ("ingest", "impacts", "identify", "compare", "replay"), ("checks",)),
+    "score": Step("showing:score", ("impacts", "identify"), ("truth",), _truth),
+    "figures_results": Step("showing:figures_of_results",
+                            ("condition", "impacts", "estimate", *_TABLES), ("figures_results",)),
+    "figures_records": Step("showing:figures_of_records", _RAW, ("figures_records",)),
+    "pages": Step("showing:pages",
+                  (*_RAW, "estimate", "identify", "regimes", "replay", "checks"),
+                  ("records_page",)),
+    "report": Step("showing:report",
+                   (*_RAW, *_TABLES, "checks", "score", "figures_results", "figures_records"),
+                   ("report",), _description),
+    "bundle": Step("showing:bundle",
+                   (*_RAW, "estimate", *_TABLES, "checks", "score", "pages", "report"),
+                   ("bundle",)),
+}  # fmt: skip
 
 
 #: Libraries that steps import only where they use them, and those that numba loads when it starts.
@@ -169,7 +118,10 @@ _LIBRARIES = (
 
 def all_modules() -> list[str]:
     """Modules that steps import, libraries among them; some are names in a module."""
-    return [*_LIBRARIES, *(name for step in STEPS.values() for name in named_modules(step.call))]
+    return [
+        *_LIBRARIES,
+        *(name for step in STEPS.values() for name in named_modules(f"vinesexp.{step.call}")),
+    ]
 
 
 class Study:
@@ -211,7 +163,10 @@ class Study:
     def _same(self) -> dict[str, dict[str, str]]:
         """What each step uses on whichever record: of campaign.yaml, of the code."""
         return {
-            name: {**campaign_text(name, self.campaign), "code": code_digest(step.call)}
+            name: {
+                **campaign_text(name, self.campaign),
+                "code": code_digest(f"vinesexp.{step.call}"),
+            }
             for name, step in STEPS.items()
         }
 
@@ -247,7 +202,7 @@ class Study:
     def run(self, step: str, id: str | None = None) -> None:
         """Run a step and note what it was made from."""
         record = [] if id is None else [self.records[id]]
-        module, _, function = STEPS[step].call.partition(":")
+        module, _, function = f"vinesexp.{STEPS[step].call}".partition(":")
         with self._noted(step, id) as written:
             found = getattr(import_module(module), function)(
                 self.campaign, *record, paths=self.paths
