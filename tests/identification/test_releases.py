@@ -20,11 +20,9 @@ X0, RATE = 0.020, 1e4
 
 
 @pytest.fixture(scope="module")
-def channels(tmp_path_factory):
-    from tests.conftest import measure
-
-    make = measure.__wrapped__(tmp_path_factory.mktemp("release"))
-    found = make(b=[0.030], release=Release(x0=X0, y0=[X0 - 0.02997]), duration=8.0, drift=0.0)
+def channels(measure_in, tmp_path_factory):
+    folder, release = tmp_path_factory.mktemp("release"), Release(x0=X0, y0=[X0 - 0.02997])
+    found = measure_in(folder, b=[0.030], release=release, duration=8.0, drift=0.0)
     return {role: found.channels[role] for role in ("displacement", "acceleration")}
 
 

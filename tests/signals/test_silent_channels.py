@@ -16,11 +16,9 @@ ROW = Record("a", Path("a.csv"), "periodic", (0.031,), frequency=(F0, F0))
 
 
 @pytest.fixture(scope="module")
-def channels(tmp_path_factory):
-    from tests.conftest import measure
-
-    make = measure.__wrapped__(tmp_path_factory.mktemp("silent"))
-    record = make(b=[0.031], drive=Harmonic(0.25e-3, F0), start=20.0, duration=28.0)
+def channels(measure_in, tmp_path_factory):
+    folder, drive = tmp_path_factory.mktemp("silent"), Harmonic(0.25e-3, F0)
+    record = measure_in(folder, b=[0.031], drive=drive, start=20.0, duration=28.0)
     return {role: x[200_000:] for role, x in record.channels.items()}
 
 
