@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.clearance.levels import LevelBase
+from vinesexp.clearance.predicted import RollsInPartError
 from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.identification.decay_table import decay_by
 from vinesexp.records.campaign.schema import Record
@@ -65,6 +67,13 @@ def test_a_contact_that_lasts_is_replayed_by_its_effective_values():
     of = {"contact_time": 1e-3, "r_effective": 0.59, "nes_mass_effective": 0.0325, "friction": 0.1}
     (ball,) = rig_of(record(), identified_model(rows_of(VALUES, of), (0.032,))).nes
     assert (ball.r, ball.m, ball.friction) == (0.59, 0.0325, 0.0)
+
+
+def test_a_ball_that_slides_and_then_rolls_is_not_replayed():
+    model = identified_model(rows_of(VALUES, {"friction": 2.0, "rolls_from": 1.5}), (0.032,))
+    with pytest.raises(RollsInPartError, match="slides when it leaves a wall and rolls before"):
+        rig_of(record(), model)
+    assert rig_of(replace(record(), clearance=()), model).nes == ()
 
 
 @pytest.mark.parametrize(("effects", "ball"), RIGS[:3])

@@ -31,6 +31,7 @@ from vinesexp.clearance.predicted import (
     IdentifiedRig,
     MissingValuesError,
     Predicted,
+    RollsInPartError,
     predicted_b_c,
     predicted_b_t,
     swing_beside_orbit,
@@ -253,10 +254,13 @@ def _base_checks(campaign: Campaign, level: PeriodicLevel, base: Rows) -> list[C
 def _predicted(
     checks: list[Check], level: str, predict: Callable[[], Predicted]
 ) -> Predicted | None:
-    """The prediction; where a value is missing `_absent` says so once for all levels."""
+    """The prediction; what concerns all levels is said once, of missing values by `_absent`."""
     try:
         return predict()
     except MissingValuesError:
+        return None
+    except RollsInPartError as error:
+        checks.append(Check("", "prediction", "warning", str(error)))
         return None
     except AnalysisError as error:
         checks.append(Check("", "prediction", "warning", f"{level}: {error}"))

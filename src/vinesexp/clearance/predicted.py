@@ -46,6 +46,17 @@ class MissingValuesError(AnalysisError):
         super().__init__(f"no prediction without {', '.join(names)}")
 
 
+class RollsInPartError(AnalysisError):
+    """No prediction and no replay, whatever the level: of a ball that neither theory has."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "no prediction and no replay: the ball slides when it leaves a wall and rolls before "
+            "it reaches the other, and theory and simulation know balls that slide or roll all the "
+            "way"
+        )
+
+
 @dataclass(frozen=True)
 class IdentifiedRig:
     """What is known of the rig for predictions; SI.
@@ -64,6 +75,7 @@ class IdentifiedRig:
         were estimated at once.
     stiffens : f0 of small motion, Hz, and kappa, 1/m^2, of a spring whose f0 goes with
         1 + kappa A^2.
+    slides : whether the ball slides all the way from wall to wall, or rolls all the way.
     """
 
     values: Mapping[str, Quantity]
@@ -73,6 +85,7 @@ class IdentifiedRig:
     rolling: float = 0.0
     joint: RigPosterior | None = None
     stiffens: tuple[float, float] | None = None
+    slides: bool = True
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -135,8 +148,9 @@ def identified_rig(
     }  # fmt: skip
     stiffens = (spring["f0_small"], spring["stiffening"]) if len(spring) == 2 else None
     return IdentifiedRig(
-        values, found.get("f0"), found.get("zeta"), balls, rolling, joint, stiffens
-    )
+        values, found.get("f0"), found.get("zeta"), balls, rolling, joint, stiffens,
+        "rolls_from" not in effects,
+    )  # fmt: skip
 
 
 def cubic_stiffness(k1: float, kappa: float) -> float:
@@ -153,7 +167,7 @@ def cubic_stiffness(k1: float, kappa: float) -> float:
 #: Rows of identified.csv on the ball beyond its mass and r.
 OF_BALL = (
     "friction", "tilt", "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed",
-    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow", "drag",
+    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow", "drag", "rolls_from",
 )  # fmt: skip
 
 
@@ -398,6 +412,8 @@ def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
     missing = [name for name in names if name not in rig.values]
     if missing:
         raise MissingValuesError(missing)
+    if not rig.slides:
+        raise RollsInPartError
 
 
 # Curves that go through the predictions: amplitude and decay time over clearance.

@@ -37,6 +37,7 @@ from vinesexp.identification.joint.whole import (
     answer_of,
     effective,
     rig_posterior,
+    rolling_from,
 )
 from vinesexp.identification.joint.words import cause_checks, odd_checks
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -716,7 +717,9 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
     ball = answer.observed.balls.get(1, "ln_m")
     of_r, of_m = effective(answer, ball)
     named = [name for name in HIDDEN if answer.effect(name) is not None]
-    if named:
+    if (rolls := rolling_from(answer)) is not None:
+        rows.append(Estimate("rolls_from", rolls, 0.0, "m/s^2", _IMPACTS, ids))
+    elif named:
         value, error = posterior.of(of_r)
         rows.append(Estimate("r_effective", value, error, "1", _IMPACTS, ids))
     if set(named) - {"friction"} and campaign.known.nes_mass:

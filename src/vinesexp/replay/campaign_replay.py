@@ -10,7 +10,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_base
-from vinesexp.clearance.predicted import OF_BALL, ball_of, cubic_stiffness
+from vinesexp.clearance.predicted import OF_BALL, RollsInPartError, ball_of, cubic_stiffness
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -138,6 +138,8 @@ def rig_of(record: Record, model: Model) -> Rig:
         balls.append(_ball(mass, b, r, model.effects))
     if missing:
         raise AnalysisError(f"no replay without {', '.join(missing)}")
+    if balls and "rolls_from" in model.effects:
+        raise RollsInPartError
     return Rig(_oscillator(record, model), nes=balls)
 
 

@@ -248,6 +248,7 @@ EFFECTS = {
     "r_speed_slope": "change of the restitution with impact speed",
     "r_speed": "impact speed at which r holds",
     "friction": "friction of the ball on its floor, over its mass",
+    "rolls_from": "friction from which on the ball rolls before it reaches the other wall",
     "tilt": "pull along a cavity that slopes, over the ball's mass",
     "contact_time": "duration of a contact, during which the ball stays at the wall",
     "rolling": "share of the floor's motion that a rolling ball takes up",

@@ -8,26 +8,31 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vinesexp.identification.flights import Flights
-from vinesexp.identification.joint.causes import _effects
+from vinesexp.identification.joint.causes import Cause, _effects, believing
 from vinesexp.identification.joint.collisions import (
     LOCALS,
     Collisions,
     _scatter,
     one_by_one,
+    rolls_from,
     with_errors,
 )
-from vinesexp.identification.joint.observations import with_own_errors
+from vinesexp.identification.joint.observations import Observed, with_own_errors
+from vinesexp.identification.joint.unknowns import Beliefs, Block, Direction, Prior, fit
+from vinesexp.identification.joint.whole import _rubbed
 
 W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 
 
 def bounces(
-    pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0, roll=0.0
-):
+    pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0, roll=0.0,
+    rub=0.0, swing=A,
+):  # fmt: skip
     """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2).
 
     The air brakes it by `drag` (1/m) times the square of its speed beside the mass. The floor takes
-    it along with the share `roll` of its own motion.
+    it along with the share `roll` of its own motion; or it slows the ball by `rub` (m/s^2) and
+    spins it, by 5/2 of this at its surface, until it rolls.
 
     By the share `beat` the amplitude rises and falls within some cycles.
 
@@ -38,30 +43,34 @@ def bounces(
     rng = np.random.default_rng(5)
 
     def place(t):
-        return A * (1.0 + beat * np.sin(0.06 * W * t)) * np.cos(W * t)
+        return swing * (1.0 + beat * np.sin(0.06 * W * t)) * np.cos(W * t)
 
     def force(t, s):
         speed = s[1] - (place(t + 1e-6) - place(t - 1e-6)) / 2e-6 if drag else 0.0
         along = roll * (place(t + 1e-4) - 2.0 * place(t) + place(t - 1e-4)) / 1e-8 if roll else 0.0
-        return [s[1], along - pull * (s[0] - place(t)) - drag * speed * abs(speed)]
+        along = along - pull * (s[0] - place(t)) - drag * speed * abs(speed)
+        if not rub:
+            return [s[1], along]
+        slip = np.tanh((s[1] - (place(t + 1e-6) - place(t - 1e-6)) / 2e-6 - s[2]) / 1e-3)
+        return [s[1], along - rub * slip, 2.5 * rub * slip]
 
     def wall(t, s):
         return abs(s[0] - place(t)) - B
 
     wall.terminal, wall.direction = True, 1.0
-    t, s, rows = 0.0, [A, 0.8], []
+    t, s, rows = 0.0, [A, 0.8, 0.0] if rub else [A, 0.8], []
+    fine = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-14}
+    how = {"method": "LSODA", "max_step": 5e-4} if rub else fine
     while len(rows) < count:
-        found = solve_ivp(
-            force, (t, t + 10.0), s, method="DOP853", events=wall, rtol=1e-11, atol=1e-14
-        )
-        t, (y, u) = found.t[-1], found.y[:, -1]
+        found = solve_ivp(force, (t, t + 10.0), s, events=wall, **how)
+        t, (y, u, *spin) = found.t[-1], found.y[:, -1]
         x, v = place(t), (place(t + 1e-6) - place(t - 1e-6)) / 2e-6
         rows.append((t, x, v, np.sign(x - y)))
         r = R * (1.0 + scatter * rng.standard_normal())
         r *= 0.5 if edge and rng.random() < edge else 1.0
         r *= (abs(u - v) / 0.8) ** power
         r = 1.0 / (1.0 + soft * abs(u - v)) if soft else r
-        s = [x - rows[-1][3] * (B - 1e-12), v - r * (u - v)]
+        s = [x - rows[-1][3] * (B - 1e-12), v - r * (u - v), *spin]
     return np.array(rows[20:]).T
 
 
@@ -107,6 +116,40 @@ def test_a_ball_that_air_brakes_arrives_slower_and_leaves_faster_than_its_mean()
     braked = collisions(0.0, drag=0.1)
     assert left(braked) > 2e-3
     assert left(braked, drag=0.1) < 0.15 * left(braked)
+
+
+@pytest.mark.parametrize(("rub", "share"), [(3.0, 1e-4), (10.0, 1e-4), (20.0, 0.02)])
+def test_a_ball_slides_on_the_floor_until_it_rolls(rub, share):
+    """At 3 m/s^2 it slides all the way, at 10 nearly so, at 20 it rolls for half of it."""
+    c = collisions(0.0, rub=rub, count=80, swing=12e-3)
+    assert (np.median(rolls_from(c.flights)) > rub) == (rub < 10.0)
+    assert left(c) > 0.1
+    assert left(c, friction=rub) < share * left(c)
+    assert left(c, friction=0.9 * rub) > 3.0 * left(c, friction=rub)
+
+
+def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch):
+    """On a rig of 3 Hz steps from no friction lead to a small one, with an r 0.2 too small."""
+    monkeypatch.setitem(globals(), "W", 2.0 * np.pi * 3.0)
+    start = np.zeros(len(LOCALS))
+    for name, value in {"r": 0.5, "b": B, "ln_eps": -30.0}.items():
+        start[LOCALS.index(name)] = value
+    c = collisions(0.0, rub=2.0, count=120, beat=0.6, swing=12e-3)
+    c = with_own_errors(c, start, time_error=1e-6)
+    sums = tuple(({name: 1.0}, 0.0) for name in LOCALS)
+    priors = dict(zip(LOCALS, (Prior(value, 1e-9) for value in start), strict=True))
+    observed = Observed(
+        LOCALS, Beliefs(priors | {"r": Prior(0.5, 0.5)}), (Block("a", "flights", sums, c.look),),
+        start, {}, {("a", 0): ("b", B)}, {}, {}, {}, {}, {("a", 0): c}, ("a",),
+    )  # fmt: skip
+    rubs = Direction({"friction": 1.0}, Prior(0.0, 1.8))
+    cause = Cause("effect friction, strong", "effect", "friction", rubs, least=0.0)
+    found = _rubbed(observed, [cause])
+    slides = fit(observed.blocks, LOCALS, believing(observed.beliefs, [cause]), start)
+    r, rub = (LOCALS.index(name) for name in ("r", "friction"))
+    assert found.at[rub] == pytest.approx(2.0, rel=0.02)
+    assert found.at[r] == pytest.approx(R, rel=0.01)
+    assert found.log_likelihood > slides.log_likelihood + 10.0
 
 
 def test_a_sensor_on_the_table_lacks_the_base_in_all_places_and_velocities():

@@ -123,11 +123,27 @@ def test_the_answer_to_the_base_has_the_derivatives_of_its_likelihood():
         rate=49.0, scale=1.0, recorded=True, flights=80, middle=0.0, phase=0.0, swing=(1e-3, 0.0),
         by_corner=rng.normal(size=(2, 5)) * [[10.0], [1e-2]],
     )  # fmt: skip
-    look = _Answer(seen)
-    p = np.array([np.log(8.0), np.log(5e-3), 0.1, 0.2, 0.05, 3.0])
-    step = 1e-6 * np.eye(6)
+    look = _Answer(seen, 0.01, np.array([0.9, 1.5]))
+    p = np.array([np.log(8.0), np.log(5e-3), 0.1, 0.2, 0.05, 3.0, 0.7])
+    step = 1e-6 * np.eye(7)
     slope = [(look(p + s)[2] - look(p - s)[2]) / 2e-6 for s in step]
     np.testing.assert_allclose(look(p)[1], slope, rtol=1e-4)
+
+
+def test_a_ball_that_rolls_pulls_no_more_and_nobody_knows_in_which_phase():
+    """The driven motion then says less of f0 and damping, and nothing of the friction."""
+    seen = DrivenMotion(
+        values=np.array([2500.0, 0.4, 2400.0, 60.0, 0.01]), rate=49.0,
+        information=np.diag([1, 1e3, 1, 1, 1e6]), scale=1.0, recorded=True, flights=80,
+        middle=0.0, phase=0.0, swing=(1e-3, 0.0),
+        by_corner=np.zeros((2, 5)),
+    )  # fmt: skip
+    look = _Answer(seen, 0.01, np.full(80, 1.0))
+    at = [np.array([np.log(8.0), np.log(4e-3), 0.0, 0.0, 0.0, 0.0, rub]) for rub in (1.0, 1.5, 3.0)]
+    slides, some, more = (np.diag(look(p)[0]) for p in at)
+    assert (more[[0, 1, 4]] < some[[0, 1, 4]]).all()
+    assert (some[[0, 1, 4]] < 0.5 * slides[[0, 1, 4]]).all()
+    assert some[6] == 0.0 < look(at[0] - 1e-9)[0][6, 6]
 
 
 def test_a_base_whose_motion_nobody_knows_is_in_no_sum():

@@ -324,7 +324,9 @@ def weighed(
     plain, beliefs = observed.beliefs, believing(observed.beliefs, chosen)
     left = _others(causes, chosen)
     whole = posterior_of(data, beliefs)
-    found, rivals, scattered = [], [], False
+    in_flights = _in_flights(observed)
+    found, rivals = [], []
+    scattered: set[bool] = set()  # in what flights show, in what else
     by_odds = sorted(zip(_odds(data, plain, chosen), chosen, strict=True), key=lambda one: -one[0])
     for odds, cause in by_odds:
         beside = [c for c in chosen if c is not cause]
@@ -334,10 +336,12 @@ def weighed(
             (believing(plain, [*beside, rival]), rival.log_odds - cause.log_odds)
             for rival in others
         ]
-        scattered = scattered or cause.kind == "scatter"
+        of_flights = bool(cause.moves & in_flights)
+        if cause.kind == "scatter":
+            scattered.add(of_flights)
         value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
         sure = cause.kind == "remounting" or (
-            not scattered
+            of_flights not in scattered
             and cause.direction is not None
             and odds > _CERTAIN
             and abs(value) > _SURE * error
@@ -414,11 +418,22 @@ def possible(cause: Cause, value: float, error: float) -> bool:
 
 
 def all_possible(found: Posterior, chosen: Sequence[Cause]) -> bool:
-    """Whether causes can be as a posterior with them has their coefficients."""
+    """Whether causes can be as a posterior with them has their coefficients.
+
+    In no test does the floor push the ball on.
+    """
+    known = {cause.key: d.terms for cause in chosen if (d := cause.direction)}
+    own = {name for terms in known.values() for name in terms if name.startswith(_OWN_FRICTION)}
+    for name in own:
+        by_cause = {key: t.get("friction", 0.0) + t.get(name, 0.0) for key, t in known.items()}
+        value, error = found.of({"friction": 1.0, name: 1.0, **by_cause})
+        if value < -_ERRORS * error:
+            return False
     return all(possible(cause, *found.of({cause.key: 1.0})) for cause in chosen if cause.direction)
 
 
 _ERRORS = 2.0
+_OWN_FRICTION = "own friction: "
 _LEAST_ROLLING, _MOST_ROLLING = 0.05, 0.42
 
 
@@ -564,7 +579,9 @@ def _averaged(
     by_key = {c.key: c for c in left}
     more = [(odds, by_key[key]) for odds, key in tried[:_AVERAGED] if odds > _NEGLIGIBLE]
     every = [(1.0, beliefs)]
-    every += [(math.exp(min(odds, 5.0)), believed(beliefs, cause)) for odds, cause in more]
+    # what the law of another may make of it is there as likely as not
+    likely = [1.0 if odds > _ENOUGH else math.exp(odds) for odds, _ in more]
+    every += [(w, believed(beliefs, cause)) for w, (_, cause) in zip(likely, more, strict=True)]
     whole = sum(weight for weight, _ in every)  # one more cause is as likely beside each rival
     for other, odds in rivals:
         odds += evidence_of(data, other) - base.log_evidence

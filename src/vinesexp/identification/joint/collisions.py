@@ -4,7 +4,9 @@ At each impact two laws hold: relative speed after over before is r, and the mas
 that the ball loses. The ball's speeds are those of its flights between the walls, and every effect
 of ball and contact moves them in its own way:
 
-    friction on the floor, mu g    the ball arrives slower and had left faster by mu g T/2
+    friction on the floor, mu g    the ball arrives slower and had left faster by mu g T/2; its spin
+                                   grows, and from where a solid ball rolls it takes 2/7 of the
+                                   acceleration of the mass
     tilt, an acceleration g_t      + g_t T/2 at the end, - g_t T/2 at the beginning
     clearance                      2 b/T more between walls, at both ends
     contact of duration tau        the way took T - tau: tau/T of the relative speed more; and the
@@ -30,6 +32,7 @@ the ends of their range show it, and x - beside x_e, as a sensor on the table sh
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -37,7 +40,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.identification.flights import Flights
-from vinesexp.identification.joint.unknowns import Local
+from vinesexp.identification.joint.unknowns import IMAGINARY, Local
 
 #: Local quantities of the collisions of a record, in order.
 LOCALS = (
@@ -59,7 +62,6 @@ EFFECTS = {
     "even": "1/m",
     "odd": "1/m^2",
 }
-_IMAGINARY = 1e-30  # step of a derivative without cancellation
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
 _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
@@ -75,6 +77,11 @@ _STANDS_OUT = 8.0  # times what the collisions of a wall usually differ by
 _ANY_R = (0.05, 1.0)
 _FEWEST, _MANY, _FOLDS = 10, 60, 5
 _SINGLE = 120  # collisions of a first fit to single ones
+#: Of a solid ball: m R^2 over its moment of inertia. Steps towards where it begins to roll.
+_SPIN, _UNTIL = 2.5, 8
+_PLACES = 9  # of a flight at which a ball may turn
+#: Over its speed: what a ball that rolled to a wall slips by when it leaves, 1 + r about.
+_SLIPS = 1.5
 #: Places and weights of Gauss in a flight: exact up to the square of a parabola times a line.
 _GAUSS = ((0.5 - math.sqrt(0.15), 5 / 18), (0.5, 8 / 18), (0.5 + math.sqrt(0.15), 5 / 18))
 _READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
@@ -154,9 +161,13 @@ class Collisions:
         carried_after = u_after - (1.0 - arrives) * v_after - arrives * v_next
         rolled_before = v_before - u_before - 2.0 * s * b / T_before
         rolled_after = v_after - u_after + 2.0 * s * b / T_after
-        pulls = rub, tilt, hollow, drag
-        ends = _pulled(s * b, way_before, T_before, v_previous, v_before, pulls)[1]
-        begins = _pulled(-s * b, way_after, T_after, v_after, v_next, pulls)[0]
+        pulled = [-self.omega2 * place for place in (x_before, x, x_after)]
+        first = _Flight(s * b, way_before, T_before, (v_previous, v_before), pulled[:2])
+        last = _Flight(-s * b, way_after, T_after, (v_after, v_next), pulled[1:])
+        pulls = tilt, hollow, drag
+        _, slowed, spin = first.rubbed(rub, joined=self._joined)
+        ends = first.pulled(pulls)[1] + slowed
+        begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
         u_before = u_before + ends + contact * carried_before / T_before + roll * rolled_before
         u_after = u_after - begins + contact * carried_after / T_after + roll * rolled_after
         before, after = v_before - u_before, v_after - u_after
@@ -185,6 +196,10 @@ class Collisions:
         )  # fmt: skip
 
     @cached_property
+    def _joined(self) -> BoolArray:
+        return joined(self.flights)
+
+    @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray]:
         """Weights of laser and accelerometer in the jump, by the scatter of their momentum."""
         weights = self.known[1:] / self.scatter[1:, np.newaxis] ** 2
@@ -195,35 +210,134 @@ class Collisions:
         """Information about the local quantities, gradient and log-likelihood."""
         sigma = self.sigma.ravel()
         used = np.isfinite(sigma)
-        moved = p[:, np.newaxis] + 1j * _IMAGINARY * np.eye(p.size)  # each in its own column
+        moved = p[:, np.newaxis] + 1j * IMAGINARY * np.eye(p.size)  # each in its own column
         rest = np.where(self.known[:, np.newaxis], self.rest(moved[..., np.newaxis]), 0.0)
         means = [part @ m.T for m, part in zip(self.means, rest, strict=True)]
         scaled = (np.concatenate(means, axis=1) / sigma)[:, used]
-        J, value = scaled.imag.T / _IMAGINARY, scaled[0].real
+        J, value = scaled.imag.T / IMAGINARY, scaled[0].real
         return J.T @ J, -J.T @ value, -0.5 * float(value @ value)
 
 
-def _pulled(
-    begin: ComplexArray, way: ComplexArray, T: FloatArray, v_begin: ComplexArray,
-    v_end: ComplexArray, pulls: tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray],
-) -> tuple[ComplexArray, ComplexArray]:  # fmt: skip
-    """By how much a ball is faster than its mean at the end of a flight, slower at the beginning.
+@dataclass(frozen=True)
+class _Flight:
+    """Flights from `begin` beside the mass to the other side.
 
-    First order in friction, tilt, hollow and drag: the ball goes straight from `begin` beside the
-    mass to the other side, the mass goes its `way` by a cubic between its impacts.
+    The mass goes its `way` by a curve with the velocities and accelerations of both ends.
     """
-    rub, tilt, hollow, drag = pulls
-    at_begin, at_end = np.zeros_like(way), np.zeros_like(way)
-    side = np.sign(begin.real)
-    for s, weight in _GAUSS:
-        v = v_begin * (1.0 - 4.0 * s + 3.0 * s * s) + v_end * (3.0 * s * s - 2.0 * s)
-        v = v + 6.0 * s * (1.0 - s) * way / T
-        x = T * s * (1.0 - s) * (v_begin * (1.0 - s) - v_end * s) + way * s * s * (3.0 - 2.0 * s)
-        speed = (way - 2.0 * begin) / T - v
-        place = begin * (1.0 - 2.0 * s) + way * s - x
-        pull = (tilt + (rub + drag * speed**2) * side - hollow * place) * (weight * T)
-        at_begin, at_end = at_begin + (1.0 - s) * pull, at_end + s * pull
-    return at_begin, at_end
+
+    begin: ComplexArray
+    way: ComplexArray
+    T: FloatArray
+    v: Sequence[ComplexArray]
+    a: Sequence[ComplexArray]
+
+    @cached_property
+    def _powers(self) -> tuple[ComplexArray, ...]:
+        """Coefficients of the place of the mass over the first to fifth power of the time."""
+        a, b = self.v[0] * self.T, 0.5 * self.a[0] * self.T**2
+        x, v, w = (
+            self.way - a - b,
+            self.v[1] * self.T - a - 2.0 * b,
+            0.5 * self.a[1] * self.T**2 - b,
+        )
+        return a, b, 10.0 * x - 4.0 * v + w, 7.0 * v - 15.0 * x - 2.0 * w, 6.0 * x - 3.0 * v + w
+
+    def mass(self, s: ComplexArray | FloatArray | float) -> tuple[ComplexArray, ComplexArray]:
+        """Place from where it began, m, and velocity of the mass after a share s of the time."""
+        a, b, c, d, e = self._powers
+        x = s * (a + s * (b + s * (c + s * (d + s * e))))
+        v = a + s * (2.0 * b + s * (3.0 * c + s * (4.0 * d + s * (5.0 * e))))
+        return x, v / self.T
+
+    def pulled(
+        self, pulls: tuple[ComplexArray, ComplexArray, ComplexArray]
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """By how much a ball is slower than its mean at the beginning, faster at the end.
+
+        First order in tilt, hollow and drag: the ball goes straight.
+        """
+        tilt, hollow, drag = pulls
+        at_begin, at_end = np.zeros_like(self.way), np.zeros_like(self.way)
+        side = np.sign(self.begin.real)
+        for s, weight in _GAUSS:
+            x, v = self.mass(s)
+            speed = (self.way - 2.0 * self.begin) / self.T - v
+            place = self.begin * (1.0 - 2.0 * s) + self.way * s - x
+            pull = (tilt + drag * speed**2 * side - hollow * place) * (weight * self.T)
+            at_begin, at_end = at_begin + (1.0 - s) * pull, at_end + s * pull
+        return at_begin, at_end
+
+    def rubbed(
+        self, rub: ComplexArray, turns: ComplexArray | None = None, joined: BoolArray | bool = False
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """The same of a solid ball that slides on the floor until it rolls, and its spin then.
+
+        Sliding it is slowed by `rub`, and its surface turns by 5/2 of it faster; it slips by what
+        it goes past the floor and what its surface `turns` against this, m/s. Rolling it takes 2/7
+        of the floor's own acceleration. Without `turns` a flight begins with the spin with which
+        the one before it in the row ended, if these are `joined`; else with that of a steady
+        motion, which ends with as much the other way round.
+        """
+        side, mean = np.sign(self.begin.real), (self.way - 2.0 * self.begin) / self.T
+        half = 0.5 * rub * self.T
+        begun = half * _SPIN if turns is None else turns
+        at_begin, at_end, ended = half * side, half * side, 2.0 * half * _SPIN - begun
+        slides, v = rub.real > 0.0, self.v[1]
+        for _ in range(_UNTIL if slides.any() else 0):
+            slips = begun + side * (v - mean + at_begin)  # while it slides, and the mass goes on
+            until = slips / np.where(slides, (1.0 + _SPIN) * rub * self.T, 1.0)
+            rolls = slides & (until.real < 1.0)
+            if not rolls.any():
+                break
+            until = np.where(rolls, until * (until.real > 0.0), 1.0)
+            x, v = self.mass(until)
+            left, along = (self.way - x) / self.T, 1.0 / (1.0 + _SPIN)
+            slowed = 2.0 * half * side * until
+            at_begin = slowed * (1.0 - 0.5 * until) + along * (left - v * (1.0 - until))
+            at_end = slowed * 0.5 * until + along * (self.v[1] - v * until - left)
+            arrives = side * (self.v[1] - mean - at_end)
+            ended = np.where(rolls, arrives, 2.0 * half * _SPIN - begun)
+            if turns is None:
+                steady = np.where(rolls, ended, half * _SPIN)
+                begun = np.where(joined, np.roll(ended, 1, axis=-1), steady)
+        return at_begin, at_end, ended
+
+
+def joined(f: Flights) -> BoolArray:
+    """Whether the flight before an impact is the one after the impact before it in the row."""
+    return np.append(False, f.time_before[1:] == f.time_after[:-1])
+
+
+def one_way(
+    f: Flights, x: FloatArray, x_before: FloatArray, x_after: FloatArray, *, omega2: float
+) -> BoolArray:
+    """Whether the ball goes from wall to wall without turning, before and after an impact.
+
+    One that its cavity overtakes is rubbed both ways.
+    """
+    a = [-omega2 * place for place in (x_before, x, x_after)]
+    v = f.v_previous, f.v_before, f.v_before + f.jump, f.v_next
+    b, shares = f.side * f.clearance, np.linspace(0.0, 1.0, _PLACES)[:, np.newaxis]
+    good = np.ones(x.size, dtype=bool)
+    for begin, way, T, v_of, a_of in (
+        (b, x - x_before, f.time_before, v[:2], a[:2]),
+        (-b, x_after - x, f.time_after, v[2:], a[1:]),
+    ):
+        begun, far, v_ends, a_ends = (
+            np.asarray(i, np.complex128) for i in (begin, way, v_of, a_of)
+        )
+        flight = _Flight(begun, far, T, list(v_ends), list(a_ends))
+        passes = flight.mass(shares)[1].real - (way - 2.0 * begin) / T
+        good &= (np.sign(begin) * passes > 0.0).all(axis=0)
+    return good
+
+
+def rolls_from(f: Flights) -> FloatArray:
+    """Friction, m/s^2, from which on a solid ball rolls before it reaches the other wall.
+
+    One that rolled to a wall slips by 1 + r of its speed when it leaves.
+    """
+    return _SLIPS / (1.0 + _SPIN) * np.abs(f.v_before - f.u_before) / f.time_before
 
 
 def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collisions:
@@ -313,13 +427,15 @@ def _stands_out(rest: FloatArray, side: FloatArray) -> BoolArray:
     return out
 
 
-def bounced(c: Collisions, p: FloatArray) -> float:
-    """Median of the restitutions of single collisions, all else as in `p`."""
+def bounced(c: Collisions, p: FloatArray) -> tuple[float, float]:
+    """Median of the restitutions of single collisions, all else as in `p`, and their scatter."""
     at = np.repeat(p[:, np.newaxis], 2, axis=1).astype(np.complex128)
     at[LOCALS.index("r")] = 0.0, 1.0
     after, both = c.rest(at[..., np.newaxis])[0].real
     known = c.known[0] & (both != after)
-    return float(np.clip(-_median((after / (both - after))[known]), *_ANY_R))
+    r = -after[known] / (both - after)[known]
+    middle = float(np.clip(_median(r), *_ANY_R))
+    return middle, _median(np.abs(r - middle))
 
 
 def _median(values: FloatArray) -> float:

@@ -19,7 +19,10 @@ from vinesexp.identification.joint.collisions import (
     LOCALS,
     Collisions,
     bounced,
+    joined,
     one_by_one,
+    one_way,
+    rolls_from,
     with_errors,
 )
 from vinesexp.identification.joint.over_amplitude import (
@@ -160,6 +163,7 @@ class _Builder:
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
     late: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sums: dict[tuple[str, int], tuple[Sum, ...]] = field(default_factory=dict)
+    rolls_from: dict[str, FloatArray] = field(default_factory=dict)
     kinds: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def add(
@@ -456,6 +460,8 @@ def _flights(
         flights = flights.keep(whole)
         if flights.index.size < _FEWEST:
             continue
+        if not several:
+            b.rolls_from[record.id] = rolls_from(flights)
         stride = 2 * (flights.index.size // (2 * _ENOUGH)) + 1  # odd: both walls
         flights = flights.keep(np.arange(flights.index.size) % stride == 0)
         base = _base_at(b, flights, impacts, driven)
@@ -638,7 +644,7 @@ def with_own_errors(collisions: Collisions, start: FloatArray, *, time_error: fl
     where a ball rolls, those that are not alike would stand out, and the rest fit something else.
     """
     start = start.copy()
-    start[LOCALS.index("r")] = bounced(collisions, start)
+    start[LOCALS.index("r")] = bounced(collisions, start)[0]
     at, prior = start, np.diag(np.array(_FREE) ** -2)
     for _ in range(_ROUGHLY):
         information, gradient, _ = one_by_one(collisions, at).look(at)
@@ -680,6 +686,11 @@ def collisions_of(
     by_laser = np.where(nothing, flights.jump, flights.jump_displacement)
     flights = replace(flights, jump_displacement=by_laser)
     known = np.stack([np.isfinite(flights.jump), np.isfinite(by_laser), np.isfinite(jump)])
+    # nobody knows with which spin the ball began the first flight of a row, nor which way it is
+    # rubbed where its cavity overtakes it
+    for usual in (joined(flights), one_way(flights, x, before, after, omega2=omega2)):
+        if usual.sum() >= max(_FEWEST, 0.5 * x.size):
+            known[0] &= usual
     none = np.zeros((0, x.size))
     return Collisions(
         flights, x, before, after, omega2, base, float(np.median(speed)), known, np.ones(3),
@@ -767,7 +778,9 @@ def _base(
     if not value > 4.0 * error:
         return
     local = _answered(b, record, found, driven, here, level=level, phase=phase)
-    b.blocks.append(Block(record.id, "base", local, _Answer(driven)))
+    known = b.rolls_from.get(record.id, np.zeros(0))
+    rolls = np.append(known, np.zeros(max(driven.flights - known.size, 0)))
+    b.blocks.append(Block(record.id, "base", local, _Answer(driven, _share_of_ball(b), rolls)))
 
 
 def _answered(
@@ -818,7 +831,7 @@ def _answered(
     for name in ("friction", "rolling", "drag"):
         b.add(name, 0.0, 0.0)
     speed = 4.0 * f0 * record.clearance[0] if record.clearance else 0.0  # from wall to wall
-    rubs = {"friction": eps, b.own("own friction", record, 0.0): eps, "drag": eps * speed**2}
+    rubs = {"friction": 1.0, b.own("own friction", record, 0.0): 1.0}
     return (
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add("mounting f0", 0.0, inputs.remounting.of(1.0), of=place): 1.0,
@@ -833,8 +846,9 @@ def _answered(
           b.own("bent", record, math.hypot(_CHANNELS, off)): 1.0},
          math.log(level)),
         (turned, inverted),
-        ({**rubs, b.own("own push", record, push * drive): 1.0}, 0.0),
+        ({"drag": eps * speed**2, b.own("own push", record, push * drive): 1.0}, 0.0),
         ({_coupling(b, record): 1.0}, 0.0),
+        (rubs, 0.0),
     )  # fmt: skip
 
 
@@ -856,19 +870,38 @@ def _share_of_ball(b: _Builder) -> float:
 
 @dataclass(frozen=True)
 class _Answer:
-    """The mass answers the base: local ln f0, ln zeta, ln base, its phase, friction, corner."""
+    """The mass answers the base: local ln f0, ln zeta, base, phase, push, corner, friction.
+
+    A ball of mass `eps` times M that slides from wall to wall pulls it along. Where the friction is
+    more than it `rolls_from`, m/s^2, a ball rolls in a part of its flight, and one that returns to
+    the wall it left slides both ways (0): there the friction pulls by no more, nobody knows where.
+    """
 
     driven: DrivenMotion
+    eps: float
+    rolls_from: FloatArray
 
     def __call__(self, p: FloatArray) -> Local:
-        model, J = self.driven.driven(p)
+        rub = p[6]
+        slides = float((rub < self.rolls_from).mean())
+        along = float(np.minimum(rub, self.rolls_from).mean())
+        model, J = self.driven.driven(np.append(p[:4], p[4] + self.eps * along))
+        spring = self.driven.rate**2 * math.hypot(*self.driven.swing)
+        in_phase = 0.5 / spring
+        unknown = (
+            self.eps * (rub - along) * np.array([in_phase, in_phase * math.exp(-p[1]), 0, 0, 1.0])
+        )
         first, by_square = self.driven.by_corner
         by_corner = first + model[0] * by_square
         rest = self.driven.values + by_corner * p[5] - model
         J[:, 0] -= 2.0 * model[0] * p[5] * by_square
-        J = np.column_stack([J, -by_corner])
-        weighted = J.T @ self.driven.information
-        value = float(rest @ self.driven.information @ rest)
+        S = J * unknown
+        inner = np.eye(5) + S.T @ self.driven.information @ S
+        weight = self.driven.information @ S
+        information = self.driven.information - weight @ np.linalg.solve(inner, weight.T)
+        J = np.column_stack([J, -by_corner, J[:, 4] * self.eps * slides])
+        weighted = J.T @ information
+        value = float(rest @ information @ rest) + np.linalg.slogdet(inner)[1]
         return weighted @ J, weighted @ rest, -0.5 * value
 
 

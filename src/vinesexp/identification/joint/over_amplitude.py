@@ -20,7 +20,7 @@ import numpy as np
 
 from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.identification.estimate import BEST, Estimate, is_known
-from vinesexp.identification.joint.unknowns import Posterior
+from vinesexp.identification.joint.unknowns import IMAGINARY, Posterior
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.records.stored.result_columns import LEVEL_VALUES
@@ -43,7 +43,6 @@ WIDTHS = (1.0, 1.0, 0.3, 0.3)
 _AROUND = (0.8, 1.25)
 _LEAST = 0.02  # of f0 and zeta: a step of the fit may ask for less than none
 _SWEPT = 0.25  # of its amplitude: a resonance has all up to it, and leans over with them
-_IMAGINARY = 1e-30  # step of a derivative without cancellation
 _STRONG = 0.03  # of zeta: beyond, a warning
 _SIGNIFICANT = 4.0  # standard errors that f0 has to change by ...
 _LEAST_CHANGE = 1e-4  # ... and the share of it
@@ -192,8 +191,8 @@ def slopes_of(name: str, powers: FloatArray, terms: FloatArray, zeta: float) -> 
 
 
 def _derivative(function: Callable[[ComplexArray], ComplexArray], terms: FloatArray) -> FloatArray:
-    moved = terms + 1j * _IMAGINARY * np.eye(terms.size)
-    return np.array([function(row).imag for row in moved]) / _IMAGINARY
+    moved = terms + 1j * IMAGINARY * np.eye(terms.size)
+    return np.array([function(row).imag for row in moved]) / IMAGINARY
 
 
 def law_asked(found: Sequence[Estimate], campaign: Campaign) -> Law:

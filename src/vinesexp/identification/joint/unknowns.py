@@ -25,6 +25,8 @@ Sum = tuple[Mapping[str, float], float]
 #: Information of a block about its local quantities, gradient and value of its log-likelihood.
 Local = tuple[FloatArray, FloatArray, float]
 
+#: Step of a derivative without cancellation.
+IMAGINARY = 1e-30
 _STEPS = 40
 _CLOSE = 1e-3  # of a posterior standard deviation: converged
 _HALVED = 12  # times that a step is halved

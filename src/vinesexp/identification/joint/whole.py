@@ -23,11 +23,13 @@ from vinesexp.identification.joint.causes import (
     believing,
     needed,
     of_some_rows,
+    possible,
     possible_causes,
     proposed,
     weighed,
     with_unlike,
 )
+from vinesexp.identification.joint.collisions import LOCALS, bounced, rolls_from
 from vinesexp.identification.joint.observations import Observed, observe
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
@@ -45,6 +47,8 @@ from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
 
 _FITS = 10  # of causes proposed, at most
+#: Frictions tried, over one from which a ball rolls.
+_OF_ROLLING = np.geomspace(0.25, 8.0, 11)
 _ANY_VALUE = 0.5  # share by which a clearance or a mass may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
 _FAR_WORSE = 20.0  # mean square residual over the usual one from which a record counts less
@@ -257,34 +261,84 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
     small step. So each proposal is fitted, from where anything may be wrong and from what was
     stated, and judged by its own fit.
     """
-    fits: dict[frozenset[str], tuple[float, tuple[Cause, ...], Quadratic]] = {}
-    for beliefs in (wide, observed.beliefs):
-        data = fit(observed.blocks, observed.names, beliefs, observed.start)
-        if beliefs is wide and any(cause.kind == "mistake" for cause in causes):
-            causes = [*causes, *of_some_rows(observed, data)]
-        known = [cause for cause in causes if cause.kind != "scatter"]
-        # a scatter without a cause explains most of what several mistakes of one row each are
-        queue = [(proposed(data, observed, some), data) for some in (known, causes)]
-        while queue and len(fits) < _FITS:
-            chosen, data = queue.pop(0)
-            key = frozenset(cause.key for cause in chosen)
-            if key in fits:
-                continue
-            own = believing(observed.beliefs, chosen)
-            data = _fitted(observed, data, own)
-            evidence = evidence_of(data, own) + data.log_likelihood
-            evidence += sum(cause.log_odds for cause in chosen)
-            if not all_possible(posterior_of(data, own), chosen):
-                evidence -= _IMPOSSIBLE
-            fits[key] = evidence, chosen, data
-            queue.append((proposed(data, observed, causes, chosen), data))
-            queue.append((proposed(data, observed, causes), data))
+    fits: _Fits = {}
+    data = fit(observed.blocks, observed.names, wide, observed.start)
+    if any(cause.kind == "mistake" for cause in causes):
+        causes = [*causes, *of_some_rows(observed, data)]
+    _search(observed, causes, data, fits, most=_FITS)
+    rubbed = _rubbed(observed, causes)
+    stated = rubbed or fit(observed.blocks, observed.names, observed.beliefs, observed.start)
+    _search(observed, causes, stated, fits, most=len(fits) + _FITS // 2)
     _, chosen, data = max(fits.values(), key=lambda one: one[0])
     if (merged := with_unlike(observed, chosen)) != chosen:
         chosen, data = merged, _fitted(observed, data, believing(observed.beliefs, merged))
     while (kept := needed(data, observed, chosen)) != chosen:
         chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
     return weighed(data, observed, causes, chosen), data
+
+
+#: Sets of causes to the logarithm of their odds, the causes and the fit with them.
+_Fits = dict[frozenset[str], tuple[float, tuple[Cause, ...], Quadratic]]
+
+
+def _search(
+    observed: Observed, causes: Sequence[Cause], data: Quadratic, fits: _Fits, *, most: int
+) -> None:
+    """Fit what is proposed near one fit, and what is near that, until nothing new is."""
+    known = [cause for cause in causes if cause.kind != "scatter"]
+    # a scatter without a cause explains most of what several mistakes of one row each are
+    queue = [(proposed(data, observed, some), data) for some in (known, causes)]
+    while queue and len(fits) < most:
+        chosen, data = queue.pop(0)
+        key = frozenset(cause.key for cause in chosen)
+        if key in fits:
+            continue
+        own = believing(observed.beliefs, chosen)
+        data = _fitted(observed, data, own)
+        evidence = evidence_of(data, own) + data.log_likelihood
+        evidence += sum(cause.log_odds for cause in chosen)
+        if not all_possible(posterior_of(data, own), chosen):
+            evidence -= _IMPOSSIBLE
+        fits[key] = evidence, chosen, data
+        queue.append((proposed(data, observed, causes, chosen), data))
+        queue.append((proposed(data, observed, causes), data))
+
+
+def _rubbed(observed: Observed, causes: Sequence[Cause]) -> Quadratic | None:
+    """The fit from a friction with which collisions agree on r, where they agree less without.
+
+    From no friction no small step leads to a ball that rolls for a part of its flights: rolling
+    more of the way changes its speeds by less and less.
+    """
+    rubs = next((cause for cause in causes if cause.key == "effect friction, strong"), None)
+    if rubs is None or not observed.collisions:
+        return None
+    known = [np.median(rolls_from(c.flights)) for c in observed.collisions.values()]
+    frictions = [0.0, *(float(np.median(known)) * _OF_ROLLING).tolist()]
+    _, best = min((_bouncing(observed, rub) for rub in frictions), key=lambda one: one[0])
+    if not best["friction"] or not possible(rubs, best["friction"], 0.0):
+        return None
+    at = observed.start.copy()
+    for name, value in best.items():
+        at[observed.names.index(name)] = value
+    beliefs = believing(observed.beliefs, [rubs])
+    flights = [block for block in observed.blocks if block.kind == "flights"]
+    near = fit(flights, observed.names, beliefs, at)
+    return fit(observed.blocks, observed.names, beliefs, near.at)
+
+
+def _bouncing(observed: Observed, rub: float) -> tuple[float, dict[str, float]]:
+    """How much single collisions of a record differ in r with a friction; this and r."""
+    bounces: dict[str, list[float]] = {}
+    scatters = []
+    for (record, ball), c in observed.collisions.items():
+        local = dict.fromkeys(LOCALS, 0.0) | {"b": observed.clearances[record, ball][1]}
+        local["friction"] = rub
+        r, scatter = bounced(c, np.array(list(local.values())))
+        bounces.setdefault(f"r_{ball}" if ball else "r", []).append(r)
+        scatters.append(scatter)
+    r_of = {name: float(np.median(own)) for name, own in bounces.items()}
+    return float(np.median(scatters)), {"friction": rub, **r_of}
 
 
 def _fitted(observed: Observed, data: Quadratic, beliefs: Beliefs) -> Quadratic:
@@ -396,6 +450,18 @@ def effective(
             if name != "friction":
                 m[name] = float(by_m)
     return r, m
+
+
+def rolling_from(answer: Answer) -> float | None:
+    """Friction from which on the ball rolls before it reaches the other wall, m/s^2.
+
+    None where it slides all the way in most of its flights, or nothing is known of friction.
+    """
+    if answer.effect("friction") is None:
+        return None
+    collisions = answer.observed.collisions.values()
+    usual = float(np.median(np.concatenate([rolls_from(c.flights) for c in collisions])))
+    return usual if answer.posterior.of({"friction": 1.0})[0] > usual else None
 
 
 def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:

@@ -305,7 +305,7 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     ),
     "friction": lambda v, e: (
         f"friction on its floor slows the ball by mu g = {with_error(v, e)} m/s^2 between the "
-        "walls; r is corrected for it, and b_c is simulated with friction"
+        "walls as long as it slides; r is corrected for it"
     ),
     "tilt": lambda v, e: (
         f"the cavity slopes: the ball is pulled along it by {with_error(v, e)} m/s^2 (tilt of "
