@@ -235,11 +235,8 @@ class _Flight:
     def _powers(self) -> tuple[ComplexArray, ...]:
         """Coefficients of the place of the mass over the first to fifth power of the time."""
         a, b = self.v[0] * self.T, 0.5 * self.a[0] * self.T**2
-        x, v, w = (
-            self.way - a - b,
-            self.v[1] * self.T - a - 2.0 * b,
-            0.5 * self.a[1] * self.T**2 - b,
-        )
+        x, v = self.way - a - b, self.v[1] * self.T - a - 2.0 * b
+        w = 0.5 * self.a[1] * self.T**2 - b
         return a, b, 10.0 * x - 4.0 * v + w, 7.0 * v - 15.0 * x - 2.0 * w, 6.0 * x - 3.0 * v + w
 
     def mass(self, s: ComplexArray | FloatArray | float) -> tuple[ComplexArray, ComplexArray]:
