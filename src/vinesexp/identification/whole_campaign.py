@@ -718,7 +718,7 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
     of_r, of_m = effective(answer, ball)
     named = [name for name in HIDDEN if answer.effect(name) is not None]
     if (rolls := rolling_from(answer)) is not None:
-        rows.append(Estimate("rolls_from", rolls, 0.0, "m/s^2", _IMPACTS, ids))
+        rows.append(Estimate("rolls_from", *rolls, "m/s^2", _IMPACTS, ids))
     elif named:
         value, error = posterior.of(of_r)
         rows.append(Estimate("r_effective", value, error, "1", _IMPACTS, ids))

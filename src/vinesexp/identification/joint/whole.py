@@ -452,16 +452,18 @@ def effective(
     return r, m
 
 
-def rolling_from(answer: Answer) -> float | None:
-    """Friction from which on the ball rolls before it reaches the other wall, m/s^2.
+def rolling_from(answer: Answer) -> tuple[float, float] | None:
+    """Friction from which on the ball rolls before it reaches the other wall, m/s^2; its scatter.
 
     None where it slides all the way in most of its flights, or nothing is known of friction.
     """
     if answer.effect("friction") is None:
         return None
     collisions = answer.observed.collisions.values()
-    usual = float(np.median(np.concatenate([rolls_from(c.flights) for c in collisions])))
-    return usual if answer.posterior.of({"friction": 1.0})[0] > usual else None
+    each = np.concatenate([rolls_from(c.flights) for c in collisions])
+    usual = float(np.median(each))
+    rolls = answer.posterior.of({"friction": 1.0})[0] > usual
+    return (usual, float(each.std())) if rolls else None
 
 
 def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
