@@ -49,6 +49,11 @@ class Step:
     reads: Callable[[Study, str | None], list[Path]] = lambda study, id: []
     each: bool = False
 
+    @property
+    def function(self) -> str:
+        """Full name of module and function."""
+        return f"vinesexp.{self.call}"
+
 
 def _instrument_files(study: Study, id: str | None) -> list[Path]:
     from vinesexp.records.readers.source import file_of  # a part of a file is read from its file
@@ -120,7 +125,7 @@ def all_modules() -> list[str]:
     """Modules that steps import, libraries among them; some are names in a module."""
     return [
         *_LIBRARIES,
-        *(name for step in STEPS.values() for name in named_modules(f"vinesexp.{step.call}")),
+        *(name for step in STEPS.values() for name in named_modules(step.function)),
     ]
 
 
@@ -165,7 +170,7 @@ class Study:
         return {
             name: {
                 **campaign_text(name, self.campaign),
-                "code": code_digest(f"vinesexp.{step.call}"),
+                "code": code_digest(step.function),
             }
             for name, step in STEPS.items()
         }
@@ -202,7 +207,7 @@ class Study:
     def run(self, step: str, id: str | None = None) -> None:
         """Run a step and note what it was made from."""
         record = [] if id is None else [self.records[id]]
-        module, _, function = f"vinesexp.{STEPS[step].call}".partition(":")
+        module, _, function = STEPS[step].function.partition(":")
         with self._noted(step, id) as written:
             found = getattr(import_module(module), function)(
                 self.campaign, *record, paths=self.paths

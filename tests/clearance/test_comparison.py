@@ -23,6 +23,7 @@ from vinesexp.clearance.predicted import (
     swing_beside_orbit,
 )
 from vinesexp.errors import AnalysisError
+from vinesexp.planning.expected_valley import expected_valley
 from vinesexp.records.campaign.records_csv import read_least
 from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance
@@ -163,6 +164,17 @@ def test_a_ball_that_slides_and_then_rolls_is_not_predicted_and_the_reason_given
     (found,) = checks
     assert (found.check, found.outcome) == ("prediction", "warning")
     assert "rolls before it reaches the other" in found.detail
+    known = identified_rig(combined(TABLE_2) + impacts_rows(own), loaded.known)
+    assert not known.predictable
+    plain = identified_rig(combined(TABLE_2), loaded.known)
+    assert plain.predictable
+    assert expected_valley(known, G=Quantity(0.25e-3), frequency=7.862) is None
+    curves = [
+        decay_curves(rig, x0=0.02, targets=[0.01], clearances=np.array([0.02]))
+        for rig in (known, plain)
+    ]
+    assert curves[0] is None
+    assert curves[1] is not None
 
 
 def test_without_a_weighed_ball_the_prediction_asks_for_it(tests_at_025):

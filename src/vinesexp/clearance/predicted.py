@@ -93,6 +93,11 @@ class IdentifiedRig:
         return tuple(name for name in NEEDED if name not in self.values)
 
     @property
+    def predictable(self) -> bool:
+        """Whether theory has such a rig, and every value that it needs is known."""
+        return self.slides and not self.missing
+
+    @property
     def numbers(self) -> dict[str, float]:
         """The values of `NEEDED`, all of them known, without their errors."""
         return {name: self.values[name].value for name in NEEDED}
@@ -558,11 +563,11 @@ def decay_curves(
     Returns
     -------
     ndarray, shape (len(targets), n), or None
-        s; None where a value is missing or a target lies above the release.
+        s; None where the rig is not `predictable` or a target lies above the release.
     """
     from vinesexp.theory.transient import Decaying, captured_time
 
-    if rig.missing or not targets:
+    if not (rig.predictable and targets):
         return None
     try:
         release = Decaying(x_m=x0, **rig.numbers)

@@ -117,7 +117,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
     state = "its lowest amplitude is at the edge of what was tried" if now is None else state
     lines = ["", f"{plan.level.name}: {counted(len(plan.tested), 'clearance')} tested, {state}"]
     if plan.valley is None:
-        lines.append("  the rig is not identified far enough to say where the minimum lies")
+        lines.append("  the identified rig does not say where the minimum lies")
     else:
         low, high = plan.valley.interval
         expected = f"{in_mm(plan.valley.lowest)} ({in_mm(low)} to {in_mm(high)} mm, 95 %)"

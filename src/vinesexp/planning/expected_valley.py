@@ -71,7 +71,7 @@ class Valley:
 def expected_valley(
     rig: IdentifiedRig, *, G: Quantity, frequency: float | None, draws: int = _DRAWS
 ) -> Valley | None:
-    """The valley for base amplitude G (m); None where the rig is not known or has none.
+    """The valley for base amplitude G (m); None where the rig is not `predictable` or has none.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def expected_valley(
     >>> round(1e3 * valley.lowest, 1), valley.narrowest(0.0) < 0.02 < valley.narrowest(0.002)
     (33.0, True)
     """
-    if rig.missing or G.value <= 0.0:
+    if not rig.predictable or G.value <= 0.0:
         return None
     rng = np.random.default_rng(_SEED)
     drawn = [

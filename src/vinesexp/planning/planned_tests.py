@@ -197,7 +197,7 @@ def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPl
     low_open, high_open = _open_sides(levels)
     wanted: list[tuple[float, str]] = []
     if len(tried) < _FEWEST:
-        r = rig.values.get("r")
+        r = rig.values.get("r") if rig.slides else None
         middle = float(b_t_exact(x_m=x0, r=r.value)) if r else float(np.mean(tried))
         around = [share * middle for share in _FIRST]
         new = [b for b in around if all(abs(b - one) > _NEAR * b for one in tried)]

@@ -12,6 +12,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     _averaged,
     _effects,
+    all_possible,
     believed,
     gains_of,
     gains_of_scatter,
@@ -616,3 +617,52 @@ def test_of_rivals_each_is_in_the_values_however_likely_one_more_cause_is():
     levels, errors = np.array([own.of({"level": 1.0}) for own in found]).T
     assert errors.min() > 0.3
     assert levels[0] == pytest.approx(levels[1], abs=0.1)
+
+
+def test_a_cause_that_the_law_of_another_may_explain_is_half_in_the_value():
+    """By its odds it took all the weight: M of a soft wall was 9 of its errors off."""
+    values = np.full(N, 0.5)
+    values[0] += 0.3
+    observed, data = campaign(values, error=1e-3)
+    left = one(0)
+    (odds,) = scores(data, observed.beliefs, posterior_of(data, observed.beliefs), [left])
+    assert odds > 100.0
+    value, error = _averaged(data, observed.beliefs, [left], []).of({"level": 1.0})
+    without, with_it = values.mean(), 0.5
+    assert value == pytest.approx(0.5 * (without + with_it), abs=1e-3)
+    assert error == pytest.approx(0.5 * (without - with_it), rel=0.05)
+
+
+@pytest.mark.parametrize(("friction", "fits"), [(0.5, True), (0.1, False)])
+@pytest.mark.parametrize("kind", ["drift", "one test"])
+def test_the_floor_pushes_the_ball_on_in_no_test(friction, fits, kind):
+    terms = {"own friction: a": 1.0, "own friction: b": -1.0}
+    change = Cause("change", kind, "friction", Direction(terms, Prior(0.0, 3.0)))
+    rubs = Cause("effect friction", "effect", "friction", Direction({"friction": 1.0}, Prior(0, 1)))
+    at = {"effect friction": friction, "change": 0.3}
+
+    def of(terms):
+        return sum(factor * at.get(name, 0.0) for name, factor in terms.items()), 0.01
+
+    assert all_possible(SimpleNamespace(of=of), [rubs, change]) == fits
+
+
+@pytest.mark.parametrize(("seen_in", "sure"), [("decay", True), ("flights", False)])
+def test_scatter_of_what_the_flights_do_not_show_makes_no_doubt_of_what_they_show(seen_in, sure):
+    """f0 that scatters from mounting to mounting says nothing of the ball."""
+    observed, data = campaign(0.5 + 0.2 * np.linspace(-0.5, 0.5, N))
+    rest, values = tuple(f"own f0: t{i}" for i in range(N)), [0.4, -0.4] * (N // 2)
+    blocks = [
+        Block(f"t{i}", seen_in, (({name: 1.0}, 0.0),), Mean(value, 1e-3))
+        for i, (name, value) in enumerate(zip(rest, values, strict=True))
+    ]
+    priors = observed.beliefs.priors | dict.fromkeys(rest, Prior(0.0, 1e-3))
+    both = replace(
+        observed, names=NAMES + rest, beliefs=Beliefs(priors),
+        blocks=(*observed.blocks, *blocks), start=np.zeros(2 * N + 1),
+    )  # fmt: skip
+    scatter = Cause("scatter", "scatter", "own f0", None, wider=dict.fromkeys(rest, 0.3))
+    data = expand(both.blocks, both.names, both.start)
+    found = {w.cause.key: w for w in weighed(data, both, CAUSES, [drift(), scatter]).found}
+    assert found["scatter"].log_odds > found["drift of r"].log_odds > 10.0
+    assert found["drift of r"].sure == sure

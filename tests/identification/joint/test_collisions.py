@@ -13,13 +13,19 @@ from vinesexp.identification.joint.collisions import (
     LOCALS,
     Collisions,
     _scatter,
+    joined,
     one_by_one,
+    one_way,
     rolls_from,
     with_errors,
 )
-from vinesexp.identification.joint.observations import Observed, with_own_errors
+from vinesexp.identification.joint.observations import (
+    Observed,
+    collisions_of,
+    with_own_errors,
+)
 from vinesexp.identification.joint.unknowns import Beliefs, Block, Direction, Prior, fit
-from vinesexp.identification.joint.whole import _rubbed
+from vinesexp.identification.joint.whole import _rubbed, rolling_from
 
 W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 
@@ -97,6 +103,13 @@ def collisions(pull, *, missed=0, **how):
                       (np.zeros((0, 1)),) * 3, np.zeros((3, 0)))  # fmt: skip
 
 
+def as_observed(c):
+    """They as they are made of an impact table."""
+    rows = np.zeros(c.flights.index.max() + 1)
+    rows[c.flights.index] = c.x
+    return collisions_of(c.flights, SimpleNamespace(x_m=rows), omega2=W**2, base=c.base)
+
+
 def left(c, **effects):
     """Relative speeds that the law of restitution leaves, m/s."""
     p = np.zeros((len(LOCALS), 1), dtype=np.complex128)
@@ -126,6 +139,54 @@ def test_a_ball_slides_on_the_floor_until_it_rolls(rub, share):
     assert left(c) > 0.1
     assert left(c, friction=rub) < share * left(c)
     assert left(c, friction=0.9 * rub) > 3.0 * left(c, friction=rub)
+
+
+def test_a_ball_that_its_cavity_overtakes_does_not_go_one_way():
+    """The mass moves with the amplitude `A`, the ball straight."""
+    c = collisions(0.0, beat=0.9, count=400, swing=12e-3)
+    f, shares = c.flights, np.linspace(0.0, 1.0, 201)[:, np.newaxis]
+
+    def passes(side, x, v, x_end, T):
+        """By the oscillation from the place and velocity with which the flight begins."""
+        turned = W * T * shares
+        mass = v * np.cos(turned) - W * x * np.sin(turned)
+        return (side * (mass - (x_end - x - 2.0 * side * B) / T) > 0.0).all(axis=0)
+
+    before = passes(f.side, c.x_before, f.v_previous, c.x, f.time_before)
+    after = passes(-f.side, c.x, f.v_before + f.jump, c.x_after, f.time_after)
+    found = one_way(f, c.x, c.x_before, c.x_after, omega2=W**2)
+    assert 3 < (~found).sum() < 0.5 * found.size
+    assert ((before & after) == found).mean() > 0.97
+    seen = as_observed(c)
+    assert seen.known[0][~found].mean() < 0.05 < 0.5 < seen.known[0].mean()
+
+
+@pytest.mark.parametrize("stride", [1, 3])
+def test_the_first_bounce_of_a_row_of_flights_is_not_used_where_most_are_in_a_row(stride):
+    whole = collisions(0.0, missed=20, beat=0.5, count=300)
+    seen = as_observed(whole.keep(np.arange(whole.x.size) % stride == 0))
+    f = seen.flights
+    if stride > 1:  # none stands in a row
+        assert not joined(f).any()
+        assert seen.known[0].mean() > 0.5
+    else:
+        assert 0.8 < joined(f).mean() < 1.0
+        assert not seen.known[0][~joined(f)].any()
+    assert seen.known[1].all()
+
+
+@pytest.mark.parametrize(("rub", "known"), [(0.5, False), (30.0, True)])
+def test_a_friction_from_which_a_ball_rolls_is_stated_where_it_does(rub, known):
+    c = collisions(0.0)
+    answer = SimpleNamespace(
+        effect=lambda name: name == "friction" or None,
+        observed=SimpleNamespace(collisions={("a", 0): c}),
+        posterior=SimpleNamespace(of=lambda terms: (rub * terms["friction"], 0.1)),
+    )
+    found = rolling_from(answer)
+    assert (found is not None) == known
+    if found is not None:
+        assert found[0] == np.median(rolls_from(c.flights)) < rub
 
 
 def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch):

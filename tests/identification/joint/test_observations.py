@@ -10,6 +10,7 @@ from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.joint.observations import (
     _Answer,
+    _base,
     _Decay,
     _inertia,
     _sensors,
@@ -159,3 +160,20 @@ def test_a_base_whose_motion_nobody_knows_is_in_no_sum():
         {"a": SimpleNamespace(swing=(1e-3, 0.0))},
     )  # fmt: skip
     assert [set(block.sums[0][0]) for block in b.blocks] == [{"acceleration", "displacement"}] * 2
+
+
+def test_flights_that_are_not_from_wall_to_wall_pull_in_a_way_that_nobody_knows(monkeypatch):
+    monkeypatch.setattr("vinesexp.identification.joint.observations._answered", lambda *_, **__: ())
+    record = SimpleNamespace(id="a", test="periodic", base_amplitude=1e-3, shown=True)
+    known = SimpleNamespace(uncertainties=None, nes_mass=())
+    b = SimpleNamespace(
+        campaign=SimpleNamespace(known=known), levels={}, add=lambda *_, **__: "base", blocks=[],
+        priors={"ln_f0": 0, "ln_zeta": 0}, start={"ln_f0": 2.0, "ln_zeta": -5.0},
+        rolls_from={"a": np.full(30, 2.0)},
+    )  # fmt: skip
+    for flights in (40, 20):  # between all impacts, more than from wall to wall or fewer
+        driven = SimpleNamespace(base=lambda **_: (1.0, 0.1, 0.0), flights=flights)
+        _base(b, record, [], driven)
+    some, none = (block.look.rolls_from for block in b.blocks)
+    assert (some == [2.0] * 30 + [0.0] * 10).all()
+    assert (none == [2.0] * 30).all()

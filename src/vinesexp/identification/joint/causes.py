@@ -423,8 +423,8 @@ def all_possible(found: Posterior, chosen: Sequence[Cause]) -> bool:
     In no test does the floor push the ball on.
     """
     known = {cause.key: d.terms for cause in chosen if (d := cause.direction)}
-    own = {name for terms in known.values() for name in terms if name.startswith(_OWN_FRICTION)}
-    for name in own:
+    changes = (known[c.key] for c in chosen if c.about == "friction" and c.kind in _OF_TESTS)
+    for name in {name for terms in changes for name in terms}:
         by_cause = {key: t.get("friction", 0.0) + t.get(name, 0.0) for key, t in known.items()}
         value, error = found.of({"friction": 1.0, name: 1.0, **by_cause})
         if value < -_ERRORS * error:
@@ -433,7 +433,7 @@ def all_possible(found: Posterior, chosen: Sequence[Cause]) -> bool:
 
 
 _ERRORS = 2.0
-_OWN_FRICTION = "own friction: "
+_OF_TESTS = ("drift", "one test")  # kinds of causes that move what each test has for itself
 _LEAST_ROLLING, _MOST_ROLLING = 0.05, 0.42
 
 

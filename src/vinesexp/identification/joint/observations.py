@@ -882,26 +882,25 @@ class _Answer:
     rolls_from: FloatArray
 
     def __call__(self, p: FloatArray) -> Local:
-        rub = p[6]
+        rub, information = p[6], self.driven.information
         slides = float((rub < self.rolls_from).mean())
         along = float(np.minimum(rub, self.rolls_from).mean())
         model, J = self.driven.driven(np.append(p[:4], p[4] + self.eps * along))
-        spring = self.driven.rate**2 * math.hypot(*self.driven.swing)
-        in_phase = 0.5 / spring
-        unknown = (
-            self.eps * (rub - along) * np.array([in_phase, in_phase * math.exp(-p[1]), 0, 0, 1.0])
-        )
         first, by_square = self.driven.by_corner
         by_corner = first + model[0] * by_square
         rest = self.driven.values + by_corner * p[5] - model
         J[:, 0] -= 2.0 * model[0] * p[5] * by_square
-        S = J * unknown
-        inner = np.eye(5) + S.T @ self.driven.information @ S
-        weight = self.driven.information @ S
-        information = self.driven.information - weight @ np.linalg.solve(inner, weight.T)
+        spread = 0.0  # of the density of what is known less well
+        if (force := self.eps * (rub - along)) > 0.0:
+            share = 0.5 * force / (self.driven.rate**2 * math.hypot(*self.driven.swing))
+            S = J * np.array([share, share * math.exp(-p[1]), 0.0, 0.0, force])
+            weight = information @ S
+            inner = np.eye(5) + S.T @ weight
+            information = information - weight @ np.linalg.solve(inner, weight.T)
+            spread = float(np.linalg.slogdet(inner)[1])
         J = np.column_stack([J, -by_corner, J[:, 4] * self.eps * slides])
         weighted = J.T @ information
-        value = float(rest @ information @ rest) + np.linalg.slogdet(inner)[1]
+        value = float(rest @ information @ rest) + spread
         return weighted @ J, weighted @ rest, -0.5 * value
 
 
