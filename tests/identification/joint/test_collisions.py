@@ -196,7 +196,7 @@ def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch):
     for name, value in {"r": 0.5, "b": B, "ln_eps": -30.0}.items():
         start[LOCALS.index(name)] = value
     c = collisions(0.0, rub=2.0, count=120, beat=0.6, swing=12e-3)
-    c = with_own_errors(c, start, time_error=1e-6)
+    c = with_own_errors(c, start, time_error=1e-6)[0]
     sums = tuple(({name: 1.0}, 0.0) for name in LOCALS)
     priors = dict(zip(LOCALS, (Prior(value, 1e-9) for value in start), strict=True))
     observed = Observed(
@@ -305,7 +305,7 @@ def test_the_errors_of_a_record_do_not_depend_on_the_r_that_is_looked_at_first()
     for r in (R, R - 0.2):
         p = np.zeros(len(LOCALS))
         p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = r, B, -30.0
-        sigma.append(with_own_errors(c, p, time_error=1e-6).sigma[0])
+        sigma.append(with_own_errors(c, p, time_error=1e-6)[0].sigma[0])
     assert np.median(sigma[1]) == pytest.approx(np.median(sigma[0]), rel=0.05)
     assert np.median(with_errors(c, p, time_error=1e-6).sigma[0]) > 5.0 * np.median(sigma[0])
 
@@ -319,7 +319,7 @@ def test_the_errors_of_a_record_do_not_depend_on_what_is_known_of_its_ball(wrong
         p = np.zeros(len(LOCALS))
         p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = R, B, -30.0
         p[LOCALS.index("rolling")] = roll
-        sigma.append(with_own_errors(c, p, time_error=1e-6).sigma[0])
+        sigma.append(with_own_errors(c, p, time_error=1e-6)[0].sigma[0])
     assert np.median(sigma[1]) == pytest.approx(np.median(sigma[0]), rel=0.1)
 
 
@@ -354,7 +354,7 @@ def test_flights_over_missed_impacts_do_not_count():
     c = collisions(0.0, count=140, scatter=0.003, beat=0.3, missed=9)
     p = np.zeros(len(LOCALS))
     p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = R - 0.15, B, -30.0
-    grouped = with_own_errors(c, p, time_error=1e-6)
+    grouped, _ = with_own_errors(c, p, time_error=1e-6)
     p[LOCALS.index("r")] = R
     rest = np.abs(c.rest(p[:, np.newaxis].astype(np.complex128))[0].real)
     assert (rest > 0.1).sum() >= 10

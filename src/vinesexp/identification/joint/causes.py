@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.joint.observations import Observed
@@ -491,9 +492,7 @@ def gains_of_scatter(
     """Log evidence that each of some sets of wider priors adds, by what it adds to them alone."""
     names = list(dict.fromkeys(name for one in wider for name in one if name in data.index))
     place = {name: k for k, name in enumerate(names)}
-    D = np.zeros((len(data.names), len(names)))
-    D[[data.index[name] for name in names], range(len(names))] = 1.0
-    slope, left, held = _apart_from_all_else(data, beliefs, base, D)
+    slope, left, held = _apart_from_all_else(data, beliefs, base, [{name: 1.0} for name in names])
     curvature = left.T @ (data.information @ left) + held.T @ held
     gains = np.zeros(len(wider))
     for i, one in enumerate(wider):
@@ -516,12 +515,8 @@ def gains_of(
     data: Quadratic, beliefs: Beliefs, base: Posterior, directions: Sequence[Direction]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Log evidence that each of some directions adds, with value and error of its coefficient."""
-    D = np.zeros((len(data.names), len(directions)))
-    for k, direction in enumerate(directions):
-        for name, factor in direction.terms.items():
-            if name in data.index:
-                D[data.index[name], k] = factor
-    slope, left, held = _apart_from_all_else(data, beliefs, base, D)
+    terms = [direction.terms for direction in directions]
+    slope, left, held = _apart_from_all_else(data, beliefs, base, terms)
     curvature = (left * (data.information @ left)).sum(axis=0) + (held**2).sum(axis=0)
     centre = np.array([direction.prior.value for direction in directions])
     w = np.array([direction.prior.error for direction in directions]) ** -2.0
@@ -532,7 +527,7 @@ def gains_of(
 
 
 def _apart_from_all_else(
-    data: Quadratic, beliefs: Beliefs, base: Posterior, D: FloatArray
+    data: Quadratic, beliefs: Beliefs, base: Posterior, directions: Sequence[Mapping[str, float]]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Slope of the log-likelihood along some directions, and what is left of these, and of the
     priors in their widths, when everything else follows.
@@ -540,13 +535,25 @@ def _apart_from_all_else(
     The curvature is a sum of squares of both: the difference of two large numbers would be all
     rounding.
     """
-    added, n = beliefs.added(data.names), len(data.names)
+    index, n = data.index, len(data.names)
+    places, factors, ends = [], [], [0]
+    for terms in directions:
+        places += [index[name] for name in terms if name in index]
+        factors += [factor for name, factor in terms.items() if name in index]
+        ends.append(len(places))
+    D = csc_array((factors, places, ends), shape=(n, len(directions)))
+    added = beliefs.added(data.names)
     here = base.values[:n] + added @ base.values[n:]
     slope = D.T @ (data.gradient - data.information @ (here - data.at))
-    along = data.information @ D
-    follows = base.covariance @ np.concatenate([along, added.T @ along])
-    left = D - follows[:n] - added @ follows[n:]
-    return slope, left, follows / beliefs.widths(data.names)[:, np.newaxis]
+    along = (D.T @ data.information).T
+    free = np.flatnonzero(np.diag(base.covariance))
+    own, causes = free[free < n], free[free >= n] - n
+    follows = base.covariance[np.ix_(free, free)] @ np.concatenate(
+        [along[own], added[:, causes].T @ along]
+    )
+    left = D.toarray() - added[:, causes] @ follows[own.size :]
+    left[own] -= follows[: own.size]
+    return slope, left, follows / beliefs.widths(data.names)[free, np.newaxis]
 
 
 def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:

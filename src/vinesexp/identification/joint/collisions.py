@@ -125,7 +125,10 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: ComplexArray) -> ComplexArray:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (20, ..., 1)."""
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (20, ..., 1).
+
+        Columns of `p` may differ in r, in friction, and in their imaginary parts: derivatives.
+        """
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
         wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd, beside = p[8:]
@@ -133,9 +136,9 @@ class Collisions:
 
         def straight(x: FloatArray, base: FloatArray) -> tuple[ComplexArray, ComplexArray]:
             """A place in space, and what the bend and the gain of the sensor make of a velocity."""
-            bent = even * x + odd * x**2
-            slower = scale * (1.0 - bent - even * x - 2.0 * odd * x**2)
-            return (x - bent * x) * scale + beside * base, slower
+            turned = odd * x
+            slower = scale * (1.0 - (2.0 * even + 3.0 * turned) * x)
+            return scale * (1.0 - (even + turned) * x) * x + beside * base, slower
 
         x, here = straight(self.x, self.base[0])
         x_before, there = straight(self.x_before, self.base[1])
@@ -153,14 +156,15 @@ class Collisions:
         middle = middle - late * self.omega2 * x + share * jump
         v_before, v_after = middle - 0.5 * jump, middle + 0.5 * jump
         T_before, T_after, s = f.time_before, f.time_after, f.side
-        u_before = (way_before - 2.0 * s * b) / T_before
-        u_after = (way_after + 2.0 * s * b) / T_after
+        per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * b
+        u_before = (way_before - across) * per_before
+        u_after = (way_after + across) * per_after
         # a contact ends the approach at its centroid, r/(1 + r) of it after its beginning
         arrives = r / (1.0 + r)
         carried_before = u_before - (1.0 - arrives) * v_previous - arrives * v_before
         carried_after = u_after - (1.0 - arrives) * v_after - arrives * v_next
-        rolled_before = v_before - u_before - 2.0 * s * b / T_before
-        rolled_after = v_after - u_after + 2.0 * s * b / T_after
+        rolled_before = v_before - u_before - across * per_before
+        rolled_after = v_after - u_after + across * per_after
         pulled = [-self.omega2 * place for place in (x_before, x, x_after)]
         first = _Flight(s * b, way_before, T_before, (v_previous, v_before), pulled[:2])
         last = _Flight(-s * b, way_after, T_after, (v_after, v_next), pulled[1:])
@@ -168,8 +172,8 @@ class Collisions:
         _, slowed, spin = first.rubbed(rub, joined=self._joined)
         ends = first.pulled(pulls)[1] + slowed
         begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
-        u_before = u_before + ends + contact * carried_before / T_before + roll * rolled_before
-        u_after = u_after - begins + contact * carried_after / T_after + roll * rolled_after
+        u_before = u_before + ends + (contact * per_before) * carried_before + roll * rolled_before
+        u_after = u_after - begins + (contact * per_after) * carried_after + roll * rolled_after
         before, after = v_before - u_before, v_after - u_after
         speed = before * np.sign(before.real)
         faster = speed / self.speed
@@ -244,7 +248,23 @@ class _Flight:
         a, b, c, d, e = self._powers
         x = s * (a + s * (b + s * (c + s * (d + s * e))))
         v = a + s * (2.0 * b + s * (3.0 * c + s * (4.0 * d + s * (5.0 * e))))
-        return x, v / self.T
+        return x, v * (1.0 / self.T)
+
+    @cached_property
+    def mean(self) -> ComplexArray:
+        """Mean velocity of the ball, m/s."""
+        return (self.way - 2.0 * self.begin) * (1.0 / self.T)
+
+    @property
+    def real(self) -> _Flight:
+        """The same without derivatives, in which alone columns differ."""
+
+        def first(one: ComplexArray) -> ComplexArray:
+            # numpy counts in real numbers; annotated as what it stands for
+            return np.asarray(one.real[:1] if one.ndim > 1 else one.real)
+
+        v, a = ([first(one) for one in ends] for ends in (self.v, self.a))
+        return _Flight(first(self.begin), first(self.way), self.T, v, a)
 
     def pulled(
         self, pulls: tuple[ComplexArray, ComplexArray, ComplexArray]
@@ -254,14 +274,19 @@ class _Flight:
         First order in tilt, hollow and drag: the ball goes straight.
         """
         tilt, hollow, drag = pulls
-        at_begin, at_end = np.zeros_like(self.way), np.zeros_like(self.way)
-        side = np.sign(self.begin.real)
+        # a pull of nothing has no derivative but its own
+        at = self if any(pull.real.any() for pull in pulls) else self.real
+        side, dragged, off = np.sign(at.begin.real), [0.0 * at.way] * 2, [0.0 * at.way] * 2
         for s, weight in _GAUSS:
-            x, v = self.mass(s)
-            speed = (self.way - 2.0 * self.begin) / self.T - v
-            place = self.begin * (1.0 - 2.0 * s) + self.way * s - x
-            pull = (tilt + drag * speed**2 * side - hollow * place) * (weight * self.T)
-            at_begin, at_end = at_begin + (1.0 - s) * pull, at_end + s * pull
+            x, v = at.mass(s)
+            slowed = (at.mean - v) ** 2 * side
+            place = at.begin * (1.0 - 2.0 * s) + at.way * s - x
+            for end, share in enumerate((weight * (1.0 - s), weight * s)):
+                dragged[end] = dragged[end] + share * slowed
+                off[end] = off[end] + share * place
+        at_begin, at_end = (
+            self.T * (0.5 * tilt + drag * a - hollow * b) for a, b in zip(dragged, off, strict=True)
+        )
         return at_begin, at_end
 
     def rubbed(
@@ -275,7 +300,7 @@ class _Flight:
         the one before it in the row ended, if these are `joined`; else with that of a steady
         motion, which ends with as much the other way round.
         """
-        side, mean = np.sign(self.begin.real), (self.way - 2.0 * self.begin) / self.T
+        side, mean = np.sign(self.begin.real), self.mean
         half = 0.5 * rub * self.T
         begun = half * _SPIN if turns is None else turns
         at_begin, at_end, ended = half * side, half * side, 2.0 * half * _SPIN - begun
@@ -324,7 +349,7 @@ def one_way(
             np.asarray(i, np.complex128) for i in (begin, way, v_of, a_of)
         )
         flight = _Flight(begun, far, T, list(v_ends), list(a_ends))
-        passes = flight.mass(shares)[1].real - (way - 2.0 * begin) / T
+        passes = flight.mass(shares)[1].real - flight.mean.real
         good &= (np.sign(begin) * passes > 0.0).all(axis=0)
     return good
 
@@ -424,15 +449,20 @@ def _stands_out(rest: FloatArray, side: FloatArray) -> BoolArray:
     return out
 
 
-def bounced(c: Collisions, p: FloatArray) -> tuple[float, float]:
-    """Median of the restitutions of single collisions, all else as in `p`, and their scatter."""
-    at = np.repeat(p[:, np.newaxis], 2, axis=1).astype(np.complex128)
+def bounced(c: Collisions, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Median of the restitutions of single collisions, and their scatter, for each column of `p`.
+
+    All else is as there; columns differ in friction.
+    """
+    at = np.stack([p, p], axis=-1).astype(np.complex128)
     at[LOCALS.index("r")] = 0.0, 1.0
-    after, both = c.rest(at[..., np.newaxis])[0].real
-    known = c.known[0] & (both != after)
-    r = -after[known] / (both - after)[known]
-    middle = float(np.clip(_median(r), *_ANY_R))
-    return middle, _median(np.abs(r - middle))
+    after, both = np.moveaxis(c.rest(at[..., np.newaxis])[0].real, 1, 0)
+    single = [
+        -a[known] / (b - a)[known]
+        for a, b in zip(after, both, strict=True) if (known := c.known[0] & (b != a)).size
+    ]  # fmt: skip
+    middle = np.clip([_median(r) for r in single], *_ANY_R)
+    return middle, np.array([_median(np.abs(r - m)) for r, m in zip(single, middle, strict=True)])
 
 
 def _median(values: FloatArray) -> float:

@@ -163,6 +163,7 @@ class _Builder:
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
     late: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sums: dict[tuple[str, int], tuple[Sum, ...]] = field(default_factory=dict)
+    alone: dict[tuple[str, int], FloatArray] = field(default_factory=dict)
     rolls_from: dict[str, FloatArray] = field(default_factory=dict)
     kinds: dict[str, dict[str, str]] = field(default_factory=dict)
 
@@ -597,7 +598,7 @@ def _group(
     start[0], start[1], start[7] = 0.6, math.log(mass) - b.start["ln_M"], stated
     start[6] = lag
     late = float(np.median(impacts.time_error_s[flights.index]))
-    collisions = with_own_errors(collisions, start, time_error=late)
+    collisions, b.alone[record.id, number] = with_own_errors(collisions, start, time_error=late)
     if areas.size >= _FEWEST:  # one template a record: its noise is common to all impacts
         single, area = float(collisions.scatter[2]), float(np.median(areas))
         stated = float(np.nanmedian(impacts.jump_acceleration_error_m_s[flights.index]))
@@ -617,52 +618,53 @@ def _share_speed(b: _Builder) -> None:
     for key, own in b.collisions.items():
         b.collisions[key] = replace(own, speed=speed)
         look = b.collisions[key].look
-        factor = _misfit(b.collisions[key], b.sums[key], b.priors)
+        factor = _misfit(b.collisions[key], b.alone[key])
         b.blocks.append(Block(key[0], "flights", b.sums[key], Tempered(look, factor)))
 
 
-def _misfit(collisions: Collisions, sums: Sequence[Sum], priors: Mapping[str, Prior]) -> float:
+def _misfit(collisions: Collisions, near: FloatArray) -> float:
     """Mean square of what no ball, contact or sensor explains in a record, of its stated errors.
 
-    A record on its own, its local quantities as free as any lab could have them: what is left is
-    noise that the errors of its means do not hold, and its information is worth as much less.
+    A record on its own, its local quantities about `near` as free as any lab could have them: what
+    is left is noise that the errors of its means do not hold, and its information is worth as much
+    less.
     """
-    start = np.array(
-        [c + sum(f * priors[name].value for name, f in terms.items()) for terms, c in sums]
-    )
-    data = _alone(collisions, start)
+    data = _alone(collisions, near, near)
     prior = np.diag(np.array(_FREE) ** -2)
     held = np.trace(np.linalg.solve(data.information + prior, data.information))
     freedom = np.isfinite(collisions.sigma).sum() - held
     return max(1.0, float((_WORTH - 2.0 * data.log_likelihood) / (_WORTH + freedom)))
 
 
-def with_own_errors(collisions: Collisions, start: FloatArray, *, time_error: float) -> Collisions:
-    """Collisions with the errors that they show at their own r, momentum and effects.
+def with_own_errors(
+    collisions: Collisions, start: FloatArray, *, time_error: float
+) -> tuple[Collisions, FloatArray]:
+    """Collisions with the errors that they show at their own r, momentum and effects, and these.
 
     At another r the bounces of a modulated motion, whose speeds differ, would scatter by that; and
     where a ball rolls, those that are not alike would stand out, and the rest fit something else.
     """
     start = start.copy()
-    start[LOCALS.index("r")] = bounced(collisions, start)[0]
+    start[LOCALS.index("r")] = bounced(collisions, start[:, np.newaxis])[0][0]
     at, prior = start, np.diag(np.array(_FREE) ** -2)
     for _ in range(_ROUGHLY):
         information, gradient, _ = one_by_one(collisions, at).look(at)
         at = at + np.linalg.solve(information + prior, gradient + prior @ (start - at))
     near = with_errors(collisions, at, time_error=time_error)
-    return with_errors(near, _alone(near, start).at, time_error=time_error)
+    own = _alone(near, start, start).at
+    return with_errors(near, own, time_error=time_error), own
 
 
 _ROUGHLY = 5  # steps of a fit to single collisions, whose outliers count less from one to the next
 
 
-def _alone(collisions: Collisions, start: FloatArray) -> Quadratic:
-    """Fit of a record on its own, its local quantities near `start` as free as in any lab."""
+def _alone(collisions: Collisions, start: FloatArray, near: FloatArray) -> Quadratic:
+    """Fit of a record on its own, its local quantities about `start` as free as in any lab."""
     beliefs = Beliefs(
         {n: Prior(v, w) for n, v, w in zip(LOCALS, start.tolist(), _FREE, strict=True)}
     )
     block = Block("", "flights", tuple(({name: 1.0}, 0.0) for name in LOCALS), collisions.look)
-    return fit([block], LOCALS, beliefs, start)
+    return fit([block], LOCALS, beliefs, near)
 
 
 def collisions_of(

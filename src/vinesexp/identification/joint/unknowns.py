@@ -28,7 +28,7 @@ Local = tuple[FloatArray, FloatArray, float]
 #: Step of a derivative without cancellation.
 IMAGINARY = 1e-30
 _STEPS = 40
-_CLOSE = 1e-3  # of a posterior standard deviation: converged
+_CLOSE = 1e-2  # last step over a posterior standard deviation: each is a tenth of the one before
 _HALVED = 12  # times that a step is halved
 _LARGEST = 3.0  # largest step of a logarithm or a ratio in one iteration
 

@@ -314,8 +314,7 @@ def _rubbed(observed: Observed, causes: Sequence[Cause]) -> Quadratic | None:
     if rubs is None or not observed.collisions:
         return None
     known = [np.median(rolls_from(c.flights)) for c in observed.collisions.values()]
-    frictions = [0.0, *(float(np.median(known)) * _OF_ROLLING).tolist()]
-    _, best = min((_bouncing(observed, rub) for rub in frictions), key=lambda one: one[0])
+    best = _bouncing(observed, np.append(0.0, float(np.median(known)) * _OF_ROLLING))
     if not best["friction"] or not possible(rubs, best["friction"], 0.0):
         return None
     at = observed.start.copy()
@@ -327,18 +326,20 @@ def _rubbed(observed: Observed, causes: Sequence[Cause]) -> Quadratic | None:
     return fit(observed.blocks, observed.names, beliefs, near.at)
 
 
-def _bouncing(observed: Observed, rub: float) -> tuple[float, dict[str, float]]:
-    """How much single collisions of a record differ in r with a friction; this and r."""
-    bounces: dict[str, list[float]] = {}
+def _bouncing(observed: Observed, frictions: FloatArray) -> dict[str, float]:
+    """The friction with which single collisions of a record differ least in r, and r with it."""
+    bounces: dict[str, list[FloatArray]] = {}
     scatters = []
     for (record, ball), c in observed.collisions.items():
-        local = dict.fromkeys(LOCALS, 0.0) | {"b": observed.clearances[record, ball][1]}
-        local["friction"] = rub
-        r, scatter = bounced(c, np.array(list(local.values())))
+        local = np.zeros((len(LOCALS), frictions.size))
+        local[LOCALS.index("b")] = observed.clearances[record, ball][1]
+        local[LOCALS.index("friction")] = frictions
+        r, scatter = bounced(c, local)
         bounces.setdefault(f"r_{ball}" if ball else "r", []).append(r)
         scatters.append(scatter)
-    r_of = {name: float(np.median(own)) for name, own in bounces.items()}
-    return float(np.median(scatters)), {"friction": rub, **r_of}
+    best = int(np.argmin(np.median(scatters, axis=0)))
+    r_of = {name: float(np.median(own, axis=0)[best]) for name, own in bounces.items()}
+    return {"friction": float(frictions[best]), **r_of}
 
 
 def _fitted(observed: Observed, data: Quadratic, beliefs: Beliefs) -> Quadratic:

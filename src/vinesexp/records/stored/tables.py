@@ -168,25 +168,26 @@ def read_rows(path: Path, table: Table) -> list[dict[str, Any]]:
         alike = difflib.get_close_matches(missing[0], header, n=1)
         instead = f" but '{alike[0]}'" if alike else ""
         raise _damaged(path, table, f"has no column '{missing[0]}'{instead}", line=1)
-    known = {column.name: column for column in table.columns}
-    rows = []
     for line, cells in body:
         if len(cells) != len(header):
             raise _damaged(
                 path, table, f"has {len(cells)} cells under {len(header)} columns", line=line
             )
-        row: dict[str, Any] = dict(zip(header, cells, strict=True))
-        for name in header:
-            if column := known.get(name):
-                try:
-                    row[name] = _read(row[name], column)
-                except ValueError:
-                    whole = column.kind == "whole"
-                    expected = "a whole number" if whole else "a number or nothing"
-                    found = f"found '{row[name]}' in column {name}, expected {expected}"
-                    raise _damaged(path, table, found, line=line) from None
-        rows.append(row)
-    return rows
+    columns = {column.name: column for column in table.columns}
+    read: list[Sequence[Value]] = []
+    for k, column in enumerate(map(columns.get, header)):
+        own = [cells[k] for _, cells in body]
+        if column is None:
+            read.append(own)
+            continue
+        try:
+            read.append(_read(own, column))
+        except ValueError:
+            at = next(i for i, cell in enumerate(own) if not _readable(cell, column))
+            expected = "a whole number" if column.kind == "whole" else "a number or nothing"
+            found = f"found '{own[at]}' in column {column.name}, expected {expected}"
+            raise _damaged(path, table, found, line=body[at][0]) from None
+    return [dict(zip(header, row, strict=True)) for row in zip(*read, strict=True)]
 
 
 def columns_of(rows: Sequence[Row], names: Iterable[str]) -> list[FloatArray]:
@@ -200,18 +201,30 @@ def columns_of(rows: Sequence[Row], names: Iterable[str]) -> list[FloatArray]:
     return [np.array([row[name] for row in rows], dtype=np.float64) for name in names]
 
 
-def _read(cell: str, column: Column) -> Value:
-    """What a cell holds; ValueError where it is no number and should be one."""
+def _read(cells: Sequence[str], column: Column) -> list[Value]:
+    """What the cells of a column hold; ValueError where one is no number and should be one."""
     if column.kind == "whole":
-        return int(cell)
+        return [int(cell) for cell in cells]
     if column.kind == "number":
-        return float(cell) if cell else None
+        return [float(cell) if cell else None for cell in cells]
+    return [_text(cell, column) for cell in cells]
+
+
+def _text(cell: str, column: Column) -> Value:
     escaped = cell.startswith("'") and _FORMULA.match(cell.lstrip("'"))  # by `_cell`
     text = cell[1:] if escaped else cell
     if column.kind == "any":
         with suppress(ValueError):
             return float(text)
     return text
+
+
+def _readable(cell: str, column: Column) -> bool:
+    try:
+        _read([cell], column)
+    except ValueError:
+        return False
+    return True
 
 
 def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[str]]]]:
