@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.combined import combined, leading
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
@@ -64,7 +65,7 @@ def found_in(
     return impacts_of_record(folder / "r.nc", folder / "c.nc", folder / "i.csv", test="drop")
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", leading(3, range(6)))
 def test_ten_hits_that_ring_and_fade_a_hundredfold(seed: int, tmp_path: Path) -> None:
     times = hits(r=0.81, first=1.1, count=10)
     found = found_in(heard(times, seconds=7.0, fade=100.0, seed=seed), tmp_path)
@@ -132,8 +133,7 @@ def speech(x: np.ndarray, begin: float, end: float, random: np.random.Generator)
         time += t[-1] + random.uniform(0.0, 0.25)
 
 
-@pytest.mark.parametrize("between", ["speech", "bumps"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("between", "seed"), combined(["speech", "bumps"], range(3)))
 def test_what_is_heard_beside_a_drop_gives_no_wrong_r(
     between: str, seed: int, tmp_path: Path
 ) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.combined import combined
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError, ParameterError
@@ -71,9 +72,10 @@ def energy_balance(motion, points_per_cycle=4000):
     return work - lost - (end - start), abs(work) + lost + abs(start) + abs(end)
 
 
-@pytest.mark.parametrize("general", [False, True])
-@pytest.mark.parametrize("r", [0.0, 1e-6, 0.3, 0.6, 0.999, 1.0])
-@pytest.mark.parametrize("b", [0.010, 0.040])
+@pytest.mark.parametrize(
+    ("general", "r", "b"),
+    combined([False, True], [0.0, 1e-6, 0.3, 0.6, 0.999, 1.0], [0.010, 0.040]),
+)
 def test_restitution_from_none_to_full(r, b, general):
     motion = simulate(rig_of(b=b, r=r), DRIVE, Release(y0=[0.9 * b]), 6.0, general=general)
     assert len(motion.impacts["time"]) > 10

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from benchmarks import free_decay, sequences
+from tests.combined import combined
 from tests.theory.half_period import multipliers
 
 from vinesexp.errors import AnalysisError, ParameterError
@@ -46,9 +47,10 @@ def test_plastic_limit() -> None:
     assert free_decay.decay_time(1.0, 0.6, lam=0.0, r=0.0) > 0.0
 
 
-@pytest.mark.parametrize("eps", [1e-5, 1e-4, 0.3])
-@pytest.mark.parametrize("zeta", [0.0, 1e-12, 0.05])
-@pytest.mark.parametrize("r", [0.0, 0.6, 0.99])
+@pytest.mark.parametrize(
+    ("eps", "zeta", "r"),
+    combined([1e-5, 1e-4, 0.3], [0.0, 1e-12, 0.05], [0.0, 0.6, 0.99]),
+)
 def test_extreme_mass_ratios_and_no_damping(eps: float, zeta: float, r: float) -> None:
     p = Reduced.of(eps=eps, zeta=zeta, r=r)
     ends = boundaries.end_of_permanent_response(p)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from tests.combined import combined, leading
 
 from vinesexp.identification.decrement import telling_amplitude
 from vinesexp.identification.ringdown import RingDown, fit_ringdown
@@ -31,8 +32,7 @@ def _noisy(seed: int, law: str, noise: float, bend: float = 0.0) -> tuple[RingDo
     return found, f * (1.0 + bend * at**2), zeta * damping(at) / (1.0 + bend * at**2)
 
 
-@pytest.mark.parametrize("law", sorted(_LAWS))
-@pytest.mark.parametrize("noise", [0.03, 0.2])
+@pytest.mark.parametrize(("law", "noise"), combined(sorted(_LAWS), [0.03, 0.2]))
 def test_values_hold_their_errors_whatever_the_law(law: str, noise: float) -> None:
     off = []
     for seed in range(8):
@@ -42,7 +42,7 @@ def test_values_hold_their_errors_whatever_the_law(law: str, noise: float) -> No
     assert np.sqrt(np.mean(np.square(off), axis=0)).max() < 1.8
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", leading(3, range(6)))
 def test_a_spring_that_a_first_fit_showed_is_no_knowledge_in_the_second(seed: int) -> None:
     """Stiffness that stayed fixed in a wider fit told the decay by its phase, far too surely."""
     found, f0, zeta = _noisy(seed, "viscous", 0.2, bend=-0.05)

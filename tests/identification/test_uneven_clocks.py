@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from benchmarks.strangers.true_times import read_at_true_times
 from scipy.optimize import least_squares
+from tests.combined import combined
 
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.ringdown import fit_ringdown
@@ -65,8 +66,7 @@ KINDS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("rate", [30.0, 100.0])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("rate", "kind"), combined([30.0, 100.0], KINDS))
 def test_values_are_those_of_a_fit_at_the_true_times(kind, rate, tmp_path):
     off = []
     for seed, digits in ((0, 9), (1, 9), (2, 5)):
@@ -108,8 +108,7 @@ def test_a_record_keeps_its_samples_at_their_true_times(tmp_path):
     assert abs(found["zeta"].value - zeta) < 0.5 * found["zeta"].std_error
 
 
-@pytest.mark.parametrize("every", [5, 7])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("every", "seed"), combined([5, 7], range(4)))
 def test_frames_that_a_camera_repeats_do_not_move_f0(every, seed):
     """Taken as they are, f0 was off by six of its errors: they count late in a decay alone."""
     random = np.random.default_rng(seed)

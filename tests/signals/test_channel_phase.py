@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
+from tests.combined import combined
 
 from vinesexp import Harmonic, Release
 from vinesexp.records.stored.store import RecordWriter, open_record
@@ -119,8 +120,8 @@ def test_places_at_impacts_are_right_behind_an_ac_coupled_sensor(measure, tmp_pa
     assert np.abs(error[inner]).max() < 3e-3
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("size", [3.0, 6.0])  # m/s2; 6 is what the mass would make of 60 um
+# m/s2; 6 is what the mass would make of 60 um
+@pytest.mark.parametrize(("size", "turn"), combined([3.0, 6.0], [0.0, 0.5, 1.0]))
 def test_hum_in_both_channels_is_no_lag(size: float, turn: float, measure, tmp_path: Path) -> None:
     record = measure(b=[0.031], drive=G25, start=20.0, duration=30.0)
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.combined import combined
 
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import RecordWriter, open_record
@@ -23,8 +24,7 @@ def test_white_noise_at_high_rates_does_not_win(rate: float) -> None:
     assert dominant_frequency(decay(rate), rate) == pytest.approx(10e3, rel=5e-3)
 
 
-@pytest.mark.parametrize("seed", range(20))
-@pytest.mark.parametrize("n", [64, 1000, 100_000])
+@pytest.mark.parametrize(("seed", "n"), combined(range(20), [64, 1000, 100_000]))
 def test_noise_alone_oscillates_nowhere(n: int, seed: int) -> None:
     x = np.random.default_rng(seed).standard_normal(n)
     with pytest.raises(AnalysisError, match="no oscillation is above its noise"):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.combined import combined
 
 from vinesexp import Harmonic, Release
 from vinesexp.records.campaign.schema import Record
@@ -29,8 +30,7 @@ def with_hum(channels, *, line, size):
     return {**channels, "displacement": channels["displacement"] + hum}
 
 
-@pytest.mark.parametrize("line", [49.97, 60.02, 100.1])
-@pytest.mark.parametrize("b", [0.031, 0.045], ids=["two a cycle", "modulated"])
+@pytest.mark.parametrize(("line", "b"), combined([49.97, 60.02, 100.1], [0.031, 0.045]))
 def test_hum_beside_impacts_is_taken_out(line, b, measure, tmp_path):
     record = measure(b=[b], drive=G25, start=20.0, duration=30.0)
     clean = {role: x[200_000:] for role, x in record.channels.items()}
@@ -62,8 +62,10 @@ def test_jumps_and_places_at_impacts_are_those_without_hum(measure, tmp_path):
     np.testing.assert_allclose(tables[1].velocity_jump_m_s, tables[0].velocity_jump_m_s, atol=2e-4)
 
 
-@pytest.mark.parametrize("b", [0.02, 0.031, 0.036, 0.045, 0.06])
-@pytest.mark.parametrize("frequency", [7.862, 10.0])
+@pytest.mark.parametrize(
+    ("b", "frequency"),
+    combined([0.02, 0.031, 0.036, 0.045, 0.06], [7.862, 10.0]),
+)
 def test_the_motion_itself_is_no_hum(b, frequency, measure):
     """At 10 Hz its fifth and sixth multiples lie at 50 and 60 Hz."""
     drive = Harmonic(0.25e-3 * (frequency / F0) ** 2, frequency)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.combined import combined
 
 from vinesexp.records.instrument import findings
 from vinesexp.records.instrument.findings import gaps_of_target, lone_samples, within
@@ -109,9 +110,10 @@ def test_a_lost_bit_is_a_gap_of_one_sample(tmp_path, bits):
         assert lone_samples(view, "displacement") == tuple((i, i + 1) for i in at.tolist())
 
 
-@pytest.mark.parametrize("bits", [6, 8, 12, 16])
-@pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-4])
-@pytest.mark.parametrize("every", [1, 10, 100])
+@pytest.mark.parametrize(
+    ("bits", "noise", "every"),
+    combined([6, 8, 12, 16], [0.0, 1e-6, 1e-4], [1, 10, 100]),
+)
 def test_an_honest_record_has_no_lone_sample(tmp_path, bits, noise, every):
     x = swing(bits=bits, noise=noise)[::every]
     x = np.where(np.arange(x.size) < 0.4 * x.size, x[0], x)  # held, then let go

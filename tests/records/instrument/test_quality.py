@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.combined import combined
 
 from vinesexp.records.instrument import findings
 from vinesexp.records.stored.store import RecordWriter, open_record
@@ -44,10 +45,10 @@ def digitised(motion, rate, bits, noise, *, clip=None, seconds=20.0, seed=0):
     return np.round(values / quantum) * quantum * 1e-3
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("rate", [100.0, 1e3, 1e4])
-@pytest.mark.parametrize("bits", [8, 12, 16, 24])
-@pytest.mark.parametrize("noise", [0.0, 0.3, 3.0])
+@pytest.mark.parametrize(
+    ("motion", "rate", "bits", "noise"),
+    combined(MOTIONS, [100.0, 1e3, 1e4], [8, 12, 16, 24], [0.0, 0.3, 3.0]),
+)
 def test_an_honest_record_passes(motion, rate, bits, noise, stored):
     seconds = 20.0 if rate < 1e4 else 10.0  # one beat
     with stored(digitised(motion, rate, bits, noise, seconds=seconds), rate) as view:
@@ -104,10 +105,10 @@ def test_clipped_spikes_of_an_accelerometer_are_found(stored):
         assert len(findings.saturated(view, "acceleration")) > 10
 
 
-@pytest.mark.parametrize("samples", [6, 12, 20, 200])
-@pytest.mark.parametrize("zeta", [0.01, 0.05, 0.2])
-@pytest.mark.parametrize("digits", [3, 5])
-@pytest.mark.parametrize("role", ["displacement", "acceleration"])
+@pytest.mark.parametrize(
+    ("samples", "zeta", "digits", "role"),
+    combined([6, 12, 20, 200], [0.01, 0.05, 0.2], [3, 5], ["displacement", "acceleration"]),
+)
 def test_a_decay_without_noise_that_comes_to_rest_is_not_frozen(
     samples, zeta, digits, role, stored
 ):

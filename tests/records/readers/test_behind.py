@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.combined import combined
 
 from vinesexp.records.readers import open_source
 
@@ -21,10 +22,7 @@ def written(path, separator, behind, values=VALUES, end="\n"):
     return open_source(path)
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-@pytest.mark.parametrize("separator", [",", "\t", ";", "  "])
-@pytest.mark.parametrize(
-    "behind",
+@pytest.mark.parametrize(("behind", "separator", "end"), combined(
     [
         [PHONE],
         ["", PHONE, ""],
@@ -32,7 +30,9 @@ def written(path, separator, behind, values=VALUES, end="\n"):
         ["***End_of_Data***", "Operator: A. Person", "Saved 2017-08-01, 23:15"],
         ["Stopped", *(f"remark no. {k}, of some words" for k in range(60))],
     ],
-)
+    [",", "\t", ";", "  "],
+    ["\n", "\r\n", "\r"],
+))  # fmt: skip
 def test_columns_and_rows_are_all_there(behind, separator, end, tmp_path):
     source = written(tmp_path / "a.txt", separator, behind, end=end)
     assert len(source.columns) == 4
@@ -116,8 +116,7 @@ def test_what_begins_with_a_word_or_a_stamp_behind_times_is_no_row(behind, encod
     assert "after the last row" in source.losses[0]
 
 
-@pytest.mark.parametrize("separator", [",", "\t", ";", "  "])
-@pytest.mark.parametrize("lost", range(1, 28))
+@pytest.mark.parametrize(("lost", "separator"), combined(range(1, 28), [",", "\t", ";", "  "]))
 def test_a_file_that_ends_within_a_row_says_so(separator, lost, tmp_path):
     path, values = tmp_path / "a.txt", VALUES[-250:]
     whole = text(separator, [], values).rstrip()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.combined import combined
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import open_source
@@ -31,11 +32,12 @@ DIALECTS = [
 ]
 
 
-@pytest.mark.parametrize(("delimiter", "decimal"), DIALECTS)
-@pytest.mark.parametrize("newline", ["\n", "\r\n"])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16"])
-def test_every_dialect_is_found(delimiter, decimal, newline, encoding, tmp_path):
-    path = tmp_path / "a.dat"
+@pytest.mark.parametrize(
+    ("dialect", "newline", "encoding"),
+    combined(DIALECTS, ["\n", "\r\n"], ["utf-8", "utf-8-sig", "latin-1", "utf-16"]),
+)
+def test_every_dialect_is_found(dialect, newline, encoding, tmp_path):
+    (delimiter, decimal), path = dialect, tmp_path / "a.dat"
     header = delimiter.join(["Zeit(s)", "Weg(µm)", "Größe"]) + newline
     path.write_bytes((header + written(VALUES, delimiter, decimal, newline)).encode(encoding))
     source, values = read(path)

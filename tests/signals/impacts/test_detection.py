@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from tests.combined import combined
 from tests.signals.contacts import detect_contacts
 
 from vinesexp.laboratory.sensors import contact_acceleration
@@ -28,8 +29,7 @@ def regular(n: int, *, period: float = 0.0636, jump: float = 0.0146, seed: int =
     return 0.1 + period * np.arange(n) + scatter, jump * (-1.0) ** np.arange(n)
 
 
-@pytest.mark.parametrize("ring", [None, 3000.0, 2000.0])
-@pytest.mark.parametrize("rate", [5e3, 1e4, 5e4])
+@pytest.mark.parametrize(("ring", "rate"), combined([None, 3000.0, 2000.0], [5e3, 1e4, 5e4]))
 def test_all_impacts_and_no_other(rate: float, ring: float | None) -> None:
     t, j = regular(120)
     a = trace(t, j, seconds=8.0, rate=rate, ring=ring)
@@ -129,8 +129,7 @@ def test_clipped_contacts_are_flagged_and_timed(ring: float | None) -> None:
     assert (np.abs(found.jump - j) < 5.0 * found.jump_error + 0.05 * np.abs(j))[flagged].all()
 
 
-@pytest.mark.parametrize("corner", [100.0, 400.0])
-@pytest.mark.parametrize("most", [1.3, 3.0])
+@pytest.mark.parametrize(("corner", "most"), combined([100.0, 400.0], [1.3, 3.0]))
 def test_what_a_highpass_makes_of_clipped_contacts_is_no_impact(corner: float, most: float) -> None:
     """It left chains of false impacts beside each, and jumps 10 % too small, as sure as all others.
 

@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from tests.combined import combined
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.signals.impacts.one_ball import of_the_ball
@@ -45,8 +46,10 @@ def with_spikes(found, begin, count, size, rng):
     return both, order < t.size
 
 
-@pytest.mark.parametrize("size", [0.02, 0.1, 0.5, 1.0, 2.0])
-@pytest.mark.parametrize("b", [0.026, 0.031, 0.035, 0.045])
+@pytest.mark.parametrize(
+    ("size", "b"),
+    combined([0.02, 0.1, 0.5, 1.0, 2.0], [0.026, 0.031, 0.035, 0.045]),
+)
 def test_spikes_of_any_size_in_a_flight_are_told_from_impacts(b, size):
     told, kept_of = [], []
     for seed in range(5):
