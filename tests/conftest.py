@@ -51,13 +51,15 @@ def once(tmp_path_factory) -> Callable[[str, Callable[[Path], T]], T]:
     return made
 
 
-@pytest.fixture(autouse=True)
-def one_thread(monkeypatch):
+@pytest.fixture(scope="session", autouse=True)
+def one_thread():
     """Files are read in forks of this process, in a tenth of the time that new ones take.
 
     Readers of tests stand in no module, and xdist has a thread that waits in each of its processes.
     """
-    monkeypatch.setattr(guard, "threads", lambda: 1)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(guard, "threads", lambda: 1)
+        yield
 
 
 @dataclass(frozen=True)

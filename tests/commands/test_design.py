@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from vinesexp.cli import main
+from vinesexp.commands.options import draw
+from vinesexp.figures.style import new_figure
 
 RIG = {
     "--mass": "4.7 kg",
@@ -249,8 +251,21 @@ def test_bad_identified_is_an_error(
 
 
 @pytest.mark.parametrize("ending", ["svg", "pdf", "png"])
-def test_plot(ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / f"sim.{ending}"
+def test_a_picture_drawn_on_another_day_has_the_same_bytes(
+    ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    figure, (axis,) = new_figure()
+    axis.plot([0.0, 1.0 / 3.0], [0.0, 2.0], label="x")
+    once, again = (tmp_path / f"{name}.{ending}" for name in ("once", "again"))
+    for file, second in ((once, "0"), (again, "1000000000")):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", second)
+        draw(figure, file)
+    assert once.read_bytes() == again.read_bytes()
+    assert once.stat().st_size > 3000
+
+
+def test_plot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "sim.svg"
     assert call(BOTH, "--plot", str(file)) == 0
     assert file.stat().st_size > 5000
     first = file.read_bytes()

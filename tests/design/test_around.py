@@ -19,10 +19,17 @@ G = 0.25e-3
 TASK = Task(TABLE_2, (0.032,), (0.6,), levels=(G, G), frequencies=(TABLE_2.f0,) * 2)
 
 
-def found_of(task: Task, monkeypatch: pytest.MonkeyPatch) -> Found:
-    for name, value in (("COARSE", 24), ("CLOSER", 2), ("FINALISTS", 3)):
-        monkeypatch.setattr(best_clearance, name, value)
-    return search(task, ends=(4e-3, 90e-3), budget=0.5)
+def found_of(task: Task) -> Found:
+    with pytest.MonkeyPatch.context() as patched:
+        for name, value in (("COARSE", 24), ("CLOSER", 2), ("FINALISTS", 3)):
+            patched.setattr(best_clearance, name, value)
+        return search(task, ends=(4e-3, 90e-3), budget=0.5)
+
+
+@pytest.fixture(scope="module")
+def found() -> Found:
+    """The search of TASK."""
+    return found_of(TASK)
 
 
 def left(task: Task, b: float, level: float) -> float:
@@ -32,10 +39,7 @@ def left(task: Task, b: float, level: float) -> float:
     return float(at.average(rest.mean)) / at.mean_bare()
 
 
-def test_the_range_read_from_the_scan_is_that_of_a_simulation(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    found = found_of(TASK, monkeypatch)
+def test_the_range_read_from_the_scan_is_that_of_a_simulation(found: Found) -> None:
     working = around.operating_range(TASK, found)
     assert working.low is not None
     assert working.high is not None
@@ -45,9 +49,9 @@ def test_the_range_read_from_the_scan_is_that_of_a_simulation(
     assert left(TASK, found.robust, 0.5 * working.low) > 0.8
 
 
-def test_a_range_of_levels_has_an_operating_range_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_range_of_levels_has_an_operating_range_too() -> None:
     task = replace(TASK, levels=(0.15e-3, 0.25e-3))
-    found = found_of(task, monkeypatch)
+    found = found_of(task)
     working = around.operating_range(task, found)
     single = around.operating_range(TASK, replace(found, rest=_middle(found, task)))
     assert working.low == pytest.approx(single.low, rel=0.35)
@@ -62,15 +66,14 @@ def _middle(found: Found, task: Task) -> Responses:
 
 
 def test_under_a_damping_law_levels_are_simulated_not_scaled(
-    monkeypatch: pytest.MonkeyPatch,
+    found: Found, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Quadratic damping takes off large motions more than small ones: lengths do not scale."""
     law = replace(TASK, damping=WeakDamping(quadratic=5.0))
     monkeypatch.setattr(around, "LEVELS", 5)
-    found = found_of(TASK, monkeypatch)  # of the rig without the law: its clearance will do
     half = left(law, 0.021, 0.5 * G)
     assert half < 0.9 * left(law, 0.042, G), "the same, were lengths to scale"
-    found = replace(found, robust=0.021)
+    found = replace(found, robust=0.021)  # of the rig without the law: it will do
     tried = around._tried(law, 0.021)
     assert tried[0] == pytest.approx([0.25 * G, 0.5 * G, G, 2.0 * G, 4.0 * G])
     assert tried[1][1] == pytest.approx(half, rel=0.1)

@@ -51,6 +51,14 @@ def test_a_ball_that_takes_all_within_a_few_cycles_is_captured() -> None:
     assert best.share > 0.7
 
 
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few clearances and balls, where the oscillator alone or what is nowhere is asked for."""
+    for name, value in (("CLEARANCES", 3), ("CLOSER", 1), ("FRESH", 4), ("FRESH_AT_WALL", 2)):
+        monkeypatch.setattr(f"vinesexp.design.released.{name}", value)
+
+
+@pytest.mark.usefixtures("few")
 def test_an_undamped_release_may_never_reach_its_level() -> None:
     undamped = Oscillator(M=4.7, c1=0.0, k1=1.147e4)
     falls = released(OpenRig(undamped, (0.032,), (1.0,)), x0=0.02, v0=0.0, levels=(0.002,))
@@ -58,6 +66,7 @@ def test_an_undamped_release_may_never_reach_its_level() -> None:
     assert falls.found[0].dissipated == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.usefixtures("few")
 def test_a_lightly_damped_oscillator_alone_reaches_its_levels_late_and_not_never() -> None:
     """exp(-zeta w0 t) from 20 mm: 2,400 to 5,500 cycles, where balls are followed for 600."""
     light = Oscillator.from_modal(M=4.7, f0=8.0, zeta=1e-4)
@@ -69,6 +78,7 @@ def test_a_lightly_damped_oscillator_alone_reaches_its_levels_late_and_not_never
     assert falls.bare[1] > falls.followed
 
 
+@pytest.mark.usefixtures("few")
 @pytest.mark.parametrize("zeta", [0.0, 0.01, 3.0])
 def test_a_level_above_the_release_is_reached_at_once(zeta: float) -> None:
     alone = Oscillator.from_modal(M=4.7, f0=8.0, zeta=zeta)
@@ -76,6 +86,7 @@ def test_a_level_above_the_release_is_reached_at_once(zeta: float) -> None:
     assert falls.bare == (0.0,)
 
 
+@pytest.mark.usefixtures("few")
 def test_an_oscillator_beyond_critical_damping_creeps_with_its_slower_decay() -> None:
     """zeta = 3: exp(-w0 t/(3 + sqrt(8))), from nearly all of the release on."""
     heavy = Oscillator.from_modal(M=4.7, f0=8.0, zeta=3.0)
