@@ -29,7 +29,7 @@ TIMES = st.lists(st.integers(0, 4000), max_size=60).map(lambda ms: np.sort(np.ar
 
 
 @given(TIMES, TIMES, st.floats(0.0, 0.2), st.integers(0, 2**32 - 1))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_a_row_adds_up_whatever_was_found(true, found, weak, seed):
     """Once a row said 58 true, 63 found and 0 false: what is counted is one set."""
     sizes = np.where(np.random.default_rng(seed).random(true.size) < weak, 1e-6, 0.01)

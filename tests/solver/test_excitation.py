@@ -1,4 +1,4 @@
-"""Every kind of base motion: the oscillator's response against Duhamel's integral in 30 digits."""
+"""Every kind of base motion: the oscillator's response against Duhamel's integral in 20 digits."""
 
 import itertools
 
@@ -20,7 +20,7 @@ def duhamel(o, base, t, breaks=()):
 
     `base` gives x_e and x_e' in mpmath numbers; `breaks` are times where it is not smooth.
     """
-    with mp.workdps(30):
+    with mp.workdps(20):
         w0sq, two_alpha = mp.mpf(o.k1) / mp.mpf(o.M), mp.mpf(o.c1) / mp.mpf(o.M)
         alpha = two_alpha / 2
         wd = mp.sqrt(w0sq - alpha**2)

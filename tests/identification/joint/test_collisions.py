@@ -1,6 +1,7 @@
 """The two laws of a collision hold with the forces that act on the ball between the walls."""
 
 from dataclasses import replace
+from functools import lru_cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -30,6 +31,7 @@ from vinesexp.identification.joint.whole import _rubbed, rolling_from
 W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 
 
+@lru_cache
 def bounces(
     pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0, roll=0.0,
     rub=0.0, swing=A,
@@ -77,7 +79,9 @@ def bounces(
         r *= (abs(u - v) / 0.8) ** power
         r = 1.0 / (1.0 + soft * abs(u - v)) if soft else r
         s = [x - rows[-1][3] * (B - 1e-12), v - r * (u - v), *spin]
-    return np.array(rows[20:]).T
+    table = np.array(rows[20:]).T
+    table.flags.writeable = False
+    return table
 
 
 def collisions(pull, *, missed=0, **how):
