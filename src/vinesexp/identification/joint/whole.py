@@ -33,7 +33,9 @@ from vinesexp.identification.joint.collisions import LOCALS, bounced, rolls_from
 from vinesexp.identification.joint.observations import Observed, observe
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
+    Direction,
     Posterior,
+    Prior,
     Quadratic,
     Tempered,
     evidence_of,
@@ -47,8 +49,8 @@ from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
 
 _FITS = 10  # of causes proposed, at most
-#: Frictions tried, over one from which a ball rolls.
-_OF_ROLLING = np.geomspace(0.25, 8.0, 11)
+#: Frictions tried, over one from which a ball rolls, and what the best is known by, relative.
+_OF_ROLLING, _NEAR = np.geomspace(0.25, 8.0, 31), 0.1
 _ANY_VALUE = 0.5  # share by which a clearance or a mass may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
 _FAR_WORSE = 20.0  # mean square residual over the usual one from which a record counts less
@@ -320,7 +322,9 @@ def _rubbed(observed: Observed, causes: Sequence[Cause]) -> Quadratic | None:
     at = observed.start.copy()
     for name, value in best.items():
         at[observed.names.index(name)] = value
-    beliefs = believing(observed.beliefs, [rubs])
+    # what changes from test to test is no cause yet, and is not to move it
+    about = Prior(best["friction"], _NEAR * best["friction"])
+    beliefs = observed.beliefs.believing(rubs.key, Direction({"friction": 1.0}, about))
     flights = [block for block in observed.blocks if block.kind == "flights"]
     near = fit(flights, observed.names, beliefs, at)
     return fit(observed.blocks, observed.names, beliefs, near.at)
