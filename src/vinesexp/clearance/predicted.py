@@ -51,9 +51,9 @@ class RollsInPartError(AnalysisError):
 
     def __init__(self) -> None:
         super().__init__(
-            "no prediction and no replay: the ball slides when it leaves a wall and rolls before "
-            "it reaches the other, and theory and simulation know balls that slide or roll all the "
-            "way"
+            "the ball slides when it leaves a wall and rolls before it reaches the other; theory "
+            "and simulation know balls that slide or roll all the way, so there is no prediction "
+            "and no replay"
         )
 
 

@@ -222,7 +222,8 @@ def headline(
     known : collection of str
         Parameters that have a value.
     checks : sequence of mappings
-        Rows of checks.csv: where prediction and measurement disagree they may say why.
+        Rows of checks.csv: they say why there is no prediction, and where it and the measurement
+        disagree they may say why.
     """
     measured = [verdict for verdict in periodic if verdict.lowest.get("measured_mm")]
     bracketed = [verdict for verdict in measured if not verdict.lowest.get("bound")]
@@ -235,6 +236,8 @@ def headline(
             text += f"; {b_c}" if b_c else "."
         elif b_c:
             text += f" {b_c}"
+        if not b_c and (why := [row["detail"] for row in checks if row["check"] == "prediction"]):
+            text += f" b_c is not predicted: {why[0]}."
         return text + (_disagreements(periodic, checks) or _agreement(periodic))
     reached = [row for row in releases if within(row)]
     if reached:
