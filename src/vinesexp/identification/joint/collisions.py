@@ -35,12 +35,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.identification.flights import Flights
 from vinesexp.identification.joint.unknowns import IMAGINARY, Local
+
+#: Real, or complex with derivatives as imaginary parts.
+Numbers = NDArray[Any]
 
 #: Local quantities of the collisions of a record, in order.
 LOCALS = (
@@ -124,17 +129,18 @@ class Collisions:
     means: tuple[FloatArray, FloatArray, FloatArray]
     sigma: FloatArray
 
-    def rest(self, p: ComplexArray) -> ComplexArray:
+    def rest(self, p: Numbers) -> Numbers:
         """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (20, ..., 1).
 
-        Columns of `p` may differ in r, in friction, and in their imaginary parts: derivatives.
+        Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
+        r and in friction.
         """
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
         wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd, beside = p[8:]
         scale = np.exp(-g_x)
 
-        def straight(x: FloatArray, base: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+        def straight(x: FloatArray, base: FloatArray) -> tuple[Numbers, Numbers]:
             """A place in space, and what the bend and the gain of the sensor make of a velocity."""
             turned = odd * x
             slower = scale * (1.0 - (2.0 * even + 3.0 * turned) * x)
@@ -229,21 +235,21 @@ class _Flight:
     The mass goes its `way` by a curve with the velocities and accelerations of both ends.
     """
 
-    begin: ComplexArray
-    way: ComplexArray
+    begin: Numbers
+    way: Numbers
     T: FloatArray
-    v: Sequence[ComplexArray]
-    a: Sequence[ComplexArray]
+    v: Sequence[Numbers]
+    a: Sequence[Numbers]
 
     @cached_property
-    def _powers(self) -> tuple[ComplexArray, ...]:
+    def _powers(self) -> tuple[Numbers, ...]:
         """Coefficients of the place of the mass over the first to fifth power of the time."""
         a, b = self.v[0] * self.T, 0.5 * self.a[0] * self.T**2
         x, v = self.way - a - b, self.v[1] * self.T - a - 2.0 * b
         w = 0.5 * self.a[1] * self.T**2 - b
         return a, b, 10.0 * x - 4.0 * v + w, 7.0 * v - 15.0 * x - 2.0 * w, 6.0 * x - 3.0 * v + w
 
-    def mass(self, s: ComplexArray | FloatArray | float) -> tuple[ComplexArray, ComplexArray]:
+    def mass(self, s: Numbers | FloatArray | float) -> tuple[Numbers, Numbers]:
         """Place from where it began, m, and velocity of the mass after a share s of the time."""
         a, b, c, d, e = self._powers
         x = s * (a + s * (b + s * (c + s * (d + s * e))))
@@ -251,7 +257,7 @@ class _Flight:
         return x, v * (1.0 / self.T)
 
     @cached_property
-    def mean(self) -> ComplexArray:
+    def mean(self) -> Numbers:
         """Mean velocity of the ball, m/s."""
         return (self.way - 2.0 * self.begin) * (1.0 / self.T)
 
@@ -259,16 +265,13 @@ class _Flight:
     def real(self) -> _Flight:
         """The same without derivatives, in which alone columns differ."""
 
-        def first(one: ComplexArray) -> ComplexArray:
-            # numpy counts in real numbers; annotated as what it stands for
-            return np.asarray(one.real[:1] if one.ndim > 1 else one.real)
+        def first(one: Numbers) -> Numbers:
+            return one.real[:1] if one.ndim > 1 else one.real
 
         v, a = ([first(one) for one in ends] for ends in (self.v, self.a))
         return _Flight(first(self.begin), first(self.way), self.T, v, a)
 
-    def pulled(
-        self, pulls: tuple[ComplexArray, ComplexArray, ComplexArray]
-    ) -> tuple[ComplexArray, ComplexArray]:
+    def pulled(self, pulls: tuple[Numbers, Numbers, Numbers]) -> tuple[Numbers, Numbers]:
         """By how much a ball is slower than its mean at the beginning, faster at the end.
 
         First order in tilt, hollow and drag: the ball goes straight.
@@ -290,8 +293,8 @@ class _Flight:
         return at_begin, at_end
 
     def rubbed(
-        self, rub: ComplexArray, turns: ComplexArray | None = None, joined: BoolArray | bool = False
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        self, rub: Numbers, turns: Numbers | None = None, joined: BoolArray | bool = False
+    ) -> tuple[Numbers, Numbers, Numbers]:
         """The same of a solid ball that slides on the floor until it rolls, and its spin then.
 
         Sliding it is slowed by `rub`, and its surface turns by 5/2 of it faster; it slips by what
@@ -345,11 +348,8 @@ def one_way(
         (b, x - x_before, f.time_before, v[:2], a[:2]),
         (-b, x_after - x, f.time_after, v[2:], a[1:]),
     ):
-        begun, far, v_ends, a_ends = (
-            np.asarray(i, np.complex128) for i in (begin, way, v_of, a_of)
-        )
-        flight = _Flight(begun, far, T, list(v_ends), list(a_ends))
-        passes = flight.mass(shares)[1].real - flight.mean.real
+        flight = _Flight(begin, way, T, v_of, a_of)
+        passes = flight.mass(shares)[1] - flight.mean
         good &= (np.sign(begin) * passes > 0.0).all(axis=0)
     return good
 
@@ -381,7 +381,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     groups = _alike(c, time_error)
     count = int(groups.max()) + 1
     member = groups[np.newaxis, :] == np.arange(count)[:, np.newaxis]
-    rest = np.where(c.known, c.rest(p[:, np.newaxis].astype(np.complex128)).real, np.nan)
+    rest = np.where(c.known, c.rest(p[:, np.newaxis]), np.nan)
     means, sigma, scatter = [], np.full((3, count), np.inf), np.ones(3)
     for k, part in enumerate(rest):
         good = np.isfinite(part) & ~_stands_out(part, c.flights.side)
@@ -411,7 +411,7 @@ def one_by_one(c: Collisions, p: FloatArray) -> Collisions:
     """
     every = 2 * math.ceil(c.x.size / _SINGLE)
     c = c.keep(np.arange(c.x.size) % max(every, 2) < 2)
-    rest = np.where(c.known, c.rest(p[:, np.newaxis].astype(np.complex128)).real, np.nan)
+    rest = np.where(c.known, c.rest(p[:, np.newaxis]), np.nan)
     scale = np.array([1.4826 * _median(np.abs(own[np.isfinite(own)])) for own in rest]) + _TINY
     off = rest / scale[:, np.newaxis]
     sigma = scale[:, np.newaxis] * np.sqrt((_FREEDOM + off**2) / (_FREEDOM + 1.0))
@@ -454,9 +454,9 @@ def bounced(c: Collisions, p: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     All else is as there; columns differ in friction.
     """
-    at = np.stack([p, p], axis=-1).astype(np.complex128)
+    at = np.stack([p, p], axis=-1)
     at[LOCALS.index("r")] = 0.0, 1.0
-    after, both = np.moveaxis(c.rest(at[..., np.newaxis])[0].real, 1, 0)
+    after, both = np.moveaxis(c.rest(at[..., np.newaxis])[0], 1, 0)
     single = [
         -a[known] / (b - a)[known]
         for a, b in zip(after, both, strict=True) if (known := c.known[0] & (b != a)).size
