@@ -86,7 +86,7 @@ def test_an_interrupt_is_heard_in_a_run_without_impacts(monkeypatch):
 
     monkeypatch.setattr(effort.Effort, "add", stop)
     with pytest.raises(KeyboardInterrupt):
-        simulate(Rig(LABORATORY), Harmonic(1e-3, 7.8), Release(), 1e7)
+        simulate(Rig(LABORATORY, [NES(m=0.032, b=1.0, r=0.6)]), Harmonic(1e-3, 7.8), Release(), 1e6)
     assert 0.0 < seen[0] < 0.1, "such a run comes back to Python too"
 
 
@@ -102,3 +102,15 @@ def test_a_rig_in_kilograms_and_metres_that_were_grams_and_millimetres():
 
 def test_free_memory_is_a_number_of_bytes():
     assert effort.free_memory() > 1e6
+
+
+def test_a_rig_without_balls_needs_no_event_loop(monkeypatch):
+    """It takes twenty seconds to compile where none of it is kept yet."""
+    monkeypatch.setattr("vinesexp.solver.simulation._loop_of", None)
+    o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+    found = simulate(Rig(o), None, Release(x0=0.02), 8.0)
+    assert not found.impacts["time"].size
+    decay, rate = o.c1 / (2.0 * o.M), np.sqrt(o.k1 / o.M - (o.c1 / (2.0 * o.M)) ** 2)
+    t = np.linspace(0.0, 8.0, 50)
+    expected = np.cos(rate * t) + decay / rate * np.sin(rate * t)
+    np.testing.assert_allclose(found.at(t)[0], 0.02 * np.exp(-decay * t) * expected, atol=1e-14)

@@ -103,10 +103,12 @@ def simulate(
         raise ParameterError(
             "contact_time together with friction is not simulated; leave one of them out"
         )
-    fill = _loop_of(rig, base, damping, duration, remainder, general)
-    state = np.array([0.0, 0.0, release.x0, release.v0])
     log = _Log(rig, base, release, y0, balls)
     log.refuse_beyond_memory(duration, reached=None)
+    if not rig.nes and rig.oscillator.k3 >= 0.0:  # nothing happens on the way, or can grow
+        return Motion(rig, base, duration, damping, release, *log.finished())
+    fill = _loop_of(rig, base, damping, duration, remainder, general)
+    state = np.array([0.0, 0.0, release.x0, release.v0])
     while state[0] < duration:
         numbers, labels = log.room()
         try:
