@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from snakemake.cli import parse_config
 
 import vinesexp
 from vinesexp.commands.run import snakemake_command
@@ -67,4 +66,6 @@ def test_a_run_from_a_folder_that_cannot_be_written_needs_only_its_results(monke
     assert Path(command[command.index("--directory") + 1]).parent == tmp_path
     config = command[command.index("--config") + 1 :][:2]
     folders = {"campaign": str(Path("mytests").resolve()), "results": str(Path("out").resolve())}
+    from snakemake.cli import parse_config  # it takes half a second of every process of the tests
+
     assert parse_config(config) == folders

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.combined import combined
 
 from vinesexp import Harmonic
 from vinesexp.identification.estimate import Estimate
@@ -117,18 +118,20 @@ def answer(f0, zeta, *, rate, seconds, low, high, level=1.0, seed=0):
     return base + 1e-3 * level * noise[0], mass + 1e-3 * level * noise[1]
 
 
+ANALYSED = [
+    (40.0, 2.0, 450.0, {"frequency": (2.0, 450.0)}),
+    (170.0, 2.0, 450.0, {"frequency": (2.0, 450.0)}),
+    (9.3, 5.0, 15.0, {"frequency": (5.0, 15.0)}),
+    (9.3, 5.0, 15.0, {}),
+]
+
+
 @pytest.mark.parametrize(
-    ("f0", "low", "high", "rate", "row"),
-    [
-        (40.0, 2.0, 450.0, 1000.0, {"frequency": (2.0, 450.0)}),
-        (170.0, 2.0, 450.0, 1000.0, {"frequency": (2.0, 450.0)}),
-        (9.3, 5.0, 15.0, 1000.0, {"frequency": (5.0, 15.0)}),
-        (9.3, 5.0, 15.0, 1000.0, {}),
-    ],
+    ("sweep", "quantity"), combined(ANALYSED, ["acceleration", "velocity", "displacement"])
 )
-@pytest.mark.parametrize("quantity", ["acceleration", "velocity", "displacement"])
-def test_sweeps_of_an_analyser(tmp_path, f0, low, high, rate, row, quantity):
+def test_sweeps_of_an_analyser(tmp_path, sweep, quantity):
     """Mass in acceleration, base in any quantity, far beyond or around the resonance."""
+    (f0, low, high, row), rate = sweep, 1000.0
     base, mass = answer(f0, 0.02, rate=rate, seconds=60.0, low=low, high=high)
     kinds = {"base": quantity, "acceleration": "acceleration"}
     if quantity != "acceleration":  # the base by a laser

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.combined import combined
 
 from vinesexp import NES, Oscillator, Rig
 from vinesexp.errors import AnalysisError
@@ -57,13 +58,11 @@ def test_it_scales_with_the_base_where_nothing_else_has_a_length():
 
 
 @pytest.mark.parametrize(
-    ("viscous", "quadratic", "coulomb"), [(0.2, 0.8, 0.0), (0.5, 0.0, 0.5), (0.2, 0.5, 0.3)]
+    ("shares", "ratio"), combined([(0.2, 0.8, 0.0), (0.5, 0.0, 0.5), (0.2, 0.5, 0.3)], [1.0, 1.001])
 )
-@pytest.mark.parametrize("ratio", [1.0, 1.001])
-def test_a_damping_law_ends_the_orbit_as_the_viscous_damping_of_its_amplitude(
-    viscous, quadratic, coulomb, ratio
-):
+def test_a_damping_law_ends_the_orbit_as_the_viscous_damping_of_its_amplitude(shares, ratio):
     """So what damping adds per amplitude, the increment, is no part of the error of b_c."""
+    viscous, quadratic, coulomb = shares
     values = {"G": G, "frequency": ratio * F, "M": M, "c1": C1, "k1": K1, "m": BALL, "r": 0.6}
     plain = float(b_c_exact(**values))
     orbit = symmetric_orbits(b=(1.0 - 1e-6) * plain, **values)[0]

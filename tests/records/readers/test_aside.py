@@ -9,6 +9,7 @@ import time
 import zipfile
 
 import pytest
+from tests.combined import combined
 
 from vinesexp.records.readers import open_source
 
@@ -41,11 +42,12 @@ def blocks_of_text(path):
     path.write_text(f"time,x\n{ROWS[7:]}\n\ntime,x\n{ROWS[7:]}")
 
 
-@pytest.mark.parametrize("count", [1, 2])
 @pytest.mark.parametrize(
-    ("name", "make"), [("a.xlsx", workbook), ("a.zip", zipped), ("a.txt", blocks_of_text)]
+    ("file", "count"),
+    combined([("a.xlsx", workbook), ("a.zip", zipped), ("a.txt", blocks_of_text)], [1, 2]),
 )
-def test_nothing_is_left_when_a_source_is_closed(name, make, count, tmp_path, passing, monkeypatch):
+def test_nothing_is_left_when_a_source_is_closed(file, count, tmp_path, passing, monkeypatch):
+    name, make = file
     monkeypatch.setattr("vinesexp.records.readers.guard.threads", lambda: count)
     make(tmp_path / name)
     gc.freeze()  # what other tests have left need not be looked through

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import signal
+from tests.combined import leading
 from tests.signals.contacts import coarsen, struck
 
 from vinesexp import Harmonic
@@ -28,7 +29,7 @@ def laser_alone(folder: Path, x: np.ndarray, base: np.ndarray, **how):
     return impacts_of_record(record, band, folder / "i.csv", clearance=[0.03], **how)
 
 
-@pytest.mark.parametrize("bits", [12, 14, 16])
+@pytest.mark.parametrize("bits", leading(1, [12, 14, 16]))
 def test_impacts_are_found_where_the_accelerometer_would_find_them(bits, measure, tmp_path):
     record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0, bits=bits)
     found = laser_alone(tmp_path, record.channels["displacement"], record.channels["base"])
