@@ -289,6 +289,7 @@ def test_where_any_ball_amplifies_the_search_goes_on_to_where_it_rests() -> None
     assert "the best one raises the bare amplitude" in nothing_helps(advice)[0]
 
 
+@pytest.mark.long
 def test_a_valley_that_few_starts_make_too_much_of_a_loss_in_is_compared() -> None:
     """Two balls: of 20 starts one is lost, and the valley was left for one 4 % worse."""
     host = Oscillator.from_modal(M=2000.0, f0=0.4, zeta=0.02149)
