@@ -1,5 +1,6 @@
 """What was not seen is unknown: records that cannot show impacts have no regime."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,8 +37,15 @@ def driven(measure) -> dict[str, np.ndarray]:
     return {role: record.channels[role] for role in ("displacement", "acceleration")}
 
 
-def test_a_record_that_shows_them_has_its_regime(measure, tmp_path: Path) -> None:
-    row, found = regime(driven(measure), 1e4, tmp_path)
+@pytest.fixture(scope="module")
+def heard(measure_in, tmp_path_factory: pytest.TempPathFactory):
+    """Regime and impacts of the record in which both channels show them."""
+    folder = tmp_path_factory.mktemp("heard")
+    return regime(driven(partial(measure_in, folder)), 1e4, folder)
+
+
+def test_a_record_that_shows_them_has_its_regime(heard) -> None:
+    row, found = heard
     assert found.n > 250
     assert row["regime"] == "two symmetric"
 
@@ -67,29 +75,26 @@ def test_hidden_in_noise(measure, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("rate", [1e4, 200.0])
 def test_what_is_hidden_in_one_channel_the_other_shows(
-    rate: float, measure, tmp_path: Path
+    rate: float, heard, measure, tmp_path: Path
 ) -> None:
     """An acceleration in noise, or sampled too slowly for its pulses; 25 places a cycle bend."""
-    channels = driven(measure)
-    _, heard = regime(channels, 1e4, tmp_path)
+    (_, plain), channels = heard, driven(measure)
     if rate == 1e4:
         noise = np.random.default_rng(1).standard_normal(channels["acceleration"].size)
         channels["acceleration"] = channels["acceleration"] + 60.0 * noise
     row, found = regime(slow(channels, rate), rate, tmp_path)
     assert row["regime"] == "two symmetric"
-    assert abs(found.n - heard.n) <= 0.02 * heard.n
-    jumps = [np.median(np.abs(one.velocity_jump_m_s)) for one in (found, heard)]
+    assert abs(found.n - plain.n) <= 0.02 * plain.n
+    jumps = [np.median(np.abs(one.velocity_jump_m_s)) for one in (found, plain)]
     assert jumps[0] == pytest.approx(jumps[1], rel=0.02)
 
 
-def test_without_an_acceleration(measure, tmp_path: Path) -> None:
+def test_without_an_acceleration(heard, measure, tmp_path: Path) -> None:
     """The displacement shows the impacts, and with them the regime, as both channels do."""
-    channels = driven(measure)
-    alone, found = regime({"displacement": channels["displacement"]}, 1e4, tmp_path)
-    both = {role: channels[role] for role in ("displacement", "acceleration")}
-    row, heard = regime(both, 1e4, tmp_path)
+    alone, found = regime({"displacement": driven(measure)["displacement"]}, 1e4, tmp_path)
+    row, both = heard
     assert alone["regime"] == row["regime"] is not None
-    assert abs(found.n - heard.n) <= 0.02 * heard.n
+    assert abs(found.n - both.n) <= 0.02 * both.n
 
 
 def test_a_quiet_record_without_impacts_says_so(measure, tmp_path: Path) -> None:
