@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.combined import leading
 
 import vinesexp
 from vinesexp import NES, Oscillator, Release, Rig, simulate
@@ -129,10 +130,11 @@ def test_the_fastest_clearance_is_that_of_the_cavities_a_workshop_delivers() -> 
 
 
 @pytest.mark.parametrize(
-    ("eps", "zeta", "r"), [(0.0115, 0.0013, 0.77), (0.0032, 0.003, 0.58), (0.0158, 0.0013, 0.4)]
+    "rig", leading(1, [(0.0032, 0.003, 0.58), (0.0115, 0.0013, 0.77), (0.0158, 0.0013, 0.4)])
 )
-def test_the_time_of_the_fastest_clearance_holds_for_other_starts(eps, zeta, r):
+def test_the_time_of_the_fastest_clearance_holds_for_other_starts(rig):
     """Chosen by the starts that judge it, it was up to seven times too short."""
+    eps, zeta, r = rig
     one = Oscillator.from_modal(M=2.0, f0=8.0, zeta=zeta)
     levels = (0.01, 0.005)
     falls = released(OpenRig(one, (2.0 * eps,), (r,)), x0=0.02, v0=0.0, levels=levels)
