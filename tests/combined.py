@@ -12,15 +12,15 @@ import pytest
 def combined(*axes: Collection[Any]) -> list[Any]:
     """Each combination of values, one of each axis; every run has one of n, n of the shortest axis.
 
-    It has every value of every axis with some of the others; where three axes are as long as the
-    shortest, or longer, also every two values of any two axes. The other combinations are marked
-    `long`.
+    These have every value; of three axes or more, every two values of any two. The others are
+    marked `long`.
 
     Examples
     --------
-    >>> kept = [case.values for case in combined("abc", "xy") if not case.marks]
-    >>> kept
-    [('a', 'x'), ('b', 'y'), ('c', 'x')]
+    >>> ["".join(case.values) for case in combined("abc", "xy") if not case.marks]
+    ['ax', 'by', 'cx']
+    >>> ["".join(case.values) for case in combined("ab", "xy", "12") if not case.marks]
+    ['ax1', 'ay2', 'bx2', 'by1']
     """
     n = min(len(axis) for axis in axes)
     return [
