@@ -349,6 +349,7 @@ def test_curves_of_several_amplitudes_are_those_of_each():
 
 
 @pytest.mark.parametrize("frequency", [7.8623, 7.89])
+@pytest.mark.compiles
 def test_predicted_swing_is_that_of_a_simulated_motion(frequency):
     from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 
@@ -364,6 +365,7 @@ def test_predicted_swing_is_that_of_a_simulated_motion(frequency):
     assert swing[0] == pytest.approx(0.5 * np.ptp(x), rel=2e-3)
 
 
+@pytest.mark.compiles
 def test_a_spring_that_stiffens_has_a_large_motion_beside_the_orbit():
     """A test at 16.2 mm swung by 12.9 mm, its neighbours at the same base by 2 and 6 mm."""
     values = {"M": 9.707, "c1": 2.1755, "k1": 19962.8, "m": 0.10526, "r": 0.7211}

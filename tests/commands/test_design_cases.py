@@ -153,6 +153,7 @@ def test_clearances_that_fit_no_ball_are_refused(
 
 @pytest.mark.usefixtures("small")
 @pytest.mark.parametrize("frequency", ["0.1 Hz", "900 Hz"])
+@pytest.mark.compiles
 def test_far_from_resonance_lengths_have_digits_and_amplitudes_a_meaning(
     frequency: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

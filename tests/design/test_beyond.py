@@ -47,6 +47,7 @@ def test_far_from_resonance_a_run_is_bounded_and_says_what_it_lacks(ratio: float
     assert cut_short(rig, f) < near
 
 
+@pytest.mark.compiles
 def test_several_balls_and_laws_are_reckoned_to_take_more_work() -> None:
     pair = Task(TABLE_2, (0.016,) * 2, (0.6,) * 2, (G, G), (8.0, 8.0), ratios=(1.0, 1.0))
     law = replace(TASK, friction=0.02)

@@ -113,6 +113,7 @@ def test_amplitude_while_one_of_two_balls_rests():
 @pytest.mark.filterwarnings("ignore::vinesexp.errors.RigWarning")
 @pytest.mark.parametrize("masses", [(0.02, 0.05), (0.3, 1.4, 0.2)])
 @pytest.mark.parametrize("ratio", [0.97, 1.0001])
+@pytest.mark.compiles
 def test_a_motion_in_turn_is_the_one_that_is_kept(masses, ratio):
     """Several balls, one heavier than the oscillator; a resonance too sharp for the closed form."""
     light = Oscillator.from_modal(M=1.0, f0=2.0, zeta=1e-4)
