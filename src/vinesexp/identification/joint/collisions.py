@@ -189,10 +189,12 @@ class Collisions:
         moved = _DURING * (1.0 - r) * contact * self.omega2 * x
         eps = np.exp(ln_eps)
         gained = eps * (u_after - u_before)
-        # in the units of the readings, whose noise it is: a gain of zero would else explain all
+        # in the units of the readings, whose noise it is: a gain of zero would else explain all, or
+        # a ball that goes along with the mass: nothing is left of it to bounce
         laser, pulse = np.exp(g_x), np.exp(g_a)
+        plain = self._plain_speed / speed.mean(axis=-1, keepdims=True)
         return np.stack(
-            [(after + own_r * before - moved) * laser,
+            [(after + own_r * before - moved) * plain,
              (by_laser + gained) * laser * np.exp(reading), (by_pulse + gained) * pulse]
         )  # fmt: skip
 
@@ -208,6 +210,11 @@ class Collisions:
     @cached_property
     def _joined(self) -> BoolArray:
         return joined(self.flights)
+
+    @cached_property
+    def _plain_speed(self) -> float:
+        """Mean relative speed of the ball by the stated clearance and no effect, m/s."""
+        return float(np.abs(self.flights.v_before - self.flights.u_before).mean())
 
     @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray]:
