@@ -53,7 +53,7 @@ _FITS = 10  # of causes proposed, at most
 _OF_ROLLING, _NEAR = np.geomspace(0.25, 8.0, 31), 0.1
 _ANY_VALUE = 0.5  # share by which a clearance or a mass may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
-_FAR_WORSE = 20.0  # mean square residual over the usual one from which a record counts less
+_FAR_WORSE = 6.0  # mean square residual over the usual one from which a record counts less
 _IMPOSSIBLE = 1e6  # off the logarithm of the odds of causes that no lab has
 _JUDGED = 4  # records with flights from which on one of them can be judged by the others
 #: Share of a law's correction that no law of friction or of a contact is truer than.
