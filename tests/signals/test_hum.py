@@ -74,6 +74,16 @@ def test_the_motion_itself_is_no_hum(b, frequency, measure):
         assert hum_in(x, 1e-4, frequency=frequency) == []
 
 
+def test_what_impacts_add_to_a_driven_motion_that_fades_is_no_hum():
+    """Impacts go on while the amplitude falls: the ninth multiple of 5.57 Hz stays."""
+    t = np.arange(90000) / 1e4
+    fades = 4e-3 * np.exp(-0.1 * t) * np.cos(2.0 * np.pi * 5.57 * t)
+    impacts = 2e-6 * np.cos(2.0 * np.pi * 9.0 * 5.57 * t)
+    assert hum_in(fades + impacts, 1e-4, frequency=5.57, driven=True) == []
+    (line,) = hum_in(fades + impacts, 1e-4, frequency=5.57)
+    assert line.frequency == pytest.approx(50.13, abs=0.02)
+
+
 @pytest.mark.parametrize("clock", [0.8, 0.91, 0.976, 0.996, 1.004, 1.02, 1.1])
 def test_multiples_of_a_motion_whose_frequency_is_not_as_stated_are_no_hum(clock, measure):
     """A clock or a test log that is off: the nineteenth multiple of 7.862 Hz seems to be 150 Hz."""

@@ -3,10 +3,10 @@
 On the displacement it is read as a place and a velocity of the mass at each impact: 0.1 mm of 60 Hz
 on the laser of a mass that moves by 6 mm made r 0.997 of 0.600, and M a fifth. A line is hum where
 it lies at 50 or 60 Hz, or a multiple, is as strong at the end as at the beginning, stands alone
-among the lines around it, and is no multiple of the motion itself, if that is as strong at the end:
-what stays while the motion decays is no part of it. What impacts of a modulated
-motion or of one that repeats after several cycles add lies between the multiples, but never alone:
-it comes again at a distance of one and two times the frequency of the motion, and is no hum.
+among the lines around it, and is no multiple of the motion itself, unless that is a free decay:
+what stays while it decays is no part of it. What impacts of a modulated motion or of one that
+repeats after several cycles add lies between the multiples, but never alone: it comes again at a
+distance of one and two times the frequency of the motion, and is no hum.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Hum:
         return np.asarray(self.size * np.cos(2.0 * math.pi * self.frequency * t + self.phase))
 
 
-def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
+def hum_in(x: FloatArray, step: float, *, frequency: float, driven: bool = False) -> list[Hum]:
     """Lines of mains hum in a channel.
 
     Parameters
@@ -65,6 +65,8 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
         Samples, `step` s apart.
     frequency : float
         Of the oscillation, Hz: its multiples are the motion's own.
+    driven : bool
+        Whether a base drives it: then its impacts may go on as before while it grows or fades.
 
     Examples
     --------
@@ -84,7 +86,7 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
     for line in (grid * n for grid in _GRIDS for n in range(1, _MULTIPLES)):
         if line > 0.4 / step:
             continue
-        near = _alone(whole, seconds, line, frequency, stays=stays)
+        near = _alone(whole, seconds, line, frequency, stays=stays or driven)
         if near is not None and (hum := _steady(x, step, near)) is not None:
             found.append(hum)
     return found
@@ -191,7 +193,9 @@ def _correction(view: RecordView, record: Record, frequency: float) -> Correctio
         x = channel_means(view, role, k)
         hums = [
             _of_samples(one, k, view.sample_rate)
-            for one in hum_in(x, k / view.sample_rate, frequency=frequency)
+            for one in hum_in(
+                x, k / view.sample_rate, frequency=frequency, driven=record.test == "periodic"
+            )
         ]
         if hums:
             checks.append(_said(record.id, view, role, hums, float(x.std())))
