@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
@@ -415,6 +416,10 @@ def draw(rows: list[Row]) -> None:
         if stage == "ring-down":
             axis.set_yticks([1, 2, 4, 6], ["1", "2", "4", "6"])
             axis.minorticks_off()
+    for axis in axes:
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.xaxis.set_minor_formatter(NullFormatter())
     for axis in axes[::2]:
         axis.set_ylabel("rms error / Cramér-Rao bound")
     handles = [
