@@ -166,8 +166,10 @@ def test_a_ball_that_slides_and_then_rolls_is_not_predicted_and_the_reason_given
     assert "rolls before it reaches the other" in found.detail
     known = identified_rig(combined(TABLE_2) + impacts_rows(own), loaded.known)
     assert not known.predictable
+    assert known.unpredicted.startswith("the ball slides when it leaves a wall and rolls")
     plain = identified_rig(combined(TABLE_2), loaded.known)
     assert plain.predictable
+    assert replace(plain, values={}).unpredicted.startswith("it takes ")
     assert expected_valley(known, G=Quantity(0.25e-3), frequency=7.862) is None
     curves = [
         decay_curves(rig, x0=0.02, targets=[0.01], clearances=np.array([0.02]))

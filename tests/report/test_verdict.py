@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from vinesexp.report.verdict import (
@@ -146,11 +148,11 @@ def test_headline_leaves_out_what_is_not_known():
     assert headline([verdict(None, exact_mm=None)], [], {}).endswith(
         "permanent between 27 and 27.5 mm."
     )
-    rolls = {"record": "", "check": "prediction", "outcome": "warning", "detail": "the ball rolls"}
-    assert headline([verdict(None, exact_mm=None)], [], {}, [rolls]).endswith(
+    rolls = replace(verdict(None, exact_mm=None), unpredicted="the ball rolls")
+    assert headline([rolls], [], {}).endswith(
         "permanent between 27 and 27.5 mm. b_c is not predicted: the ball rolls."
     )
-    assert "not predicted" not in headline([verdict()], [], {}, [rolls])
+    assert "not predicted" not in headline([verdict()], [], {})
     assert headline([PeriodicVerdict("G = 0.2 mm", LOWEST)], [], {}).endswith(
         "b_c is predicted at 27.13 ± 0.02 mm."
     )

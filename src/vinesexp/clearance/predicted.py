@@ -93,9 +93,16 @@ class IdentifiedRig:
         return tuple(name for name in NEEDED if name not in self.values)
 
     @property
+    def unpredicted(self) -> str:
+        """Why theory says nothing of it, whatever the level; empty where it does."""
+        if self.missing:
+            return f"it takes {', '.join(self.missing)}, which the records do not give"
+        return "" if self.slides else str(RollsInPartError())
+
+    @property
     def predictable(self) -> bool:
         """Whether theory has such a rig, and every value that it needs is known."""
-        return self.slides and not self.missing
+        return not self.unpredicted
 
     @property
     def numbers(self) -> dict[str, float]:

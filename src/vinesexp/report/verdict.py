@@ -175,6 +175,7 @@ class PeriodicVerdict:
     sentence : how b_c and the measurement agree.
     agrees : the same as a truth value; None where one of them is missing or only a bound.
     exact_lowest : predicted clearance of lowest amplitude, mm; None where unknown.
+    unpredicted : why the rig has no prediction; empty where it has.
     """
 
     level: str
@@ -183,6 +184,7 @@ class PeriodicVerdict:
     sentence: str = ""
     agrees: bool | None = None
     exact_lowest: float | None = None
+    unpredicted: str = ""
 
 
 def periodic_verdicts(results: CampaignResults) -> list[PeriodicVerdict]:
@@ -191,12 +193,15 @@ def periodic_verdicts(results: CampaignResults) -> list[PeriodicVerdict]:
     verdicts = []
     for level in results.periodic:
         lowest, end = (rows.get(("periodic", level.name + of), {}) for of in ("", END))
-        least = predicted_lowest(results.rig_at(level), G=level.G, frequency=level.frequency)
+        rig = results.rig_at(level)
+        least = predicted_lowest(rig, G=level.G, frequency=level.frequency)
         sentence, agrees = agreement(lowest, end)
         if agrees is False and (why := left_early(level, end, replay)):
             sentence, agrees = f"{sentence}; {why}", None
         least = None if least is None else 1e3 * least
-        verdicts.append(PeriodicVerdict(level.name, lowest, end, sentence, agrees, least))
+        verdicts.append(
+            PeriodicVerdict(level.name, lowest, end, sentence, agrees, least, rig.unpredicted)
+        )
     return verdicts
 
 
@@ -222,8 +227,7 @@ def headline(
     known : collection of str
         Parameters that have a value.
     checks : sequence of mappings
-        Rows of checks.csv: they say why there is no prediction, and where it and the measurement
-        disagree they may say why.
+        Rows of checks.csv: where prediction and measurement disagree they may say why.
     """
     measured = [verdict for verdict in periodic if verdict.lowest.get("measured_mm")]
     bracketed = [verdict for verdict in measured if not verdict.lowest.get("bound")]
@@ -236,8 +240,8 @@ def headline(
             text += f"; {b_c}" if b_c else "."
         elif b_c:
             text += f" {b_c}"
-        if not b_c and (why := [row["detail"] for row in checks if row["check"] == "prediction"]):
-            text += f" b_c is not predicted: {why[0]}."
+        if last.unpredicted:
+            text += f" b_c is not predicted: {last.unpredicted}."
         return text + (_disagreements(periodic, checks) or _agreement(periodic))
     reached = [row for row in releases if within(row)]
     if reached:
