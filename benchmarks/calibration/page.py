@@ -49,16 +49,16 @@ had been looked at. The records of the first half were made by the code of f30f0
 b_c of 8065 (r over speed, a spring that stiffens) is 44 of its errors off and stands in the sums
 of its column: it is the end of the small motion, at 18.4 mm, and the simulation came to a large
 one, whose two impacts per cycle end at 24.8 mm. The report warns of that, and says which
-amplitudes there are. Without it 1 over the rms of z of b_c is 1.32. 8126 is plain, and a ball 7 %
-lighter in one test is stated: the ninth multiple of its motion, 50.1 Hz, was taken out as mains
-hum; it no longer is (38f9a27d). 8133 states a magnet beside the friction that is there, from one
-flight of a release. 7043 (a second clock, walls that differ) states a magnet and an r that
-depends on speed, and its r is 4.5 errors off. Nearly all warnings on plain campaigns say that a
-test had not settled, which is so. r is stated wider than it scatters: a contact that lasts and
-the lag of a channel are in its error, and plain rigs have none of them. b_c is stated wider too:
-that a displacement reads the jump of velocity at an impact off by 0.2 % is one half of the
-variance of m/M, and the simulated laser has no such error. Of the mistakes that people make one
-draw was measured of each. A contact that rings at 1.7 kHz is not named; no value is wrong there."""
+amplitudes there are. 8126 is plain, and a ball 7 % lighter in one test is stated: the ninth
+multiple of its motion, 50.1 Hz, was taken out as mains hum; it no longer is (38f9a27d). 8133
+states a magnet beside the friction that is there, from one flight of a release. 7043 (a second
+clock, walls that differ) states a magnet and an r that depends on speed, and its r is 4.5 errors
+off. Nearly all warnings on plain campaigns say that a test had not settled, which is so. r is
+stated wider than it scatters: a contact that lasts and the lag of a channel are in its error, and
+plain rigs have none of them. b_c is stated wider too: that a displacement reads the jump of
+velocity at an impact off by 0.2 % is one half of the variance of m/M, and the simulated laser has
+no such error. Of the mistakes that people make one draw was measured of each. A contact that
+rings at 1.7 kHz is not named; no value is wrong there."""
 
 
 _RULE = "|---|---|---|---|---|---|"
