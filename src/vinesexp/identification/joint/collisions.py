@@ -10,18 +10,21 @@ of ball and contact moves them in its own way:
     tilt, an acceleration g_t      + g_t T/2 at the end, - g_t T/2 at the beginning
     clearance                      2 b/T more between walls, at both ends
     contact of duration tau        the way took T - tau: tau/T of the relative speed more; and the
-                                   spring moves the mass on by 0.6 (1 - r) tau x'' while they touch
+                                   spring moves the mass on by 0.6 (1 - r) tau x'' while they touch;
+                                   a ball on a plane touches it for tau (u/u0)^-1/5 (Hertz)
     rolling, a share s             + s (v - mean v of the mass) at either end
     hollow floor, kappa (y - x)    the ball arrives and had left slower by kappa b T/6, and by what
                                    the mass moves in between
-    speed u of an impact           r + slope (u - u0), or r + fade u0 ln(u/u0), which metals and
-                                   plastics follow over a wide range
+    speed u of an impact           r + slope (u - u0); or, with fade, what begins as r + fade u0
+                                   ln(u/u0), as r of metals and plastics, and stays between 0 and 1
+                                   as r/(1 - r) goes with a power of u: the first power is a wall
+                                   with a damper (Hunt and Crossley), whose slow balls lose nothing
     drag, kappa w |w|              the air in a narrow cavity slows a ball of relative speed w:
                                    by kappa times the mean of w^2 t over the flight slower at the
                                    end, of w^2 (T - t) faster at the beginning
 
-A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of it after it begins:
-there the motions before and after meet if they are continued.
+A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of it after it begins,
+with the r of this impact: there the motions before and after meet if they are continued.
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
 displacement, slopes whose change reads off by a share, velocities on either side of an impact off
@@ -69,6 +72,9 @@ EFFECTS = {
 }
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
+_HERTZ = -0.2  # power of the speed with which a contact lasts
+#: Restitutions between which a curve over speed begins, and how far it goes over ln(r/(1 - r)).
+_LOSES, _CURVES = (0.05, 0.95), 30.0
 _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
 #: Scale of the Student distribution nearest to a normal one, over the deviation of that.
 _OF_NORMAL = 0.831
@@ -165,10 +171,6 @@ class Collisions:
         per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * b
         u_before = (way_before - across) * per_before
         u_after = (way_after + across) * per_after
-        # a contact ends the approach at its centroid, r/(1 + r) of it after its beginning
-        arrives = r / (1.0 + r)
-        carried_before = u_before - (1.0 - arrives) * v_previous - arrives * v_before
-        carried_after = u_after - (1.0 - arrives) * v_after - arrives * v_next
         rolled_before = v_before - u_before - across * per_before
         rolled_after = v_after - u_after + across * per_after
         pulled = [-self.omega2 * place for place in (x_before, x, x_after)]
@@ -178,15 +180,17 @@ class Collisions:
         _, slowed, spin = first.rubbed(rub, joined=self._joined)
         ends = first.pulled(pulls)[1] + slowed
         begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
-        u_before = u_before + ends + (contact * per_before) * carried_before + roll * rolled_before
-        u_after = u_after - begins + (contact * per_after) * carried_after + roll * rolled_after
+        law = r + 0.5 * wall * s, slope, fade
+        lasts, longer_before, longer_after = self._touched(
+            contact, law, (u_before, u_after), (v_previous, v_before, v_after, v_next), pulled
+        )
+        u_before = u_before + ends + longer_before + roll * rolled_before
+        u_after = u_after - begins + longer_after + roll * rolled_after
         before, after = v_before - u_before, v_after - u_after
         speed = before * np.sign(before.real)
-        faster = speed / self.speed
-        faster = np.where(faster.real > _SLOWEST, faster, _SLOWEST)
-        own_r = r + 0.5 * wall * s + self.speed * (slope * (faster - 1.0) + fade * np.log(faster))
+        own_r = self._restitution(law, speed / self.speed)
         # the spring moves the mass on while they touch
-        moved = _DURING * (1.0 - r) * contact * self.omega2 * x
+        moved = _DURING * (1.0 - own_r) * lasts * self.omega2 * x
         eps = np.exp(ln_eps)
         gained = eps * (u_after - u_before)
         # in the units of the readings, whose noise it is: a gain of zero would else explain all, or
@@ -197,6 +201,54 @@ class Collisions:
             [(after + own_r * before - moved) * plain,
              (by_laser + gained) * laser * np.exp(reading), (by_pulse + gained) * pulse]
         )  # fmt: skip
+
+    def _restitution(self, law: Sequence[Numbers], faster: Numbers) -> Numbers:
+        """r of each impact, by r of its wall at the usual speed and how it goes with the speed."""
+        r, slope, fade = law
+        if not (slope.real.any() or fade.real.any()):  # no law has no derivative but its own
+            faster = faster.real
+        faster = np.where(faster.real > _SLOWEST, faster, _SLOWEST)
+        along = self.speed * fade * np.log(faster)
+        if fade.real.any():
+            low, high = _LOSES
+            at = np.where(r.real < low, low, np.where(r.real > high, high, r))
+            along = along / (at * (1.0 - at))
+            far = _CURVES * np.sign(along.real)
+            curve = np.exp(-np.where(np.abs(along.real) < _CURVES, along, far))
+            along = at / (at + (1.0 - at) * curve) - at
+        return np.asarray(r + self.speed * slope * (faster - 1.0) + along)
+
+    def _touched(
+        self,
+        contact: Numbers,
+        law: Sequence[Numbers],
+        u: Sequence[Numbers],
+        v: Sequence[Numbers],
+        a: Sequence[Numbers],
+    ) -> tuple[Numbers, Numbers, Numbers]:
+        """How long each contact lasts, s, and by what the ball is faster before and after, m/s.
+
+        It leaves the wall when the contact ends, with which the mass went on from the centroid of
+        the impulse, r/(1 + r) of a contact after its beginning; and it comes to the next as soon.
+        """
+        if not contact.real.any():  # a contact of no duration has no derivative but its own
+            law, u, v, a = ([part.real for part in parts] for parts in (law, u, v, a))
+        faster = np.maximum(np.abs((v[1] - u[0]).real) / self.speed, _SLOWEST)
+        r = self._restitution(law, faster)
+        r = np.where(r.real < _ANY_R[0], _ANY_R[0], np.where(r.real > _ANY_R[1], _ANY_R[1], r))
+        lasts = contact * faster**_HERTZ
+        ends, begins = lasts * r / (1.0 + r), lasts / (1.0 + r)
+        begun = np.where(self._joined, np.roll(begins, 1, axis=-1), begins)
+        ended = np.where(np.roll(self._joined, -1), np.roll(ends, -1, axis=-1), ends)
+
+        def longer(k: int, T: FloatArray, start: Numbers, end: Numbers) -> Numbers:
+            way = start * (u[k] - v[2 * k] - 0.5 * a[k] * start)
+            way = way + end * (u[k] - v[2 * k + 1] + 0.5 * a[k + 1] * end)
+            return np.asarray(way / (T - start - end))
+
+        f = self.flights
+        before = longer(0, f.time_before, begun, ends)
+        return lasts, before, longer(1, f.time_after, begins, ended)
 
     def keep(self, chosen: BoolArray) -> Collisions:
         """Some of them, with no means yet."""
