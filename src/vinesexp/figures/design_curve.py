@@ -42,8 +42,7 @@ def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
     axis.plot(b, middle, color=random)
     axis.plot(b, from_rest, color=rest)
     top = 1.25 * max(float(high.max()), float(from_rest.max()), bare)
-    axis.set_ylim(0.0, top)
-    axis.set_xscale("log")
+    axis.set(xscale="log", ylim=(0.0, top))
     for value, name, colour in (
         (bare, "bare oscillator", COLOURS["bare"]),
         (absorber, "tuned mass damper", SEQUENCE[3]),
@@ -58,9 +57,7 @@ def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
     )
     axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
     share.plot(b, 100.0 * found.random.captured.mean(axis=1), color=random)
-    share.set_ylim(0.0, 105.0)
-    share.set_ylabel("captured (%)")
-    share.set_xlabel("clearance b (mm)")
+    share.set(xlabel="clearance b (mm)", ylabel="captured (%)", ylim=(0.0, 105.0))
     _plain_ticks(share, b)
     return figure
 

@@ -162,8 +162,7 @@ def intervals_over_records(history: Sequence[Mapping[str, Any]]) -> Figure:
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.yaxis.set_major_formatter("{x:g}")
     axis.yaxis.set_minor_formatter(NullFormatter())
-    axis.set_xlabel("records")
-    axis.set_ylabel("± % of the value")
+    axis.set(xlabel="records", ylabel="± % of the value")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure
 
@@ -232,8 +231,8 @@ def found_minus_stated(rows: Sequence[Row]) -> Figure:
     reach *= 1.15
     if reach > _LINEAR:
         axis.set_xscale("symlog", linthresh=_LINEAR / 10.0)
-    axis.set_xlim(-reach, reach)
-    axis.set_xlabel("found minus stated\n(in stated standard uncertainties)")
+    name = "found minus stated\n(in stated standard uncertainties)"
+    axis.set(xlabel=name, xlim=(-reach, reach))
     for place, row in enumerate(rows):
         at, ink = (reach, place), _MARKS[row["verdict"]][1]
         label(axis, words[place], at, ink, (6, 0), fontsize=7.5)

@@ -80,8 +80,7 @@ def sim_with_working_points(
         where = "" if x is None else f", x = {1e3 * x:.2f} mm (star)"
         axis.set_title(f"{symbol} = {1e3 * b:.2f} mm{where}\n{words.get(name, '')}", fontsize=10)
         axis.set(xlabel="ball amplitude C b (mm)", ylabel="amplitude x (mm)")
-        axis.set_xlim(left=0)
-        axis.set_ylim(bottom=0)
+        axis.set(xlim=(0, None), ylim=(0, None))
     axes[0].legend(frameon=False, loc="upper center")
     return figure
 
@@ -108,9 +107,8 @@ def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
         title = axis.set_title(motion.name, fontsize=9)
         if motion.record:
             link(title, motion.record, f"page of {motion.record}")
-        axis.set_xlabel("ball amplitude C (clearances)")
+        axis.set(xlabel="ball amplitude C (clearances)", ylim=(0.0, 1.1 * max(top, 0.5)))
         axis.set_xlim(0.0, 1.1 * max(1.8, float(np.nanpercentile(motion.C, 99))))
-        axis.set_ylim(0.0, 1.1 * max(top, 0.5))
     axes[0].set_ylabel("amplitude A (clearances)")
     low = 0.5 * float(manifold.C_1(r))
     for kind, C, down in (("unstable", low, 4.0), ("stable", 1.45, -6.0)):

@@ -101,10 +101,8 @@ def _panel(axis: Axes, valley: DrawnLevel) -> None:
         )
         link(point, test.record, f"{words}, {test.regime}")
     top = 1.3e3 * max(row["amplitude_max_m"] for row in valley.rows)
-    axis.set_ylim(0.0, top)
-    axis.set_title(valley.level.name)
-    axis.set_xlabel("clearance b (mm)")
-    axis.margins(x=0.08)
+    name = valley.level.name
+    axis.set(title=name, xlabel="clearance b (mm)", xmargin=0.08, ylim=(0.0, top))
     _predicted(axis, valley.lowest, top)
     axis.set_xlim(axis.get_xlim())  # brackets do not widen it
     for row, share, name, colour in (
@@ -195,8 +193,7 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
         ("o", "measured", "lowest amplitude"),
     ]
     key(figure, axis, entries)
-    axis.set_xlabel("base amplitude G (mm)")
-    axis.set_ylabel("clearance from the exact $b_c$ (%)")
+    axis.set(xlabel="base amplitude G (mm)", ylabel="clearance from the exact $b_c$ (%)")
     axis.set_xlim(valleys[0].G - beyond, valleys[-1].G + beyond)
     axis.margins(y=0.15)
     return figure
@@ -248,9 +245,7 @@ def time_over_clearance(
             shift = -3 if left else 3, -10 if at_edge else 0  # below the name of the other
             words, at = f"{name} $b_t$ {value:.1f}", (value, 0.99 * top)
             label(axis, words, at, name, shift, ha="right" if left else "left", va="top")
-    axis.set_xlabel("clearance b (mm)")
-    axis.set_ylabel("time to the amplitude (s)")
-    axis.set_title(title)
+    axis.set(title=title, xlabel="clearance b (mm)", ylabel="time to the amplitude (s)")
     return figure
 
 

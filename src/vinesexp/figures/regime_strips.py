@@ -70,9 +70,7 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]]) -> Figure:
             if strip.record:
                 link(name, strip.record, f"{strip.record}: {strip.name}, {strip.regime}")
         axis.set_yticks(range(len(strips)), [strip.name for strip in strips], fontsize=7.5)
-        axis.set_ylim(-0.6, len(strips) - 0.4)
-        axis.set_xlim(0.0, float(longest))
-        axis.set_title(title)
+        axis.set(title=title, xlim=(0.0, float(longest)), ylim=(-0.6, len(strips) - 0.4))
         axis.grid(visible=False)
         axis.tick_params(length=0, axis="y")
     axes[-1].set_xlabel("cycles of the oscillator")

@@ -58,16 +58,13 @@ def coexisting_motions(found: Sequence[Attractor], *, bare: float) -> Figure:
             stacked[one.b] += one.share
     axis.axhline(1e3 * bare, color=COLOURS["bare"], linestyle=":", linewidth=1.0)
     label(axis, "bare oscillator", (1e3 * b[0], 1e3 * bare), colour=COLOURS["bare"], shift=(0, 6))
-    axis.set_ylim(bottom=0.0)
-    axis.set_ylabel("amplitude of the mass (mm)")
+    axis.set(ylabel="amplitude of the mass (mm)", ylim=(0.0, None))
     title = "dot: mean amplitude, its area the share of starts; line: up to the largest"
     axis.legend(
         loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=8, title=title,
         title_fontsize=8,
     )  # fmt: skip
-    share.set_ylim(0.0, 100.0)
-    share.set_ylabel("starts (%)")
-    share.set_xlabel("clearance b (mm)")
+    share.set(xlabel="clearance b (mm)", ylabel="starts (%)", ylim=(0.0, 100.0))
     return figure
 
 

@@ -92,8 +92,7 @@ def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
         axis.plot(time, replayed, color=COLOURS["exact"], linewidth=1.4)
         axis.plot(time, measured, color=COLOURS["measured"], linewidth=0.7)
         link(axis.set_title(short(name)), name, f"page of {name}")
-        axis.set_ylim(0.0, 1.1 * float(max(high.max(), measured.max())))
-        axis.margins(x=0.01)
+        axis.set(xmargin=0.01, ylim=(0.0, 1.1 * float(max(high.max(), measured.max()))))
     for axis in axes[-columns:]:
         axis.set_xlabel("time (s)")
     for axis in axes[::columns]:
@@ -156,9 +155,7 @@ def ringdowns_and_fits(trace: Trace, decays: Sequence[DrawnDecay], *, title: str
         above.plot(shown.time, sign * envelope, color=COLOURS["exact"], linewidth=1.4)
     middle = shown.time.size // 6
     label(above, shown.law, (shown.time[middle], envelope[middle]), "exact", (8, 8))
-    above.set_ylabel("displacement (mm)")
-    above.set_title(title)
-    above.margins(x=0.01)
+    above.set(title=title, ylabel="displacement (mm)", xmargin=0.01)
     inks = sequence(len(decays))
     for decay, ink in zip(decays, inks, strict=True):
         for fit in decay.fits:
@@ -171,8 +168,7 @@ def ringdowns_and_fits(trace: Trace, decays: Sequence[DrawnDecay], *, title: str
         columns = max(int(90 / (6 + max(len(name) for *_, name in entries))), 1)
         key(figure, below, entries, columns=columns, place="outside lower right", title=said)
     below.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
-    below.set_ylabel("amplitude minus fit\n(% of the start)")
-    below.set_xlabel("time (s)")
+    below.set(xlabel="time (s)", ylabel="amplitude minus fit\n(% of the start)")
     figure.align_ylabels()
     return figure
 
@@ -211,9 +207,7 @@ def added_mass_line(
     line.plot(loads, 1e4 * periods, "o", color=COLOURS["measured"])
     line.plot(-M, 0.0, "o", color=COLOURS["exact"], markerfacecolor="white")
     label(line, f"−M = −{M:.4g} kg", (-M, 0.0), "exact", (6, -1), va="top")
-    line.set_xlabel("added mass (kg)")
-    line.set_ylabel("1/(2πf)² (10⁻⁴ s²)")
-    line.set_title(title)
+    line.set(title=title, xlabel="added mass (kg)", ylabel="1/(2πf)² (10⁻⁴ s²)")
     line.set_ylim(bottom=-0.2 * line.get_ylim()[1])  # room for the name of the intercept
     off.axhline(0.0, color=COLOURS["exact"])
     own = COLOURS["measured"]
@@ -223,9 +217,7 @@ def added_mass_line(
     for name, load, far in zip(names, loads, away, strict=True):
         (point,) = off.plot(1e3 * load, 1e3 * far, "o", color=own)
         link(point, name, f"{name}: {1e3 * load:g} g, {1e3 * far:+.2g} g off the line")
-    off.set_xlabel("added mass (g)")
-    off.set_ylabel("off the line (g)")
-    off.set_title("distance from the line")
+    off.set(title="distance from the line", xlabel="added mass (g)", ylabel="off the line (g)")
     off.margins(x=0.1, y=0.15)
     return figure
 
@@ -380,10 +372,7 @@ def draw_amplitudes(traces: Sequence[Trace], *, xlabel: str, bare: int = 0) -> F
         (line,) = axis.plot(trace.time, trace.values, color=colour, label=trace.name, linewidth=1.1)
         link(line, trace.record, f"{trace.record}: {trace.name}")
     axis.legend(loc="upper right", ncols=2 if len(traces) > 5 else 1, fontsize=8)
-    axis.set_xlabel(xlabel)
-    axis.set_ylabel("amplitude (mm)")
-    axis.set_ylim(bottom=0.0)
-    axis.margins(x=0.01)
+    axis.set(xlabel=xlabel, ylabel="amplitude (mm)", ylim=(0.0, None), xmargin=0.01)
     return figure
 
 
@@ -418,9 +407,7 @@ def impacts_on_acceleration(
     )
     draw_trace(above, whole)
     above.axvspan(zoom.time[0], zoom.time[-1], color=COLOURS["published"], alpha=0.35, linewidth=0)
-    above.set_title(title)
-    above.set_ylabel(whole.label)
-    above.margins(x=0.01)
+    above.set(title=title, ylabel=whole.label, xmargin=0.01)
     for axis in middle:
         _jumps(axis, impacts)
         axis.set_xlim(above.get_xlim())
@@ -439,8 +426,8 @@ def _jumps(axis: Axes, impacts: Impacts) -> None:
         time, ink = impacts.time_s[chosen], COLOURS[colour]
         axis.plot(time, jump[chosen], "o", color=ink, markersize=size, markeredgewidth=0)
     largest = float(np.nanmax(jump, initial=0.0))
-    axis.set_ylim(0.0, 1.12 * largest if largest > 0.0 else None)
-    axis.set_ylabel("velocity jump\n(m/s)")
+    top = 1.12 * largest if largest > 0.0 else None
+    axis.set(ylabel="velocity jump\n(m/s)", ylim=(0.0, top))
 
 
 def _enlarged(axis: Axes, zoom: Trace, impacts: Impacts, motion: Trace | None) -> None:
@@ -455,10 +442,8 @@ def _enlarged(axis: Axes, zoom: Trace, impacts: Impacts, motion: Trace | None) -
         axis.plot(marks, np.full(marks.size, place * top), marker, color=colour, markersize=5)
         name = f"wall {side:+d}" if side else "impact"
         label(axis, name, (marks[0], place * top), colour, (6, 0))
-    axis.set_ylim(-1.35 * top, 1.35 * top)
-    axis.set_ylabel(zoom.label)
-    axis.set_xlabel("time (s), enlarged")
-    axis.margins(x=0.01)
+    limits = (-1.35 * top, 1.35 * top)
+    axis.set(xlabel="time (s), enlarged", ylabel=zoom.label, xmargin=0.01, ylim=limits)
     if motion is not None and motion.values.size:
         twin = axis.twinx()
         twin.plot(motion.time, motion.values, color=COLOURS["displacement"], alpha=0.7)
@@ -557,8 +542,7 @@ def _overview(record: Record, results: Path, title: str) -> tuple[Figure, Drawn]
     for axis, trace in zip(axes, traces, strict=True):
         draw_trace(axis, trace)
         axis.set_ylabel(trace.label)
-    axes[-1].set_xlabel("time (s)")
-    axes[-1].margins(x=0.01)
+    axes[-1].set(xlabel="time (s)", xmargin=0.01)
     axes[0].set_title(title)
     figure.align_ylabels()
     head = f"Record {record.id} as measured: calibrated, nothing filtered"
