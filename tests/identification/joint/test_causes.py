@@ -358,9 +358,9 @@ def test_a_contact_is_looked_for_about_as_long_as_its_pulses():
     assert prior.value - prior.error < 2.5e-4 < prior.value + prior.error
     assert of_pulse["contact"].log_odds > of_pulse["friction"].log_odds + 1.0
     # what another law leaves may be all there is of friction, not of a contact
-    assert not of_pulse["contact"].rests({"contact", "friction"})
-    assert of_pulse["friction"].rests({"contact", "friction"})
-    assert not of_pulse["friction"].rests({"ln_f0"})
+    assert not of_pulse["contact"].may_be_left({"contact", "friction"})
+    assert of_pulse["friction"].may_be_left({"contact", "friction"})
+    assert not of_pulse["friction"].may_be_left({"ln_f0"})
     assert unseen["contact"].direction.prior.value == 0.0
 
 

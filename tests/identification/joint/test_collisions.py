@@ -226,14 +226,20 @@ def test_a_friction_from_which_a_ball_rolls_is_stated_where_it_does(rub, known):
         assert found[0] == np.median(rolls_from(c.flights)) < rub
 
 
-def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch):
-    """On a rig of 3 Hz steps from no friction lead to a small one, with an r 0.2 too small."""
+@pytest.mark.parametrize("known", [0.0, 2.0])
+def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch, known):
+    """On a rig of 3 Hz steps from no friction lead to a small one, with an r 0.2 too small.
+
+    Where its own errors are looked for from none, the record is fitted at half of its r, and they
+    are too large by chance: by how much the friction is better is asked of errors at what is so.
+    """
     monkeypatch.setitem(globals(), "W", 2.0 * np.pi * 3.0)
     start = np.zeros(len(LOCALS))
     for name, value in {"r": 0.5, "b": B, "ln_eps": -30.0}.items():
         start[LOCALS.index(name)] = value
     c = collisions(0.0, rub=2.0, count=120, beat=0.6, swing=12e-3)
-    c = with_own_errors(c, start, time_error=1e-6)[0]
+    begin = start + known * (np.array(LOCALS) == "friction")
+    c = with_own_errors(c, begin, time_error=1e-6)[0]
     sums = tuple(({name: 1.0}, 0.0) for name in LOCALS)
     priors = dict(zip(LOCALS, (Prior(value, 1e-9) for value in start), strict=True))
     observed = Observed(
@@ -247,7 +253,7 @@ def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch):
     r, rub = (LOCALS.index(name) for name in ("r", "friction"))
     assert found.at[rub] == pytest.approx(2.0, rel=0.02)
     assert found.at[r] == pytest.approx(R, rel=0.01)
-    assert found.log_likelihood > slides.log_likelihood + 8.0
+    assert found.log_likelihood > slides.log_likelihood + (10.0 if known else 8.0)
 
 
 def test_a_friction_is_found_though_r_changes_from_test_to_test(monkeypatch):
@@ -328,6 +334,28 @@ def test_a_faster_ball_touches_a_wall_for_a_shorter_time():
     assert law["contact"] == pytest.approx(2e-3, rel=0.1)
     assert law["r"] == pytest.approx(OF_SOFT, abs=0.01)
     assert left(c, **law) < 0.05 * left(c, **LAW)
+
+
+def test_a_ball_flies_from_the_end_of_a_contact_to_the_beginning_of_the_next():
+    """With the place of the mass at either, by its motion from the centroids of the impulses."""
+    c = collisions(0.0, beat=0.5, count=60, soft=SOFT)
+    f, tau = c.flights, 2e-3
+    law = [np.array(LAW["r"]), np.array(0.0), np.array(LAW["fade"])]
+    a = [-c.omega2 * place for place in (c.x_before, c.x, c.x_after)]
+    v = [f.v_previous, f.v_before, f.v_before + f.jump, f.v_next]
+    lasts, before, after = c._touched(np.array(tau), law, [f.u_before, f.u_after], v, a)
+
+    speed = np.abs(f.v_before - f.u_before)
+    share = 1.0 / (2.0 + SOFT * speed)  # r/(1 + r) of r = 1/(1 + soft u)
+    np.testing.assert_allclose(lasts, tau * (speed / 0.8) ** -0.2, rtol=1e-12)
+    ends, begins = share * lasts, (1.0 - share) * lasts
+    for k in np.flatnonzero(joined(f)):
+        start, end = begins[k - 1], ends[k]
+        left_at = c.x_before[k] + v[0][k] * start + 0.5 * a[0][k] * start**2
+        came_to = c.x[k] - v[1][k] * end + 0.5 * a[1][k] * end**2
+        flew = (came_to - left_at - 2.0 * f.side[k] * B) / (f.time_before[k] - start - end)
+        assert f.u_before[k] + before[k] == pytest.approx(flew, rel=1e-12)
+        assert f.u_after[k - 1] + after[k - 1] == pytest.approx(flew, rel=1e-12)
 
 
 def fitted(c, names, begin):

@@ -168,7 +168,7 @@ class Cause:
         approximate = self.kind in _LAWS and self.about not in _EXACT_LAWS
         return _LAW if approximate else 0.0
 
-    def rests(self, in_flights: set[str]) -> bool:
+    def may_be_left(self, in_flights: set[str]) -> bool:
         """Whether what a law of the flights leaves may be all there is of it.
 
         Not of what is always there, such as a contact that lasts: it asks for its size alone.
@@ -278,7 +278,7 @@ def proposed(
             odds = scores(data, believing(observed.beliefs, chosen), base, left)
             for i in np.argsort(-odds)[:_WIDTH]:
                 own, cause = float(odds[i]), left[i]
-                if own > max(_ENOUGH, untrue if cause.rests(in_flights) else 0.0):
+                if own > max(_ENOUGH, untrue if cause.may_be_left(in_flights) else 0.0):
                     key = frozenset(one.key for one in (*chosen, cause))
                     longer[key] = so_far + own, max(untrue, cause.untrue * own), (*chosen, cause)
         front = []
@@ -398,7 +398,8 @@ def needed(data: Quadratic, observed: Observed, chosen: Sequence[Cause]) -> tupl
         odds = _odds(data, observed.beliefs, kept)
         untrue = max(cause.untrue * own for own, cause in zip(odds, kept, strict=True))
         beyond = [
-            own - max(_ENOUGH, untrue if cause.kind in _LAWS and cause.rests(in_flights) else 0.0)
+            own
+            - max(_ENOUGH, untrue if cause.kind in _LAWS and cause.may_be_left(in_flights) else 0.0)
             for own, cause in zip(odds, kept, strict=True)
         ]
         worst = int(np.argmin(beyond))

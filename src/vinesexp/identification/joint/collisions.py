@@ -73,8 +73,7 @@ EFFECTS = {
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
 _HERTZ = -0.2  # power of the speed with which a contact lasts
-#: Restitutions between which a curve over speed begins, and how far it goes over ln(r/(1 - r)).
-_LOSES, _CURVES = (0.05, 0.95), 30.0
+_LOSES = (0.05, 0.95)  # restitutions at the usual speed between which r follows a curve over it
 _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
 #: Scale of the Student distribution nearest to a normal one, over the deviation of that.
 _OF_NORMAL = 0.831
@@ -207,15 +206,13 @@ class Collisions:
         r, slope, fade = law
         if not (slope.real.any() or fade.real.any()):  # no law has no derivative but its own
             faster = faster.real
-        faster = np.where(faster.real > _SLOWEST, faster, _SLOWEST)
+        faster = _within(faster, _SLOWEST, math.inf)
         along = self.speed * fade * np.log(faster)
         if fade.real.any():
-            low, high = _LOSES
-            at = np.where(r.real < low, low, np.where(r.real > high, high, r))
-            along = along / (at * (1.0 - at))
-            far = _CURVES * np.sign(along.real)
-            curve = np.exp(-np.where(np.abs(along.real) < _CURVES, along, far))
-            along = at / (at + (1.0 - at) * curve) - at
+            at = _within(r, *_LOSES)
+            # ln(r/(1 - r)) goes with the logarithm of the speed
+            logit = np.log(at / (1.0 - at)) + along / (at * (1.0 - at))
+            along = 0.5 + 0.5 * np.tanh(0.5 * logit) - at
         return np.asarray(r + self.speed * slope * (faster - 1.0) + along)
 
     def _touched(
@@ -234,8 +231,7 @@ class Collisions:
         if not contact.real.any():  # a contact of no duration has no derivative but its own
             law, u, v, a = ([part.real for part in parts] for parts in (law, u, v, a))
         faster = np.maximum(np.abs((v[1] - u[0]).real) / self.speed, _SLOWEST)
-        r = self._restitution(law, faster)
-        r = np.where(r.real < _ANY_R[0], _ANY_R[0], np.where(r.real > _ANY_R[1], _ANY_R[1], r))
+        r = _within(self._restitution(law, faster), *_ANY_R)
         lasts = contact * faster**_HERTZ
         ends, begins = lasts * r / (1.0 + r), lasts / (1.0 + r)
         begun = np.where(self._joined, np.roll(begins, 1, axis=-1), begins)
@@ -385,6 +381,11 @@ class _Flight:
                 steady = np.where(rolls, ended, half * _SPIN)
                 begun = np.where(joined, np.roll(ended, 1, axis=-1), steady)
         return at_begin, at_end, ended
+
+
+def _within(values: Numbers, low: float, high: float) -> Numbers:
+    """Limited by their real parts; at a limit nothing has a derivative."""
+    return np.where(values.real < low, low, np.where(values.real > high, high, values))
 
 
 def joined(f: Flights) -> BoolArray:
