@@ -358,6 +358,14 @@ def test_a_ball_flies_from_the_end_of_a_contact_to_the_beginning_of_the_next():
         assert f.u_after[k - 1] + after[k - 1] == pytest.approx(flew, rel=1e-12)
 
 
+def test_contacts_longer_than_a_flight_leave_speeds_finite():
+    """Steps of a fit come to them, and past where no time is left to fly no speed turns over."""
+    c = collisions(0.0, count=60)
+    whole = c.flights.time_before.min()
+    rests = [left(c, contact=share * whole) for share in np.linspace(0.5, 3.0, 251)]
+    assert max(rests) < 100.0 * left(c, contact=0.3 * whole)
+
+
 def fitted(c, names, begin):
     """Values of some local quantities that leave least of the law of restitution."""
 

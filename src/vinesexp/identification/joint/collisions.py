@@ -73,6 +73,7 @@ EFFECTS = {
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
 _HERTZ = -0.2  # power of the speed with which a contact lasts
+_FLIES = 0.25  # share of the time between two impacts that the ball flies at least
 _LOSES = (0.05, 0.95)  # restitutions at the usual speed between which r follows a curve over it
 _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
 #: Scale of the Student distribution nearest to a normal one, over the deviation of that.
@@ -240,7 +241,8 @@ class Collisions:
         def longer(k: int, T: FloatArray, start: Numbers, end: Numbers) -> Numbers:
             way = start * (u[k] - v[2 * k] - 0.5 * a[k] * start)
             way = way + end * (u[k] - v[2 * k + 1] + 0.5 * a[k + 1] * end)
-            return np.asarray(way / (T - start - end))
+            free = T - start - end
+            return np.asarray(way / np.where(free.real > _FLIES * T, free, _FLIES * T))
 
         f = self.flights
         before = longer(0, f.time_before, begun, ends)
