@@ -87,10 +87,12 @@ def used(command: list[str], cache: Path) -> float:
     """Processor seconds of a command and of all that it starts, which may end after it (Linux)."""
     ctypes.CDLL(None).prctl(_BECOME_PARENT_OF_ORPHANS, 1)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # each process would compile the package anew
     done = subprocess.run(
         command,
         cwd=REPOSITORY,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},
+        env=environment,
         capture_output=True,
         text=True,
         check=False,
