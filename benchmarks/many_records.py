@@ -54,9 +54,8 @@ def pretend_results(project: Path) -> None:
         study = Study(load_campaign(Path("data/many")), ResultPaths(Path("results/many")))
         hold_results(study.paths.folder, campaign=study.campaign.folder).close()
         for step in (step for step in STEPS if step not in ("simulate", "score")):
-            for id in study.records if STEPS[step].each else (None,):
+            for id in study.ids(step):
                 with study._noted(step, id) as written:
-                    written += study.outputs(step, id)
                     for file in written:
                         file.parent.mkdir(parents=True, exist_ok=True)
                         file.write_text(f"{file}\n", encoding="utf-8")

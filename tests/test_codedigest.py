@@ -28,8 +28,8 @@ def test_an_unknown_module_is_an_error():
 
 def test_versions_of_the_libraries_that_a_step_reaches_count(monkeypatch):
     ingest, replay = "vinesexp.pipeline:ingest_record", "vinesexp.pipeline:replay_records"
-    assert {"numpy", "h5py"} <= vinesexp.codedigest._libraries(ingest)
-    assert not {"matplotlib", "vinesexp", "json"} & vinesexp.codedigest._libraries(ingest)
+    assert {"numpy", "h5py"} <= vinesexp.codedigest._reached(ingest)[1]
+    assert not {"matplotlib", "vinesexp", "json"} & vinesexp.codedigest._reached(ingest)[1]
     before = code_digest(ingest), code_digest(replay)
     monkeypatch.setattr(vinesexp.codedigest, "version_of", lambda name: "1" * (name == "numba"))
     without = code_digest(ingest), code_digest(replay)

@@ -83,7 +83,7 @@ def go(tmp_path):
     """Have the work of tests/watched.py done; the exit code."""
 
     def go(*ids, **given):
-        return run_apart(Watched(tmp_path, ids, **given))
+        return run_apart(Watched(tmp_path, **given), "impacts", ids, log=tmp_path / "all.log")
 
     forkserver._forkserver._stop()  # the next one prints where this test looks
     yield go
@@ -91,7 +91,7 @@ def go(tmp_path):
 
 
 def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(go, tmp_path, capsys):
-    assert go(killed=True) == 1
+    assert go("", deadly=[""]) == 1
     shown = capsys.readouterr().err
     assert "impacts: its process was killed, as systems do when memory is short" in shown
     assert str(tmp_path / "all.log") in shown
@@ -162,7 +162,8 @@ def started(work, seen):
         "import signal, sys\nfrom pathlib import Path\nfrom tests.watched import Watched\n"
         "from vinesexp.supervised import run_apart\n"
         "signal.signal(signal.SIGINT, lambda *_: None)\n"
-        f"sys.exit(run_apart({work}))\n"
+        f"folder = Path({str(seen.parent)!r})\n"
+        f"sys.exit(run_apart({work}, log=folder / 'all.log'))\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
@@ -181,7 +182,7 @@ def until(happens):
 
 def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
     """Ctrl-C twice: what the step clears away on its way out is cleared away."""
-    run = started(f"Watched(Path({str(tmp_path)!r}), ('a',), held=True)", tmp_path / "temporary")
+    run = started("Watched(folder, held=True), 'impacts', ['a']", tmp_path / "temporary")
     for _ in range(2):
         os.killpg(run.pid, signal.SIGINT)
         time.sleep(0.1)
@@ -191,8 +192,7 @@ def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
 
 def test_a_step_ends_when_the_run_is_killed(tmp_path):
     """The next record does not begin; what waits for the step ends too."""
-    work = f"Watched(Path({str(tmp_path)!r}), ('a', 'b'), takes=0.5)"
-    run = started(work, tmp_path / "a.tried")
+    run = started("Watched(folder, takes=0.5), 'impacts', ['a', 'b']", tmp_path / "a.tried")
     run.kill()
     run.wait()
 

@@ -1,4 +1,4 @@
-"""A job for `vinesexp.supervised.run_apart` that writes a file for each record; some kill it."""
+"""A study for `vinesexp.supervised.run_apart` that writes a file a record; some kill it."""
 
 import faulthandler
 import os
@@ -14,27 +14,22 @@ class Watched:
     """Goes through records; those named in `deadly`, `once`, `wrong`, `stubborn` do as they say."""
 
     folder: Path
-    ids: tuple[str, ...] = ()
     takes: float = 0.0
     deadly: tuple[str, ...] = ()
     once: tuple[str, ...] = ()
     wrong: tuple[str, ...] = ()
     stubborn: tuple[str, ...] = ()
     how: int = 9
-    killed: bool = False
     held: bool = False
 
-    step = "impacts"
+    @property
+    def paths(self):
+        return self
 
-    def pending(self):
-        if self.killed:
-            os.kill(os.getpid(), 9)
-        return [id for id in self.ids if not (self.folder / id).exists()]
-
-    def log(self, id="all"):
+    def log(self, step, id):
         return self.folder / f"{id}.log"
 
-    def do(self, id):
+    def run(self, step, id):
         if self.held:
             _held(self.folder)
         tried = self.folder / f"{id}.tried"
@@ -48,7 +43,7 @@ class Watched:
             raise RecordError("is wrong", file=id)
         (self.folder / id).write_text(f"{os.getpid()}")
 
-    def refuse(self, id, reason):
+    def refuse(self, step, id, reason):
         if id in self.stubborn:
             os.kill(os.getpid(), 9)
         (self.folder / id).write_text(f"refused: {reason}")

@@ -48,10 +48,11 @@ def code_digest(name: str) -> str:
     digest = hashlib.sha256()
     for code in _function(*name.split(":")) if ":" in name else ():
         digest.update(code.encode())
-    for path in sorted(_reached(name)):
+    files, libraries = _reached(name)
+    for path in sorted(files):
         digest.update(str(path.relative_to(_ROOT)).encode())
         digest.update(_sha256(path))
-    for library in sorted(_libraries(name)):
+    for library in sorted(libraries):
         digest.update(f"{library} {version_of(library)}".encode())
     return digest.hexdigest()[:16]
 
@@ -67,16 +68,9 @@ def version_of(library: str) -> str:
         return ""
 
 
-def _libraries(name: str) -> set[str]:
-    """Libraries that the code behind `name` imports."""
-    files = (path for path in _reached(name) if path.suffix == ".py")
-    roots = {named.partition(".")[0] for path in files for named in _names(path)}
-    return roots - {_PACKAGE} - sys.stdlib_module_names
-
-
 def imported_modules(*modules: str) -> list[str]:
     """Files of the package that `modules` reach, relative to it, sorted."""
-    found: frozenset[Path] = frozenset().union(*map(_reached, modules))
+    found = {path for module in modules for path in _reached(module)[0]}
     return sorted(path.relative_to(_ROOT).as_posix() for path in found)
 
 
@@ -86,20 +80,20 @@ def named_modules(call: str) -> list[str]:
 
 
 @cache
-def _reached(name: str) -> frozenset[Path]:
-    """Files of the package that a module, or one function of a module, reaches by imports."""
-    modules = named_modules(name) if ":" in name else [name]
-    pending = [path for module in modules for path in _files(module)]
-    if not pending:
-        raise ImportError(f"no module of {_PACKAGE} among {modules}")
-    found: set[Path] = set()
+def _reached(name: str) -> tuple[frozenset[Path], frozenset[str]]:
+    """Files of the package, and libraries, that a module or a function reaches by imports."""
+    pending = named_modules(name) if ":" in name else [name]
+    files, names = set[Path](), set[str]()
     while pending:
-        path = pending.pop()
-        if path not in found:
-            found.add(path)
-            if path.suffix == ".py":
-                pending += [file for name in _names(path) for file in _files(name)]
-    return frozenset(found)
+        module = pending.pop()
+        new = set(_files(module)) - files if module not in names else ()
+        names.add(module)
+        files.update(new)
+        pending += [one for path in new if path.suffix == ".py" for one in _names(path)]
+    if not files:
+        raise ImportError(f"no module of {_PACKAGE} is {name}")
+    roots = {name.partition(".")[0] for name in names} - {_PACKAGE} - sys.stdlib_module_names
+    return frozenset(files), frozenset(roots)
 
 
 @cache
@@ -116,14 +110,11 @@ def _names(path: Path) -> list[str]:
 @cache
 def _files(name: str) -> tuple[Path, ...]:
     """Source of the module `name` of this package, and the data that lies beside it."""
-    parts = name.split(".")
-    if parts[0] != _PACKAGE:
-        return ()
-    base = _ROOT.joinpath(*parts[1:])
-    if base.with_suffix(".py").is_file():
-        return (base.with_suffix(".py"), *_data(base.parent))
-    if (base / "__init__.py").is_file():
-        return (base / "__init__.py", *_data(base))
+    package, *parts = name.split(".")
+    base = _ROOT.joinpath(*parts)
+    for source in (base.with_suffix(".py"), base / "__init__.py"):
+        if package == _PACKAGE and source.is_file():
+            return (source, *_data(source.parent))
     return ()
 
 

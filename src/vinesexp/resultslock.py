@@ -28,7 +28,7 @@ def require_own_folder(results: Path) -> None:
     VinesexpError
         It is not empty, and no run of this package made it.
     """
-    if not results.is_dir() or (results / ".campaign").is_file():
+    if not results.is_dir() or _note(results).is_file():
         return
     held = sorted({path.name for path in results.iterdir()} - _NOBODYS)
     if held:
@@ -51,13 +51,19 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
     """
     import fcntl
 
+    here, beside, wrong = str(campaign.resolve()), os.path.relpath(campaign, results), ""
     try:
         require_own_folder(results)
         results.mkdir(parents=True, exist_ok=True)
-        stream = (results / ".campaign").open("a+", encoding="utf-8")
+        stream = _note(results).open("a")
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            wrong = _owner_of(stream, results, campaign)
+            owner, *near = _noted(results) or [""]
+            # A project that was copied as a whole finds its campaign where it was: seen from here.
+            if owner not in ("", here) and beside not in near and Path(owner).exists():
+                wrong = f"holds the results of the campaign {owner}, not of {here}"
+            else:
+                _note(results).write_text(f"{here}\n{beside}\n", encoding="utf-8")
         except BlockingIOError:
             wrong = "another run is writing here"
         if wrong:
@@ -69,19 +75,14 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
     return stream
 
 
-def _owner_of(stream: IO[str], results: Path, campaign: Path) -> str:
-    """Write down whose results these are; what is wrong where they are another campaign's."""
-    stream.seek(0)
-    owner, *near = stream.read().splitlines() or [""]
-    here, beside = str(campaign.resolve()), os.path.relpath(campaign, results)
-    # A project that was copied as a whole finds its campaign where it was: seen from the results.
-    if owner and owner != here and beside not in near and Path(owner).exists():
-        return f"holds the results of the campaign {owner}, not of {here}"
-    stream.seek(0)
-    stream.truncate()
-    stream.write(f"{here}\n{beside}\n")
-    stream.flush()
-    return ""
+def _note(results: Path) -> Path:
+    """The file that is locked; it says of which campaign the results are."""
+    return results / ".campaign"
+
+
+def _noted(results: Path) -> list[str]:
+    """The campaign folder as it was called, and as it is seen from the results."""
+    return _note(results).read_text(encoding="utf-8").splitlines()
 
 
 def campaign_of(results: Path) -> Path:
@@ -92,8 +93,7 @@ def campaign_of(results: Path) -> Path:
     VinesexpError
         It does not remember one, or the folder is gone.
     """
-    noted = results / ".campaign"
-    lines = noted.read_text(encoding="utf-8").splitlines() if noted.is_file() else []
+    lines = _noted(results) if _note(results).is_file() else []
     for folder in (Path(line) for line in lines):
         for place in (folder, results / folder):
             if (place / "campaign.yaml").is_file():

@@ -67,7 +67,7 @@ def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
     roots = {"results": paths.folder, "campaign": campaign.folder}
     written: set[Path] = set()
-    ids = {None, *(record.id for record in campaign.records)}
+    ids = {"", *(record.id for record in campaign.records)}
     for id, file in ((id, file) for id, file in paths.kept_notes() if id in ids):
         notes = Notes(file, roots)
         for step in notes.steps:

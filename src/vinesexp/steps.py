@@ -7,7 +7,7 @@ imported when it runs: who only plans needs none of it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -46,7 +46,7 @@ class Step:
     call: str
     follows: tuple[str, ...] = ()
     makes: tuple[str, ...] = ()
-    reads: Callable[[Study, str | None], list[Path]] = lambda study, id: []
+    reads: Callable[[Study, str], list[Path]] = lambda study, id: []
     each: bool = False
 
     @property
@@ -55,23 +55,23 @@ class Step:
         return f"vinesexp.{self.call}"
 
 
-def _instrument_files(study: Study, id: str | None) -> list[Path]:
+def _instrument_files(study: Study, id: str) -> list[Path]:
     from vinesexp.records.readers.source import file_of  # a part of a file is read from its file
 
-    files = study.records[id or ""].files
+    files = study.records[id].files
     return [file if file.is_file() else file_of(file) for file in files]
 
 
-def _description(study: Study, _: str | None) -> list[Path]:
+def _description(study: Study, _: str) -> list[Path]:
     return [study.campaign.folder / "campaign.yaml", study.campaign.sheet]
 
 
-def _scene(study: Study, _: str | None) -> list[Path]:
+def _scene(study: Study, _: str) -> list[Path]:
     measured = study.scene.measured if study.scene else []
     return [study.campaign.folder / name for name in ("scene.yaml", *measured)]
 
 
-def _truth(study: Study, id: str | None) -> list[Path]:
+def _truth(study: Study, id: str) -> list[Path]:
     return [*_scene(study, id), *sorted((study.campaign.folder / "truth").glob("*.csv"))]
 
 
@@ -132,6 +132,8 @@ def all_modules() -> list[str]:
 class Study:
     """A campaign and its results: which of them still hold, and making those that do not.
 
+    Where a step is one on records, `id` says on which; it is empty for all together.
+
     Parameters
     ----------
     campaign : Campaign
@@ -149,11 +151,11 @@ class Study:
         self.records = {record.id: record for record in campaign.records}
         self.roots = {"results": paths.folder, "campaign": campaign.folder}
         self.may_be_gone: Collection[str] = ()
-        self._notes: dict[tuple[str, str | None], Notes] = {}
+        self._notes: dict[Path, Notes] = {}
         self._outcomes: dict[str, str] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """For the process of a job, which looks at results itself."""
+        """For a copy, or another process, which looks at results anew."""
         return {**self.__dict__, "_notes": {}, "_outcomes": {}}
 
     @cached_property
@@ -168,10 +170,7 @@ class Study:
     def _same(self) -> dict[str, dict[str, str]]:
         """What each step uses on whichever record: of campaign.yaml, of the code."""
         return {
-            name: {
-                **campaign_text(name, self.campaign),
-                "code": code_digest(step.function),
-            }
+            name: {**campaign_text(name, self.campaign), "code": code_digest(step.function)}
             for name, step in STEPS.items()
         }
 
@@ -180,18 +179,22 @@ class Study:
         """The text of each row of the table."""
         return {record.id: row_text(self.campaign, record) for record in self.campaign.records}
 
-    def notes(self, step: str, id: str | None = None) -> Notes:
-        """The notes of a step; of a step on records, those of record `id`."""
-        key = ("", id) if id is not None else (step, None)  # one file for all steps on a record
-        if key not in self._notes:
-            self._notes[key] = Notes(self.paths.notes(step, id), self.roots)
-        return self._notes[key]
+    def notes(self, step: str, id: str = "") -> Notes:
+        """The notes of a step; those of all steps on a record are in one file."""
+        path = self.paths.notes(step, id)
+        if path not in self._notes:
+            self._notes[path] = Notes(path, self.roots)
+        return self._notes[path]
 
-    def why(self, step: str, id: str | None = None) -> list[str]:
-        """Reasons to run a step, on record `id` where it is one on records; empty if it holds."""
+    def ids(self, step: str) -> Collection[str]:
+        """What a step goes through: records, or all together."""
+        return self.records if STEPS[step].each else ("",)
+
+    def why(self, step: str, id: str = "") -> list[str]:
+        """Reasons to run a step; empty where its result holds."""
         reads = STEPS[step].reads(self, id)
         return self.notes(step, id).why_outdated(
-            step, self.used(step, id), reads=reads, derivable=self.may_be_gone
+            step, self._used(step, id), reads=reads, derivable=self.may_be_gone
         )
 
     def remember(self) -> None:
@@ -199,20 +202,19 @@ class Study:
         for notes in self._notes.values():
             notes.renew()
 
-    def outputs(self, step: str, id: str | None = None) -> list[Path]:
-        """The files of a step, on record `id` where it is one on records."""
+    def outputs(self, step: str, id: str = "") -> list[Path]:
+        """The files of a step."""
         places = [getattr(self.paths, name) for name in STEPS[step].makes]
         return [place(id) if callable(place) else place for place in places]
 
-    def run(self, step: str, id: str | None = None) -> None:
+    def run(self, step: str, id: str = "") -> None:
         """Run a step and note what it was made from."""
-        record = [] if id is None else [self.records[id]]
+        record = [self.records[id]] if id else []
         module, _, function = STEPS[step].function.partition(":")
         with self._noted(step, id) as written:
             found = getattr(import_module(module), function)(
                 self.campaign, *record, paths=self.paths
             )
-            written += self.outputs(step, id)
             written += found if module == "vinesexp.showing" else []  # further files
 
     def refuse(self, step: str, id: str, reason: str) -> None:
@@ -220,51 +222,34 @@ class Study:
         from vinesexp.records.stored.checks import Check, write_checks
         from vinesexp.records.stored.store import write_refused
 
-        with self._noted("ingest", id) as written:
+        with self._noted("ingest", id):
             write_refused(self.paths.record(id), reason)
             write_checks(self.paths.ingest_checks(id), [Check(id, "ingest", "refused", reason)])
-            written += self.outputs("ingest", id)
         for other in (*STEPS[step].follows, step):
             if other not in ("simulate", "ingest"):
                 self.run(other, id)
 
     @contextmanager
-    def _noted(self, step: str, id: str | None = None) -> Iterator[list[Path]]:
-        """Note what a step used, read and wrote, which is added to the list."""
-        reads = STEPS[step].reads(self, id)
-        with self.notes(step, id).making(step, self.used(step, id), reads=reads) as written:
+    def _noted(self, step: str, id: str = "") -> Iterator[list[Path]]:
+        """Note what a step used, read and wrote: its outputs, and what is added to the list."""
+        reads, used = STEPS[step].reads(self, id), self._used(step, id)
+        with self.notes(step, id).making(step, used, reads=reads) as written:
+            written += self.outputs(step, id)
             yield written
         self._outcomes.clear()
 
-    def used(self, step: str, id: str | None) -> dict[str, str]:
+    def _used(self, step: str, id: str) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
         found = self._same[step] | rows_text(step, self._rows, id)
         for other in STEPS[step].follows:
             found[f"result of {other}"] = self._outcome(other, id)
         return found
 
-    def _outcome(self, step: str, id: str | None) -> str:
-        """Digest of what a step wrote, on all records where `id` is None."""
-        if id is not None:
+    def _outcome(self, step: str, id: str) -> str:
+        """Digest of what a step wrote, on one record or on all."""
+        if id:
             return self.notes(step, id).outcome(step)
         if step not in self._outcomes:
-            ids = self.records if STEPS[step].each else (None,)
-            parts = [(i, self.notes(step, i).outcome(step)) for i in ids]
+            parts = [(id, self.notes(step, id).outcome(step)) for id in self.ids(step)]
             self._outcomes[step] = repr(parts)
         return self._outcomes[step]
-
-
-def members(records: Sequence[str], batch: str) -> list[str]:
-    """Records of a batch: ``1of2``, or one by its name, ``only.NAME``.
-
-    Neighbours in the table, which are often alike, go to different batches.
-
-    Examples
-    --------
-    >>> members(["a", "b", "c"], "1of2"), members(["a", "b", "c"], "only.b")
-    (['a', 'c'], ['b'])
-    """
-    if batch.startswith("only."):
-        return [batch.removeprefix("only.")]
-    k, _, n = batch.partition("of")
-    return list(records[int(k) - 1 :: int(n)])

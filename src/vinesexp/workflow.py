@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -16,8 +17,8 @@ from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.resultslock import ANOTHER, hold_results, remove_leftovers, require_own_folder
-from vinesexp.steps import STEPS, Study, all_modules, members
-from vinesexp.supervised import INTERRUPTED, Job, run_apart
+from vinesexp.steps import STEPS, Study, all_modules
+from vinesexp.supervised import INTERRUPTED, run_apart
 
 
 class Asked(NamedTuple):
@@ -139,27 +140,39 @@ class Planner:
 
         def needed(wildcards: Any) -> list[Path]:
             batch = self._batch(dict(wildcards.items()))
-            made = []
-            for other in STEPS[step].follows:
-                if STEPS[other].each:
-                    batches = [batch] if batch else self.batches
-                    made += [self.paths.batch(other, b) for b in batches if self.pending(other, b)]
-                elif self.outdated[other]:
-                    made.append(self.study.outputs(other)[0])
-            return made
+            return [
+                self.paths.batch(other, one) if one else self.study.outputs(other)[0]
+                for other in STEPS[step].follows
+                for one in ([batch] if batch else self.batches if STEPS[other].each else [""])
+                if self.pending(other, one)
+            ]
 
         return needed
 
     def _batch(self, wildcards: Mapping[str, str]) -> str:
-        """Of a job on records; of one result of one record, which is asked for by its name."""
+        """Of a job on records: of one result of one record, which is asked for by its name, too."""
         id = wildcards.get("record", "")
         if id and id not in self.study.records:
             known = nearest(id, self.study.records)
             raise SystemExit(f"vinesexp: the campaign has no record '{id}'; {known}")
         return wildcards.get("batch") or (id and f"only.{id}")
 
+    def _members(self, batch: str) -> Sequence[str]:
+        """Records of a batch, ``2of3`` or ``only.NAME``; no batch is all together.
+
+        Neighbours in the table, which are often alike, go to different batches.
+        """
+        if not batch or batch.startswith("only."):
+            return [batch.removeprefix("only.")]
+        k, _, n = batch.partition("of")
+        return list(self.study.records)[int(k) - 1 :: int(n)]
+
+    def pending(self, step: str, batch: str) -> list[str]:
+        """Records of a batch that a step has to go through."""
+        return [id for id in self._members(batch) if id in self.outdated[step]]
+
     def run(self, step: str, **wildcards: str) -> None:
-        """Run a step in a process of its own.
+        """Run a step in a process of its own, where its results do not hold by now.
 
         Parameters
         ----------
@@ -172,15 +185,13 @@ class Planner:
         subprocess.CalledProcessError
             The step has failed; it has said why itself.
         """
+        study, batch = copy(self.study), self._batch(wildcards)
+        ids = [id for id in self._members(batch) if study.why(step, id)]
+        log = self.paths.log(f"{step}.{batch}".rstrip("."))
         analyses = any(self.outdated[other] for other in STEPS if STEPS[other].each)
-        job = Job(self.study, step, self._batch(wildcards))
-        if code := run_apart(job, loads=all_modules() if analyses else ()):
+        if code := run_apart(study, step, ids, log=log, loads=all_modules() if analyses else ()):
             self.interrupted = self.interrupted or code == INTERRUPTED
             raise subprocess.CalledProcessError(code, step)
-
-    def pending(self, step: str, batch: str) -> list[str]:
-        """Records of a batch that a step on records has to go through."""
-        return [i for i in members(list(self.study.records), batch) if i in self.outdated[step]]
 
     def about(
         self, rule: str, wildcards: Mapping[str, str]
@@ -193,10 +204,9 @@ class Planner:
         step = next((s for s in STEPS if rule == s or rule.endswith(f"_{s}")), None)
         if step is None:
             return None
-        batch = self._batch(wildcards)
-        ids = self.pending(step, batch) if batch else []
-        why = [reason for id in ids or [""] for reason in self.outdated[step].get(id, ())]
-        return step, ids, why or ["follows from other jobs"]
+        ids = self.pending(step, self._batch(wildcards))
+        why = [reason for id in ids for reason in self.outdated[step][id]]
+        return step, [id for id in ids if id], why or ["follows from other jobs"]
 
     @cached_property
     def outdated(self) -> dict[str, dict[str, list[str]]]:
@@ -218,27 +228,21 @@ class Planner:
                 self._judge(step, found)
         if self.lock is not None:
             self.study.remember()
-        again = [self.study.outputs(step, id or None)[:1] for step in found for id in found[step]]
+        again = [self.study.outputs(step, id)[:1] for step in found for id in found[step]]
         self.workflow.dag.forcefiles.update(str(file) for files in again for file in files)
         return found
 
     def _judge(self, step: str, found: dict[str, dict[str, list[str]]]) -> None:
-        follows = [found[other] for other in STEPS[step].follows]
-        for id in self.study.records if STEPS[step].each else ("",):
-            why = self.study.why(step, id or None)
-            if self._forced(step):
-                why = ["asked for"]
-                if self.lock is not None:
-                    self.study.notes(step, id or None).doubt(step)
+        asked, follows = self.workflow.dag_settings, [found[o] for o in STEPS[step].follows]
+        forced = asked and (asked.forceall or step in asked.forcerun)
+        for id in self.study.ids(step):
+            why = ["asked for"] if forced else self.study.why(step, id)
+            if forced and self.lock is not None:
+                self.study.notes(step, id).doubt(step)
             if not why and any(id in other if id else other for other in follows):
                 why = ["follows from other jobs"]
             if why:
                 found[step][id] = why
-
-    def _forced(self, step: str) -> bool:
-        """Whether a person asked for a step again, whatever its results say."""
-        asked = self.workflow.dag_settings
-        return bool(asked and (asked.forceall or step in asked.forcerun))
 
     def _hold(self) -> None:
         """Lock the results folder, in a real run only: a look at the plan must not wait."""
@@ -251,7 +255,7 @@ class Planner:
             raise SystemExit(f"vinesexp: {error}") from None
         remove_leftovers(self.paths.folder)
         for id, path in self.paths.kept_notes():
-            if id not in {None, *self.study.records}:  # removed, or renamed
+            if id and id not in self.study.records:  # removed, or renamed
                 Notes(path, self.study.roots).remove()
         for left in self.paths.batches.glob("*.*"):  # of a run that was killed
             left.unlink(missing_ok=True)

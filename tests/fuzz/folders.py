@@ -131,7 +131,7 @@ def _use(
         assert not foreign, "a folder of somebody else was taken for results"
         remove_leftovers(paths.folder)
         for id, other in paths.kept_notes():
-            if id not in {None, *ids}:
+            if id and id not in ids:
                 Notes(other, roots).remove()
         assert not paths.record("gone").exists(), "the result of a removed record stays"
         for id in IDS:

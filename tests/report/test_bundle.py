@@ -23,7 +23,7 @@ def test_files_of_others_are_not_handed_on(tmp_path):
     for step, id, files in (
         ("ingest", "b34", [paths.record("b34"), paths.ingest_checks("b34")]),
         ("ingest", "gone", [paths.record("gone")]),
-        ("report", None, [paths.report]),
+        ("report", "", [paths.report]),
     ):
         notes = Notes(paths.notes(step, id), roots)
         with notes.making(step, {}) as written:

@@ -12,19 +12,20 @@ import pytest
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.steps import Study, all_modules
-from vinesexp.supervised import Job, run_apart
+from vinesexp.supervised import run_apart
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 @pytest.fixture
 def run(finished, monkeypatch):
-    """Run a step of the finished project on all of its records; the exit code."""
+    """Run a step of the finished project on the records that need it; the exit code."""
     monkeypatch.chdir(finished.folder)
-    study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
 
-    def run(step, loads=("h5py", "pandas")):
-        return run_apart(Job(study, step, "1of1"), loads=loads)
+    def run(step, loads=("h5py", "pandas"), *, ids=None):
+        study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
+        ids = ids or [id for id in study.records if study.why(step, id)]
+        return run_apart(study, step, ids, log=study.paths.log(f"{step}.1of1"), loads=loads)
 
     forkserver._forkserver._stop()
     yield run
@@ -61,21 +62,21 @@ def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(run, finished, ca
 
 
 def test_libraries_are_loaded_once_for_all_steps(run):
-    assert run("ingest", all_modules()) == 0
+    assert run("ingest", all_modules(), ids=["bare"]) == 0
     loaded = {part for one in server().memory_maps() for part in Path(one.path).parts}
     assert {"numpy", "h5py", "pandas", "numba"} <= loaded, "what it and later ones ask for"
 
 
 def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_place(run):
     """The step under way ends by itself; one that has not begun fails; the next ones are done."""
-    assert run("ingest") == 0
+    assert run("ingest", ids=["bare"]) == 0
     for _ in range(2):
         kill(server())
-        assert run("condition") == 0
+        assert run("condition", ids=["bare"]) == 0
     held = server()
     held.suspend()  # asked, and killed before it answers
-    answer = ThreadPoolExecutor().submit(run, "condition")
+    answer = ThreadPoolExecutor().submit(run, "condition", ids=["bare"])
     time.sleep(0.2)
     kill(held)
     assert answer.result(timeout=20) == 1
-    assert run("condition") == 0
+    assert run("condition", ids=["bare"]) == 0

@@ -294,15 +294,11 @@ def row_text(campaign: Campaign, record: Record) -> dict[str, str]:
     return found
 
 
-def rows_text(
-    step: str, rows: Mapping[str, Mapping[str, str]], id: str | None = None
-) -> dict[str, str]:
+def rows_text(step: str, rows: Mapping[str, Mapping[str, str]], id: str = "") -> dict[str, str]:
     """What `step` uses of rows: of that of record `id`, field by field, or of all, as one text."""
     names = _seen(step)[1]
-    if id is not None:
-        return {name: rows[id][name] for name in names}
-    seen = [(i, {name: row[name] for name in names}) for i, row in rows.items()]
-    return {"records": repr(seen)}
+    seen = [(i, {name: rows[i][name] for name in names}) for i in ([id] if id else rows)]
+    return seen[0][1] if id else {"records": repr(seen)}
 
 
 _FIELDS = {name: attrgetter(name) for _, row in _SEES.values() for name in row}

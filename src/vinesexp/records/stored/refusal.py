@@ -35,19 +35,28 @@ def is_of_the_machine(error: Exception) -> bool:
     >>> is_of_the_machine(ValueError("array must not contain infs"))
     False
     """
-    return isinstance(error, MemoryError) or _number(error) in _MACHINE
+    return bool(reason_of_machine(error))
 
 
-def reason_of_machine(error: Exception) -> str:
-    """What is wrong with the machine, in its own words.
+def reason_of_machine(error: BaseException | None) -> str:
+    """What is wrong with the machine, in its own words; empty where nothing is.
+
+    It may be behind the error: a full disk, over which a library stumbles once more.
 
     Examples
     --------
     >>> reason_of_machine(OSError("Can't write data (errno = 28, error message = 'No space')"))
     'No space left on device'
+    >>> reason_of_machine(OSError(errno.ENOSPC, "No space left on device", "report.html"))
+    'report.html: No space left on device'
     """
-    number = _number(error)
-    return "too little memory" if number is None else os.strerror(number)
+    while isinstance(error, Exception) and not isinstance(error, VinesexpError):
+        number = _number(error)
+        if number in _MACHINE or isinstance(error, MemoryError):
+            file, said = getattr(error, "filename", None), "too little memory"
+            return (f"{file}: " if file else "") + (os.strerror(number) if number else said)
+        error = error.__context__
+    return ""
 
 
 def _number(error: Exception) -> int | None:

@@ -112,23 +112,22 @@ class ResultPaths:
     def _step(self, id: str, name: str) -> Path:
         return self.folder / "steps" / "records" / id / name
 
-    def notes(self, step: str, id: str | None = None) -> Path:
+    def notes(self, step: str, id: str = "") -> Path:
         """What a step used, read and wrote (`stored/freshness.py`); one file a record."""
-        made = self.folder / "steps" / f"{step}.made.json"
-        return made if id is None else self._step(id, "made.json")
+        return self._step(id, "made.json") if id else self.folder / "steps" / f"{step}.made.json"
 
-    def kept_notes(self) -> list[tuple[str | None, Path]]:
-        """Where the notes of steps lie, each with the record that it is on; None: on all."""
+    def kept_notes(self) -> list[tuple[str, Path]]:
+        """Where the notes of steps lie, each with the record that it is on; none: on all."""
         found = sorted((self.folder / "steps").glob("**/*made.json"))
-        return [(file.parent.name if file.name == "made.json" else None, file) for file in found]
+        return [(file.parent.name if file.name == "made.json" else "", file) for file in found]
 
     def batch(self, step: str, batch: str) -> Path:
         """Says that a step has gone through a batch of records; there while a run needs it."""
         return self.batches / f"{step}.{batch}"
 
-    def log(self, step: str, id: str | None = None) -> Path:
+    def log(self, step: str, id: str = "") -> Path:
         """What a step printed."""
-        return self.folder / "logs" / (f"{step}.log" if id is None else f"{step}/{id}.log")
+        return self.folder / "logs" / (f"{step}/{id}.log" if id else f"{step}.log")
 
     @property
     def bundle(self) -> Path:
