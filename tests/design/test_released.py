@@ -1,6 +1,6 @@
 """Releases by simulation: times, capture, energy and pumping time, against the motion itself."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from tests.combined import leading
 
 import vinesexp
 from vinesexp import NES, Oscillator, Release, Rig, simulate
-from vinesexp.design.released import _measures, released
+from vinesexp.design.released import LOTS, _measures, judged, released
 from vinesexp.design.task import OpenRig
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -96,6 +96,28 @@ def test_an_oscillator_beyond_critical_damping_creeps_with_its_slower_decay() ->
     assert falls.bare[1] - falls.bare[0] == pytest.approx(between, abs=1.0 / (8.0 * 8.0))
 
 
+@dataclass(frozen=True)
+class Timed:
+    """A clearance and the times of its starts."""
+
+    b: float
+    times: np.ndarray
+
+
+def test_a_time_is_that_of_more_starts_than_chose_it() -> None:
+    """Of 40 clearances that are alike, the one that 36 starts liked best was a third later."""
+    shown = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        found = [Timed(b, rng.exponential(size=12)) for b in np.arange(40.0)]
+        [at] = judged(
+            found, [lambda one: float(np.percentile(one.times, 85.0))],
+            lambda b, lot, rng=rng: Timed(b, rng.exponential(size=lot)), [36] * LOTS,
+        )  # fmt: skip
+        shown.append(float(np.percentile(found[at].times, 85.0)))
+    assert np.mean(shown) > 0.76 * -np.log(0.15)
+
+
 def times_to(one: Oscillator, ball: NES, place: float, level: float, followed: float) -> float:
     """When the amplitude of a release of 20 mm falls below a level for good, s."""
     rig, start = Rig(one, [ball]), Release(0.02, 0.0, [0.02 + place * ball.b])
@@ -107,7 +129,7 @@ def times_to(one: Oscillator, ball: NES, place: float, level: float, followed: f
 
 
 def test_the_fastest_clearance_is_that_of_the_cavities_a_workshop_delivers() -> None:
-    """Exactly as printed, the widest that captures was fastest: of wider ones few balls are."""
+    """Near the widest that captures, some of the cavities delivered are too wide to."""
     one, levels = Oscillator.from_modal(M=4.7, f0=7.86, zeta=0.004), (0.01, 0.005)
     balls = OpenRig(one, (0.094,), (0.5,), tolerance=0.1)
     falls = released(balls, x0=0.02, v0=0.0, levels=levels)
@@ -120,7 +142,8 @@ def test_the_fastest_clearance_is_that_of_the_cavities_a_workshop_delivers() -> 
         ]
         assert np.mean(np.array(times) <= 1.02 * best.sure(k)) >= 0.75
     exact = released(replace(balls, tolerance=0.0), x0=0.02, v0=0.0, levels=levels)
-    assert exact.found[exact.fastest[0]].b > 1.03 * falls.found[falls.fastest[0]].b
+    first, drilled = (one.found[one.fastest[0]].sure(0) for one in (exact, falls))
+    assert first < 0.97 * drilled, "in cavities exactly as printed all balls are faster"
     answer = vinesexp.design(
         mass=4.7, stiffness=one.k1, damping=one.c1, nes_mass=0.094, restitution=0.5,
         release=0.02, tolerance="10 %",

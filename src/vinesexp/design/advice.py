@@ -44,10 +44,13 @@ NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
 #: Random starts that a clearance is judged by: as many as it was compared by, and as the standard
 #: error of the captured share needs, within these, as far as the budget goes.
 JUDGED, SHARE_ERROR = (100, AFRESH), 0.025
-#: Phases from rest of a clearance that is judged; the same and random starts at the least.
-PHASES, FEWEST = 48, (3, 16)
-#: Starts of what is shown beside: least and most, phases from rest and random ones.
-SHOWN = ((2, 8), (2, 20))
+#: Phases from rest of a clearance that is judged, random starts at the least; phases at the least,
+#: in each part of the ranges and of the one excitation.
+PHASES, FEWEST, FEWEST_PHASES = 48, 16, (1, 3)
+#: Starts of what is shown beside: most phases from rest; least and most random ones.
+SHOWN = 8, (2, 20)
+#: Share of the work that looking for a jump may take where few starts leave it in doubt.
+CLIFFS = 0.15
 #: Draws of the starts with which the error of a percentile is found.
 RESAMPLED = 200
 #: Share of the bare amplitude below which nothing is called a gain.
@@ -400,9 +403,10 @@ def advise(
     found = search(task, ends=ends, marks=marks, seed=seed, budget=budget)
     shown = {found.least_mean, found.least_max, found.robust}
     every = (*shown, *([] if asked is None else [asked]))
-    many = _judging(found, JUDGING * budget / len(every))
+    fewest = FEWEST_PHASES[0 if task.ranged else 1]
+    many = _judging(found, JUDGING * budget / len(every), fewest)
     judged = {b: judge(task, b, many, seed + 2) for b in every}
-    beside = _shown_beside(found, BESIDE * budget)
+    beside = _shown_beside(found, BESIDE * budget, min(fewest, 2))
     unchanged, changed = changes(task, found.robust, beside, seed=seed + 3)
     return Advice(
         task=task,
@@ -415,7 +419,7 @@ def advise(
         least_mean=judged[found.least_mean],
         least_max=judged[found.least_max],
         robust=judged[found.robust],
-        cliffs=cliffs_of(task, found.robust, beside, seed=seed + 3),
+        cliffs=cliffs_of(task, found.robust, beside, seed=seed + 3, most=CLIFFS * budget),
         asked=None if asked is None else judged[asked],
         unchanged=unchanged,
         changed=changed,
@@ -431,20 +435,23 @@ def advise(
     )
 
 
-def _judging(found: Found, share: float) -> Starts:
+def _judging(found: Found, share: float, fewest: int) -> Starts:
     """Starts by which one clearance is judged, of a share of the work (s)."""
     needed = int(found.captured * (1.0 - found.captured) / SHARE_ERROR**2)
     wanted = min(max(found.race.starts, needed, JUDGED[0]), JUDGED[1])
     return Starts(
-        affordable(0.3 * share, found.work[0], (FEWEST[0], PHASES)),
-        affordable(0.7 * share, found.work[1], (min(FEWEST[1], wanted), wanted)),
+        affordable(0.3 * share, found.work[0], (fewest, PHASES)),
+        affordable(0.7 * share, found.work[1], (min(FEWEST, wanted), wanted)),
     )
 
 
-def _shown_beside(found: Found, share: float) -> Starts:
+def _shown_beside(found: Found, share: float, fewest: int) -> Starts:
     """Starts of one of the clearances or changes around the robust one."""
     one = 0.5 * share / max(4 * len(CHANGES), 2 * len(STEPS))
-    return Starts(*(affordable(one, w, ends) for w, ends in zip(found.work, SHOWN, strict=True)))
+    return Starts(
+        affordable(one, found.work[0], (fewest, SHOWN[0])),
+        affordable(one, found.work[1], SHOWN[1]),
+    )
 
 
 def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | None]:

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.best_clearance import WORSE, Found, percentile
+from vinesexp.design.best_clearance import WORSE, Found, Tried, percentile
 from vinesexp.design.ensemble import responses, together
-from vinesexp.design.task import Task, frequency_weights, random_starts, wall_starts
+from vinesexp.design.task import (
+    Task,
+    frequency_weights,
+    more_wall_starts,
+    random_starts,
+    wall_starts,
+)
 
 #: Shares of the clearance by which it is changed, either way.
 STEPS = (0.006, 0.012, 0.018, 0.025, 0.035, 0.05, 0.075, 0.1)
 #: A cliff stands where the amplitude is this much of that at the clearance.
 JUMP = 1.25
-#: Starts with which it is looked for, in those of the search: the more where the fewer leave it in
-#: doubt; what these leave in doubt is called a cliff.
-MORE = (1, 4)
+#: Starts with which it is looked for, in those of the first look: the more where the fewer leave in
+#: doubt whether the amplitude is higher or lower than that.
+MORE = (1, 4, 16)
 
 
 @dataclass(frozen=True)
@@ -36,8 +41,9 @@ class Side:
 
     Attributes
     ----------
-    clear : share by which the clearance can be changed without a jump.
-    jump : share at which there is one, None where there is none as far as was looked.
+    clear : share by which the clearance can be changed without a jump; where it ends before the
+        last of STEPS and there is no `jump`, the starts that there was time for do not tell more.
+    jump : share at which there is one, None where none is known.
     before, amplitude : what the clearance itself and what the one beyond the jump gives, m: mean
         from rest or mean of random starts, whichever jumps higher.
     """
@@ -56,61 +62,86 @@ class Cliffs:
     wider: Side
 
 
-def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int) -> Cliffs:
+def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int, most: float) -> Cliffs:
     """Look at clearances beside b, each exactly as wide as it says, under the same starts.
 
-    In runs of full length: just beyond the end of an orbit it takes long to be lost.
+    In runs of full length: just beyond the end of an orbit it takes long to be lost. `starts` are
+    those of a first look; more are run, for about `most` seconds of work, where they do not tell.
     """
     exact = replace(task, tolerance=0.0)
+    walls = Tried(
+        lambda at, numbers: more_wall_starts(exact, at, numbers, shift=0.0),
+        len(exact.grid()),
+        watch=False,
+    )
+    anywhere = Tried(
+        lambda at, numbers: random_starts(
+            exact, at, starts=len(numbers), seed=seed, first=numbers.start
+        ),
+        watch=False,
+    )
+    every = [b, *(b * (1.0 + way * step) for way in (-1.0, 1.0) for step in STEPS)]
+    walls.ask(every, starts.phases)
+    anywhere.ask(every, starts.random)
 
-    shares = [1.0, *(1.0 + way * step for way in (-1.0, 1.0) for step in STEPS)]
+    def seen(at: float, more: int) -> list[tuple[FloatArray, FloatArray]] | None:
+        rest, drawn = more * starts.phases, more * starts.random
+        if more > 1 and walls.spent + anywhere.spent > most:
+            return None
+        walls.ask((b, at), rest)
+        anywhere.ask((b, at), drawn)
+        by_phase = [exact.average(walls.of(one, rest).mean.T) for one in (b, at)]
+        by_draw = [anywhere.of(one, drawn).mean[0] for one in (b, at)]
+        return [(by_phase[0], by_phase[1]), (by_draw[0], by_draw[1])]
 
-    @cache
-    def seen(more: int) -> dict[float, tuple[FloatArray, FloatArray]]:
-        walls = [wall_starts(exact, b * s, phases=more * starts.phases) for s in shares]
-        places = [
-            random_starts(exact, b * s, starts=more * starts.random, seed=seed) for s in shares
-        ]
-        rest, drawn = responses(together(walls)).mean, responses(together(places)).mean
-        by_phase = rest.reshape(len(shares), len(exact.grid()), -1).swapaxes(1, 2)
-        both = zip(exact.average(by_phase), drawn.reshape(len(shares), -1), strict=True)
-        return dict(zip(shares, both, strict=True))
-
-    return Cliffs(_side(seen, -1.0), _side(seen, 1.0))
+    return Cliffs(_side(seen, b, -1.0), _side(seen, b, 1.0))
 
 
-Seen = Callable[[int], dict[float, tuple[FloatArray, FloatArray]]]
+Seen = Callable[[float, int], list[tuple[FloatArray, FloatArray]] | None]
 
 
-def _side(seen: Seen, way: float) -> Side:
-    clear = 0.0
+def _side(seen: Seen, b: float, way: float) -> Side:
+    """One side of a clearance, as far as the starts tell: the amplitudes at b and at another."""
+    clear, told = 0.0, True
     for step in STEPS:
         for more in MORE:
-            found = list(zip(seen(more)[1.0], seen(more)[1.0 + way * step], strict=True))
-            rises = [there.mean() / before.mean() for before, there in found]
-            most = int(np.argmax(rises))
-            before, there = found[most]
-            if rises[most] <= JUMP:
+            found = seen(b * (1.0 + way * step), more)
+            if found is None:  # no more time: not told
+                told = False
                 break
-            if no_accident(before, there) or more == MORE[-1]:
-                return Side(clear, step, float(before.mean()), float(there.mean()))
-        clear = step
+            jumps = _jumps(found)
+            if jumps is not None or more == MORE[-1]:
+                rises = [there.mean() / before.mean() for before, there in found]
+                before, there = found[int(np.argmax(rises))]
+                if jumps or (jumps is None and max(rises) > JUMP):
+                    return Side(clear, step, float(before.mean()), float(there.mean()))
+                clear = step if told else clear
+                break
     return Side(clear)
 
 
-def no_accident(before: FloatArray, there: FloatArray) -> bool:
-    """Whether the mean over the same starts is higher, by more than twice the error of that.
+def _jumps(found: Sequence[tuple[FloatArray, FloatArray]]) -> bool | None:
+    """Whether one of the amplitudes is a quarter higher or more; None: these starts do not tell."""
+    excess = [there - JUMP * before for before, there in found]
+    if any(certain(one) and one.mean() > 0.0 for one in excess):
+        return True
+    return False if all(certain(one) for one in excess) else None
+
+
+def certain(excess: FloatArray) -> bool:
+    """Whether the mean over the starts is more than twice its error from zero.
 
     Examples
     --------
-    >>> no_accident(np.array([1.0, 1.1, 0.9, 1.0]), np.array([1.4, 1.5, 1.3, 1.4]))
-    True
-    >>> no_accident(np.array([1.0, 1.1, 0.9, 1.0]), np.array([1.0, 1.1, 0.9, 2.4]))
+    >>> certain(np.array([0.3, 0.4, 0.3])), certain(np.array([-0.1, -0.1, 1.1]))
+    (True, False)
+    >>> certain(np.array([0.3]))  # of one start there is no error
     False
     """
-    excess = there - before
+    if excess.size < 2:
+        return False
     doubt = float(excess.std(ddof=1)) / np.sqrt(excess.size)
-    return bool(excess.mean() > WORSE * doubt)
+    return bool(abs(excess.mean()) > WORSE * doubt)
 
 
 #: Their runs are shorter than those that judge, by this factor.

@@ -23,11 +23,12 @@ from vinesexp.design.task import Task, more_wall_starts, random_starts
 
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
 #: shares of its parts: each scan, each contest from rest, that of random starts, judging, and each
-#: of what is shown beside.
+#: of what is shown beside. However much the others took, what to build has a part of its share.
 BUDGET = 4.0
 SCANS, CONTESTS, ROBUST, JUDGING, BESIDE = 0.08, 0.2, 0.6, 0.15, 0.06
-#: Clearances of the scan.
-COARSE = 37
+OWN = 0.5
+#: Clearances of the scan: least where a start is dear, and most.
+COARSE = (19, 37)
 #: Its ends: shares of the least, and multiples of the largest, of b_c and bare amplitude. Below,
 #: the ball rattles many times a cycle and acts as a dead mass; above, it is seldom struck.
 BOTTOM, TOP = 0.12, 4.0
@@ -49,9 +50,10 @@ NARROWER = 0.97
 #: from where it was found in steps twice as long, at most so many times each: it often stands
 #: against a jump at the end of a long slope. Not closer where the steps differ by less than FLAT.
 STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 4, 0.004
-#: Starts from rest and random starts of a clearance, least and most, in the
-#: scan; then the same in the first round of a contest.
+#: Starts from rest and random starts of a clearance, least and most, in the scan; then the same in
+#: the first round of a contest. Over ranges a start from rest is one in every part of them.
 SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
+SCAN_PARTS, FIRST_PARTS = (1, 8), (2, 16)
 #: In a narrow cavity a ball may chatter to rest and act as a dead mass: its runs take DEAR times as
 #: long as the median of all, of more than CHATTER impacts a cycle and ball. Such a clearance has to
 #: be better by LITTLE to be looked at closer, and none is tried for safety. A dead mass does the
@@ -666,8 +668,11 @@ def search(
         )
 
     rest, random = from_rest(0.0, False), Tried(anywhere(seed), 1, False)
-    grid = wide_enough(np.geomspace(*ends, COARSE), rest)
-    grid = far_enough(grid, rest, SCAN_REST[0])
+    in_scan, in_first = (SCAN_PARTS, FIRST_PARTS) if task.ranged else (SCAN_REST, FIRST_REST)
+    rest.ask(ends[-1:], 1)
+    coarse = affordable(SCANS * budget, rest.work(ends[-1]), COARSE)
+    grid = wide_enough(np.geomspace(*ends, coarse), rest)
+    grid = far_enough(grid, rest, in_scan[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
     mean, largest = _over(mean_of, task.average), _over(largest_of, task.worst)
@@ -683,13 +688,13 @@ def search(
     dearest = 0.0
     for nodes, (starts, criteria) in enumerate(kinds):
         every.append(starts)
-        curves, scan = scanned(grid, starts, criteria, ends=SCAN_REST, most=purse.next())
+        curves, scan = scanned(grid, starts, criteria, ends=in_scan, most=purse.next())
         scans.append(scan)
         starts = from_rest(0.25, nodes > 0, task.tolerance)
         every.append(starts)
         for one, criterion in zip(curves, criteria, strict=True):
             contest = Contest(starts, criterion, Purse(purse.next()), seed=seed)
-            won.append(contest.won([*one.lowest(), *contest.known()], FIRST_REST))
+            won.append(contest.won([*one.lowest(), *contest.known()], in_first))
             dearest = max(dearest, starts.work(won[-1].b))
     [curve], random_scan = scanned(
         grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=purse.next()
@@ -702,7 +707,7 @@ def search(
     others = [share * one.b for one in won for share in (1.0, NARROWER)]
     safer = [b for b in (share * lowest[0] for share in SAFER) if not curve.is_dear(b)]
     robust_rule = Criterion(mean_of, weighted_percentile, cautious)
-    contest = Contest(random, robust_rule, Purse(purse.next()), seed)
+    contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
     robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
     work = dearest, random.work(robust.b)
     share = float(random.found[robust.b].captured.mean())

@@ -53,12 +53,12 @@ STEADY = 1.5
 #: s of one core an impact, for what is said beforehand (docs/benchmarks/simulation.md).
 PER_IMPACT = 0.3e-6
 #: s of one core: a run, a cycle, an impact, more for one beyond two a cycle of each ball, an
-#: evaluation of the scalar loop where these are counted. In lanes; one by one in closed form
-#: (several balls, a heavy one); with friction of the balls; with a damping law. TABLE: what is
+#: evaluation of the scalar loop and ball where these are counted. In lanes; one by one in closed
+#: form (several balls, a heavy one); with friction of the balls; with a damping law. TABLE: what is
 #: tabulated for another oscillator or frequency than that of the run before. By these a search
 #: shares out its time; counted, not measured, so that an answer is the same anywhere.
 WORK_LANES, WORK_ALONE, WORK_FRICTION, WORK_LAW = (
-    (1e-5, 4e-8, 4.5e-8, 0.0, 3.8e-7), (2e-5, 5e-8, 1.5e-7, 5e-7, 6e-8),
+    (1e-5, 4e-8, 4.5e-8, 0.0, 3.8e-7), (2e-5, 5e-8, 0.0, 3e-7, 6e-8),
     (4e-4, 5e-7, 1e-6, 2e-6, 0.0), (4e-4, 5e-6, 3e-6, 1e-6, 0.0),
 )  # fmt: skip
 TABLE = 2.8e-5
@@ -458,7 +458,7 @@ def _work(
     per = np.where(lanes, np.array([WORK_LANES]).T, np.array([law]).T)
     cycles, impacts = duration * runs.pace, duration * runs.values[:, V_F] * hits
     beyond = np.maximum(impacts - 2.0 * cycles * runs.balls.shape[1], 0.0)
-    counts = np.array([np.ones(len(runs)), cycles, impacts, beyond, spent])
+    counts = np.array([np.ones(len(runs)), cycles, impacts, beyond, spent * runs.balls.shape[1]])
     return np.asarray((per * counts).sum(axis=0))
 
 

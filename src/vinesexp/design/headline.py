@@ -128,31 +128,32 @@ def build_this(advice: Advice) -> list[str]:
         "with the ball at a wall.",
         _by_start(best),
     ]
-    elsewhere = abs(advice.least_mean.b / best.b - 1.0) > task.tolerance
-    if elsewhere and advice.least_mean.rest_mean < 0.8 * best.random_mean:
-        said.append(
-            f"If every test starts at rest with the ball at a wall, b = "
-            f"{clearance(advice.least_mean.b)} mm leaves {brief(advice.least_mean.rest_mean)} mm."
-        )
-    tied = advice.found.race.tied
-    if len(tied) > 1:
-        said.append(
-            f"Clearances from {clearance(tied[0])} to {clearance(tied[-1])} mm are "
-            f"{_alike(advice.found.race)}."
-        )
-    said.append(_cliff(advice))
-    return [*said, damper(advice)]
+    other = advice.least_mean
+    better = other.rest_mean < 0.8 * best.random_mean or (
+        other.random_mean < (1.0 - WORTH) * best.random_mean
+    )
+    if better and abs(other.b / best.b - 1.0) > task.tolerance:
+        said.append(_at_a_wall(task, other))
+    return [*said, *_ties(advice.found.race), _cliff(advice), damper(advice)]
+
+
+def _at_a_wall(task: Task, one: Judged, bare: str = "") -> str:
+    """What a clearance gives that is best for balls at a wall, and what it is elsewhere."""
+    return (
+        f"If every test starts at rest with the ball at a wall, b = {_each(task, one.b)} mm leaves "
+        f"{brief(one.rest_mean)} mm{bare}; over random starts it leaves a mean of "
+        f"{brief(one.random_mean)} mm, and one of ten gives {brief(one.random_p90)} mm or more."
+    )
 
 
 def from_the_wall_alone(advice: Advice) -> list[str]:
     """That a clearance takes a twentieth only from tests that start with the ball at a wall."""
     best = min(advice.least_mean, advice.robust, key=lambda one: one.rest_mean)
     return [
-        "No clearance helps from every start: over random starts the best one reduces the bare "
-        f"amplitude of {brief(advice.robust.random_bare)} mm by "
-        f"{percent(max(advice.random_gain, 0.0))}.",
-        f"If every test starts at rest with the ball at a wall, b = {_each(advice.task, best.b)} "
-        f"mm leaves {brief(best.rest_mean)} mm of {brief(advice.bare_mean)} mm.",
+        "No clearance helps from every start: over random starts the best one for nine of "
+        f"ten of them, b = {_each(advice.task, advice.robust.b)} mm, reduces the bare amplitude of "
+        f"{brief(advice.robust.random_bare)} mm by {percent(max(advice.random_gain, 0.0))}.",
+        _at_a_wall(advice.task, best, f" of {brief(advice.bare_mean)} mm"),
         damper(advice),
     ]
 
@@ -205,23 +206,45 @@ def nothing_helps(advice: Advice) -> list[str]:
     ]
 
 
-def _alike(race: Race) -> str:
+def _ties(race: Race) -> list[str]:
+    """Clearances that are not certainly worse, and by how much they may be."""
+    if len(race.tied) < 2:
+        return []
+    those = f"learances from {clearance(race.tied[0])} to {clearance(race.tied[-1])} mm are"
     if race.within <= WORTH:
-        return f"equal within {max(percent(race.within), '1 %')}"
-    return f"equal within the error of {race.starts} random starts"
+        return [f"C{those} equal within {max(percent(race.within), '1 %')}."]
+    more = f"{percent(race.within)} more"
+    if race.within > 1.0:
+        more = f"{1.0 + race.within:.2g} times as much"
+    return [
+        f"With {race.starts} random starts c{those} not told apart; the worst of them may give up "
+        f"to {more}."
+    ]
 
 
 def _cliff(advice: Advice) -> str:
     sides = (("narrower", advice.cliffs.narrower), ("wider", advice.cliffs.wider))
     words = [_side(name, side) for name, side in sides if side.jump is not None]
-    if not words:
-        return (
-            f"At {len(STEPS)} clearances tried on either side, up to {percent(STEPS[-1])} away, "
-            "the amplitude rises by less than a quarter."
-        )
-    clear = [name for name, side in sides if side.jump is None]
-    rest = f"; {clear[0]} it does not, within 10 %" if clear else ""
-    return f"The amplitude jumps by a quarter or more {' and '.join(words)}{rest}."
+    if words:
+        said = f"The amplitude jumps by a quarter or more {' and '.join(words)}"
+    rest = [(name, side.clear) for name, side in sides if side.jump is None]
+    untold = [
+        f"more than {100.0 * clear:.2g} % {name}" if clear else f"anywhere {name}"
+        for name, clear in rest
+        if clear < STEPS[-1]
+    ]
+    if not untold:
+        if not words:
+            return (
+                f"At {len(STEPS)} clearances tried on either side, up to {percent(STEPS[-1])} "
+                "away, the amplitude rises by less than a quarter."
+            )
+        return f"{said}; {rest[0][0]} it does not, within 10 %." if rest else f"{said}."
+    doubt = (
+        "Too few starts were run to tell whether the amplitude jumps by a quarter "
+        f"{' or '.join(untold)}."
+    )
+    return f"{said}. {doubt}" if words else doubt
 
 
 def _side(name: str, side: Side) -> str:
@@ -359,7 +382,7 @@ def warnings_of(advice: Advice) -> list[str]:
             f"meets a wall (the bare amplitude of {brief(advice.bare)} mm is too small): start it "
             "at a wall"
         )
-    said += ends_of_search(advice)
+    said += [] if advice.hopeless else ends_of_search(advice)
     if advice.task.undamped:
         said.append(
             "nothing damps the oscillator alone: without a ball it keeps the motion that it "
@@ -409,9 +432,12 @@ def few_starts(advice: Advice) -> list[str]:
     """Where runs take so long that the time of an answer allows fewer starts than usual."""
     if advice.judged.random >= JUDGED[0]:
         return []
+    phases, ranged = advice.judged.phases, advice.task.ranged
+    from_rest = f"{phases} start{'s' * (phases > 1)} from rest"
+    from_rest += " in each part of the ranges" * ranged
     return [
         f"a run of this rig takes {1e3 * advice.found.work[1]:.2g} ms of processor time, which is "
-        f"long. Each clearance was judged by {advice.judged.phases} starts from rest and "
+        f"long. Each clearance was judged by {from_rest} and "
         f"{advice.judged.random} random ones, and fewer clearances than usual were compared; "
         "--effort 4 does four times as much"
     ]

@@ -18,8 +18,8 @@ from vinesexp.rig import Rig
 from vinesexp.solver.simulation import simulate
 
 #: Clearances tried at first, and between neighbours of the best; balls anywhere, and at a wall; and
-#: balls anywhere that judge the best anew.
-CLEARANCES, CLOSER, STARTS, AT_WALL, FRESH = 12, 2, 6, 2, 24
+#: balls anywhere that judge the best anew, in so many lots.
+CLEARANCES, CLOSER, STARTS, AT_WALL, FRESH, LOTS = 12, 2, 6, 2, 24, 3
 #: Ends of the clearances tried, shares of the peak deflection without a ball.
 ENDS = (0.1, 4.0)
 #: Points a cycle of the natural frequency at which the motion is looked at, and fewest in all.
@@ -104,7 +104,8 @@ def under_record(
         walls = [np.full(n, side) for side in np.linspace(1.0, -1.0, at_wall)]
         return [*anywhere(n, rng, starts), *walls]
 
-    few, many = drawn(STARTS, AT_WALL), drawn(FRESH, FRESH * AT_WALL // STARTS)
+    few = drawn(STARTS, AT_WALL)
+    lots = [drawn(FRESH, FRESH * AT_WALL // STARTS) for _ in range(LOTS)]
 
     def tried(b: float, places: Sequence[FloatArray] = few) -> Driven:
         starts = []
@@ -119,7 +120,7 @@ def under_record(
     marks = [] if asked is None else [asked]
     first = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
     found = tried_closer(first, tried, (_rms, _peak), CLOSER)
-    least_rms, least_peak = judged(found, [_rms, _peak], lambda one: tried(one.b, many))
+    least_rms, least_peak = judged(found, (_rms, _peak), tried, lots)
     samples = np.asarray(base.samples)
     return UnderRecord(
         duration=base.duration,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, Protocol, TypeVar
@@ -29,9 +29,9 @@ from vinesexp.theory.regime_definitions import activation_spells
 #: Clearances tried at first, and between neighbours of the fastest of each level; ball positions
 #: anywhere, and how many more are at the wall that will push, each a little farther off it.
 CLEARANCES, CLOSER, STARTS, AT_WALL = 15, 3, 12, 4
-#: Balls anywhere and at the wall, drawn anew, that judge the fastest clearances: what looks best of
-#: many is partly so by luck of the few starts that found it.
-FRESH, FRESH_AT_WALL = 36, 12
+#: Balls anywhere and at the wall, drawn anew, that judge the fastest clearances, and how many such
+#: lots: what looks best of many is partly so by luck of the few starts that found it.
+FRESH, FRESH_AT_WALL, LOTS = 36, 12, 3
 #: Ends of the clearances tried, shares of the release amplitude.
 ENDS = (0.25, 4.0)
 #: Where starts at a wall are: from it up to this share of b off it.
@@ -163,9 +163,9 @@ def released(
     x_m = float(np.hypot(x0, v0 / oscillator.w0))
     rng = np.random.default_rng(seed)
     heading = float(np.sign(v0 if v0 != 0.0 else -x0))
-    few, many = (
+    few, *lots = (
         _places(len(open_rig.masses), heading, rng, starts=starts, at_wall=at_wall)
-        for starts, at_wall in ((STARTS, AT_WALL), (FRESH, FRESH_AT_WALL))
+        for starts, at_wall in ((STARTS, AT_WALL), *[(FRESH, FRESH_AT_WALL)] * LOTS)
     )
     decay = max(oscillator.zeta, 1e-9) * oscillator.w0
     duration = min(FOLLOWED / decay, LONGEST / oscillator.f0)
@@ -183,7 +183,7 @@ def released(
     first = np.concatenate([x_m * np.geomspace(*ENDS, CLEARANCES), list(marks)])
     wanted = _wanted(len(levels))
     found = tried_closer(first, tried, wanted, CLOSER)
-    best = judged(found, wanted, lambda one: tried(one.b, many))
+    best = judged(found, wanted, tried, lots)
     mine = None if asked is None else int(np.argmin([abs(one.b - asked) for one in found]))
     return Falls(
         levels=tuple(levels),
@@ -226,12 +226,13 @@ def tried_closer(
 
 
 def judged(
-    found: list[Any], wanted: Sequence[Callable[[Any], float]], anew: Callable[[Any], Any]
-) -> list[int]:
+    found: list[Any], wanted: Sequence[Callable[[Any], float]],
+    tried: Callable[[float, Any], Any], lots: Sequence[Any],
+) -> list[int]:  # fmt: skip
     """The least of what was tried by each of some values, as starts drawn anew show them.
 
     What looks best of many is partly so by luck. It is tried anew, in its place in `found`, and
-    again what then looks best, until that is one that was tried anew.
+    again what then looks best, until that is one that was tried with every lot of starts.
 
     Parameters
     ----------
@@ -239,8 +240,10 @@ def judged(
         What was tried; those that are tried anew are replaced.
     wanted : sequence of callables
         Values of one of them, each to be least.
-    anew : callable
-        One of them with other starts.
+    tried : callable
+        What a clearance (m) does from a lot of starts.
+    lots : sequence
+        Lots of starts that none was found with.
 
     Returns
     -------
@@ -249,18 +252,30 @@ def judged(
 
     Examples
     --------
-    >>> found = [3.0, 1.0, 2.0]  # 1 was luck
-    >>> judged(found, [float], lambda one: one + 1.5 if one == 1.0 else one), found
-    ([2], [3.0, 2.5, 2.0])
+    >>> from dataclasses import make_dataclass
+    >>> One = make_dataclass("One", ["b", "time"])
+    >>> found = [One(b, np.array([time])) for b, time in ((1.0, 3.0), (2.0, 1.0), (3.0, 2.0))]
+    >>> late = lambda b, lot: One(b, np.array([{2.0: 4.0, 3.0: 2.5}[b]]))  # 1 s was luck
+    >>> judged(found, [lambda one: one.time.mean()], late, "ab")
+    [2]
     """
-    sure: set[int] = set()
+    had = [0] * len(found)
     best = []
     for value in wanted:
-        while (i := int(np.argmin([value(one) for one in found]))) not in sure:
-            found[i] = anew(found[i])
-            sure.add(i)
+        while had[i := int(np.argmin([value(one) for one in found]))] < len(lots):
+            more = tried(found[i].b, lots[had[i]])
+            found[i] = more if had[i] == 0 else _joined(found[i], more)
+            had[i] += 1
         best.append(i)
     return best
+
+
+def _joined(one: Any, more: Any) -> Any:
+    """What a clearance did from some starts, and from more of them."""
+    arrays = [name for name, values in vars(one).items() if isinstance(values, np.ndarray)]
+    return replace(
+        one, **{name: np.concatenate([getattr(one, name), getattr(more, name)]) for name in arrays}
+    )
 
 
 def _bare_times(

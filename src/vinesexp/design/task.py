@@ -392,7 +392,8 @@ def _from_walls(
 ) -> Runs:
     """Starts by phase, place within the tolerance and in each part of the ranges, from 0 to 1.
 
-    Everything is at rest, neighbours among the balls are at opposite walls.
+    Everything is at rest, neighbours among the balls are at opposite walls. The phases of one part
+    are moved against those of the others: few of them tell as much as there are parts.
     """
     task.rig(b)  # refused, or warned of, once
     grid = np.repeat(np.array(task.grid()), turns.size, axis=0)
@@ -401,7 +402,8 @@ def _from_walls(
         low, high, _ = (np.repeat(part, turns.size, axis=0) for part in task.parts())
         grid = low + np.tile(within, (again, 1)) * (high - low)
     made = task.delivered(b, off)
-    base = np.column_stack([grid, np.tile(2.0 * np.pi * turns, again)])
+    turned = np.tile(turns, again) + np.repeat(golden(again, 0.0), turns.size)
+    base = np.column_stack([grid, 2.0 * np.pi * (turned % 1.0)])
     walls = np.broadcast_to(-((-1.0) ** np.arange(len(task.masses))), (len(grid), len(task.masses)))
     return task.runs(np.tile(made, again), base, walls)
 
