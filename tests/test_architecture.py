@@ -16,7 +16,7 @@ REPOSITORY = Path(__file__).parents[1]
 
 #: From the ground up; a module imports from its own floor or from one below.
 FLOORS = (
-    {"errors", "arrays", "public_names", "whole_files", "environment", "codedigest"},
+    {"errors", "arrays", "public_names", "whole_files", "environment", "codedigest", "garbage"},
     {"units", "rig", "excitation"},
     {"settings"},
     {"theory", "solver", "records"},

@@ -166,3 +166,9 @@ def test_a_step_does_not_count_what_comes_after_it(step, monkeypatch):
     code_digest(f"vinesexp.pipeline:{step}")
     assert "records" in read
     assert not {"identification", "clearance", "replay", "report", "figures"} & set(read)
+
+
+def test_how_freshness_is_judged_concerns_no_result_of_a_record():
+    of_ingest = imported_modules("vinesexp.pipeline:ingest_record")
+    assert "records/stored/what_a_step_sees.py" in of_ingest
+    assert "records/stored/freshness.py" not in of_ingest

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.freshness import campaign_seen_by, record_seen_by
 from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.what_a_step_sees import campaign_seen_by, record_seen_by
 
 if TYPE_CHECKING:
     from vinesexp.identification.estimate import Estimate

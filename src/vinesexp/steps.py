@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any
 
 from vinesexp.codedigest import code_digest, named_modules
 from vinesexp.records.campaign.schema import Campaign
-from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text
+from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.what_a_step_sees import campaign_text, row_text, rows_text
 
 if TYPE_CHECKING:
     from vinesexp.laboratory.bench import Scene

@@ -32,10 +32,6 @@ from vinesexp.steps import Study
 #: Exit code of work that a person has ended with Ctrl-C.
 INTERRUPTED = 130
 
-#: Objects that are made between two searches for garbage. Figures are made of many that all stay
-#: to the end of a figure: with the default of 700 the searches took a quarter of their time.
-_MADE = 100_000
-
 #: How many of its units of memory the system has in a MiB.
 _MIB = 2**20 if sys.platform == "darwin" else 2**10
 
@@ -107,7 +103,7 @@ def _started(loads: Collection[str], *work: object) -> _Worker:
     process = context.Process(target=_work, args=(*work, theirs))
     with _STARTING, theirs, suppress(EOFError, OSError):
         one_thread_each()
-        context.set_forkserver_preload([*loads, __name__])
+        context.set_forkserver_preload(["vinesexp.garbage", *loads, __name__])
         process.start()
     return process, ours
 
@@ -135,7 +131,6 @@ def _work(study: Study, step: str, job_log: Path, asked: Connection) -> None:
     """Do, in the fork, what is asked for, until nobody asks any more."""
     signal.signal(signal.SIGINT, _interrupted)
     gc.freeze()
-    gc.set_threshold(_MADE)
     code = 0
     try:
         with suppress(EOFError, ConnectionError):

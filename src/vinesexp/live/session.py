@@ -46,9 +46,10 @@ from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, read_campaign
 from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of_record
 from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
-from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text
+from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.what_a_step_sees import campaign_text, row_text, rows_text
 from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95, Quantity, with_error
 from vinesexp.whole_files import digest_of_file, write_whole

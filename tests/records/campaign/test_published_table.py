@@ -7,7 +7,7 @@ import pytest
 from vinesexp.errors import CampaignError
 from vinesexp.records.campaign.load import load_campaign, read_campaign
 from vinesexp.records.campaign.published_table import PublishedValue
-from vinesexp.records.stored.freshness import campaign_seen_by
+from vinesexp.records.stored.what_a_step_sees import campaign_seen_by
 
 YAML = """\
 published: published.csv

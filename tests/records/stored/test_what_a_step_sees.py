@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp.records.campaign.published_table import PublishedValue
 from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record, Setup, TimeColumn
-from vinesexp.records.stored.freshness import (
+from vinesexp.records.stored.what_a_step_sees import (
     campaign_seen_by,
     campaign_text,
     record_seen_by,
