@@ -29,7 +29,7 @@ LEVEL = {"--base-amplitude": "0.25 mm"}
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search of few clearances and starts: the answer is rough, its parts are all there."""
     for name, value in (
-        ("COARSE", (6, 6)), ("CLOSER", 2), ("FINALISTS", 3), ("MOVES", 1),
+        ("COARSE", (6, 6)), ("CLOSER", (2, 2)), ("FINALISTS", 3), ("MOVES", 1),
     ):  # fmt: skip
         monkeypatch.setattr(best_clearance, name, value)
     monkeypatch.setattr("vinesexp.design.ask.BUDGET", 0.3)

@@ -11,6 +11,7 @@ from vinesexp import Oscillator, simulate
 from vinesexp.design import best_clearance
 from vinesexp.design.advice import (
     Advice,
+    _surest,
     advise,
     den_hartog,
     equal_mass_den_hartog,
@@ -300,3 +301,12 @@ def test_a_band_of_several_balls_keeps_its_time_and_finds_the_valley() -> None:
         found = best_clearance.search(task, ends=(2e-3, 0.23), budget=4.0)
     assert sum(one.spent for one in spent) < 1.6 * 4.0
     assert 0.06 < found.robust < 0.12
+
+
+def test_what_judges_decides_where_few_starts_compared(rough: Advice) -> None:
+    """0.68 mm was to be built beside 2.30 mm, which the same answer had better in every number."""
+    best = rough.robust
+    other = replace(best, b=2.0 * best.b, random_mean=0.7 * best.random_mean)
+    assert _surest([best, other], best) is other
+    assert _surest([best, replace(other, random_p90=1.01 * best.random_p90)], best) is best
+    assert _surest([best, replace(best, random_p90=0.97 * best.random_p90)], best) is best

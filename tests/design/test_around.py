@@ -21,7 +21,7 @@ TASK = Task(TABLE_2, (0.032,), (0.6,), levels=(G, G), frequencies=(TABLE_2.f0,) 
 
 def found_of(task: Task) -> Found:
     with pytest.MonkeyPatch.context() as patched:
-        for name, value in (("COARSE", (24, 24)), ("CLOSER", 2), ("FINALISTS", 3)):
+        for name, value in (("COARSE", (24, 24)), ("CLOSER", (2, 2)), ("FINALISTS", 3)):
             patched.setattr(best_clearance, name, value)
         return search(task, ends=(4e-3, 90e-3), budget=0.5)
 

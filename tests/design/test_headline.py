@@ -145,7 +145,7 @@ def test_a_clearance_of_a_far_lower_mean_over_random_starts_is_named(advice: Adv
 @pytest.fixture(scope="module")
 def small() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in (("COARSE", (8, 8)), ("CLOSER", 2), ("FINALISTS", 3)):
+        for name, value in (("COARSE", (8, 8)), ("CLOSER", (2, 2)), ("FINALISTS", 3)):
             patch.setattr(best_clearance, name, value)
         patch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
         patch.setattr("vinesexp.design.advice.JUDGED", (30, 60))

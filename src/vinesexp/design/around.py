@@ -12,9 +12,11 @@ from vinesexp.design.best_clearance import WORSE, Found, Tried, percentile
 from vinesexp.design.ensemble import responses, together
 from vinesexp.design.task import (
     Task,
-    frequency_weights,
+    frequencies_of,
+    levels_of,
     more_wall_starts,
     random_starts,
+    shares_of,
     wall_starts,
 )
 
@@ -257,18 +259,18 @@ def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArra
     Lengths scale together where nothing but c1 damps: clearance b under level G s does what b/s
     does under G, s times as large. So the scan over clearances is one over levels too.
     """
-    conditions = np.array([G for G, _ in task.grid()])
-    ends = np.unique(conditions)
-    shape = found.grid.size, ends.size, conditions.size // ends.size, -1
-    along = frequency_weights(task.frequencies, task.oscillator, task.eps)
+    low, high, _ = shares_of(levels_of(task.levels))
+    parts = 0.5 * (low + high)
+    along = shares_of(frequencies_of(task.frequencies, task.oscillator, task.eps))[2]
+    shape = found.grid.size, parts.size, along.size, -1
     mean, captured = (
         values.reshape(shape).mean(axis=-1) @ along
-        for values in (found.nodes.mean, found.nodes.captured.astype(np.float64))
+        for values in (found.rest.mean, found.rest.captured.astype(np.float64))
     )
-    levels = np.outer(found.robust / found.grid, ends)
-    left = mean / np.array([_bare(task, float(G)) for G in ends])
+    levels = np.outer(found.robust / found.grid, parts)
+    left = mean / np.array([_bare(task, float(G)) for G in parts])
     order = np.argsort(levels.ravel())
-    return (levels.ravel()[order], left.ravel()[order], (captured / along.sum()).ravel()[order])
+    return (levels.ravel()[order], left.ravel()[order], captured.ravel()[order])
 
 
 def _tried(task: Task, b: float) -> tuple[FloatArray, FloatArray, FloatArray]:

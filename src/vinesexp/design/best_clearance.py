@@ -36,8 +36,8 @@ BOTTOM, TOP = 0.12, 4.0
 #: better: so many more clearances at once, and so many at most. AWAY: how many times as far the
 #: walls are moved where no ball is to meet them.
 MEETS, FURTHER, FARTHEST, AWAY = 0.05, 4, 24, 100.0
-#: Clearances in a closer look, and how many minima are looked at in each round.
-CLOSER, MINIMA = 7, (2, 1)
+#: Clearances in a closer look, least where a start is dear, and most; minima looked at in a round.
+CLOSER, MINIMA = (1, 7), (2, 1)
 #: Candidates of each criterion in a contest.
 FINALISTS = 6
 #: Few starts of the scan do not meet a jump, or make too much of it: of the robust criterion few of
@@ -487,11 +487,14 @@ class Contest:
 
         With few starts nothing is sure beside a jump, so what won with more is where to look again.
         The fewest starts of the first round say what a start takes, and so how many there are.
+        Where they are few, more of them tell more than more clearances.
         """
         few = apart(clearances)
         self.purse.ask(self.starts, few, ends[0])
         work = float(np.mean([self.starts.work(b) for b in few]))
         rounds = len(few) + 2 * MOVES + 2 * sum(len(steps) for steps in STEPS)
+        if self.purse.left < 2 * ends[0] * rounds * work:
+            return self.race(few, ends[0])
         first = affordable(self.purse.left, rounds * work, ends)
         won: Race | None = None
         opening = replace(self, purse=Purse(0.0))
@@ -580,12 +583,13 @@ def scanned(
     known = [float(b) for b in grid]
     cheap = starts.look(known, ends[0])
     first = sum(starts.work(b) for b in cheap)
-    looks = 1.0 + CLOSER * sum(MINIMA) * len(criteria) / grid.size
-    n = affordable(most, first * looks, ends)
-    starts.ask(cheap, n)
+    looks = CLOSER[1] * sum(MINIMA) * len(criteria)
+    n = affordable(most, first * (1.0 + looks / grid.size), ends)
+    left = most - starts.ask(cheap, n)
+    many = affordable(left * CLOSER[1] / looks, n * first / len(cheap), CLOSER)
     curves = [curve_of(starts, one, n) for one in criteria]
     for minima in MINIMA:
-        starts.ask([b for curve in curves for b in closer(curve, minima, CLOSER)], n)
+        starts.ask([b for curve in curves for b in closer(curve, minima, many)], n)
         curves = [curve_of(starts, one, n) for one in criteria]
     again = np.arange(n)  # of a dear one the few starts over and over
     rows = [
@@ -610,8 +614,7 @@ class Found:
 
     Attributes
     ----------
-    rest, nodes, random : runs of the scan, one row for each clearance of `grid`: from rest, the
-        same at the nodes of the ranges, and from anywhere.
+    rest, random : runs of the scan, one row for each clearance of `grid`: from rest, anywhere.
     race : contest of the robust clearances.
     captured : share of its starts that the robust clearance captures.
     work : what a start took around the clearances found: from rest under all conditions, and
@@ -622,7 +625,6 @@ class Found:
     least_max: float
     robust: float
     rest: Responses
-    nodes: Responses
     random: Responses
     race: Race
     captured: float
@@ -675,27 +677,23 @@ def search(
     grid = far_enough(grid, rest, in_scan[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
-    mean, largest = _over(mean_of, task.average), _over(largest_of, task.worst)
-    kinds = [(rest, [mean, largest])]  # without a range the nodes are all there is
-    if task.ranged:
-        kinds = [(rest, [mean]), (from_rest(0.0, True), [largest])]
-    shares = [share for _, c in kinds for share in (SCANS / len(kinds), *[CONTESTS] * len(c))]
-    shares += [SCANS, ROBUST]
-    every = [random]
+    criteria = [_over(mean_of, task.average), _over(largest_of, task.worst)]
+    every = [random, rest]
+    shares = [SCANS, CONTESTS, CONTESTS, SCANS, ROBUST]
     purse = Allowance(budget * sum(shares), shares, every)
+    curves, scan = scanned(grid, rest, criteria, ends=in_scan, most=purse.next())
     won: list[Race] = []
-    scans: list[Responses] = []
     dearest = 0.0
-    for nodes, (starts, criteria) in enumerate(kinds):
-        every.append(starts)
-        curves, scan = scanned(grid, starts, criteria, ends=in_scan, most=purse.next())
-        scans.append(scan)
-        starts = from_rest(0.25, nodes > 0, task.tolerance)
-        every.append(starts)
-        for one, criterion in zip(curves, criteria, strict=True):
-            contest = Contest(starts, criterion, Purse(purse.next()), seed=seed)
-            won.append(contest.won([*one.lowest(), *contest.known()], in_first))
-            dearest = max(dearest, starts.work(won[-1].b))
+    for one, criterion in zip(curves, criteria, strict=True):
+        # over ranges the largest is that at their nodes, the mean that of any levels within
+        if criterion is criteria[0] or task.ranged:
+            starts = from_rest(0.25, criterion is not criteria[0], task.tolerance)
+            every.append(starts)
+        contest = Contest(starts, criterion, Purse(purse.next()), seed=seed)
+        hopes = one.lowest()
+        few = affordable(contest.purse.left, in_first[0] * rest.work(hopes[0]), (2, FINALISTS))
+        won.append(contest.won([*hopes[:few], *contest.known()], in_first))
+        dearest = max(dearest, starts.work(won[-1].b))
     [curve], random_scan = scanned(
         grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=purse.next()
     )
@@ -711,5 +709,5 @@ def search(
     robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
     work = dearest, random.work(robust.b)
     share = float(random.found[robust.b].captured.mean())
-    few = won[0].b, won[1].b, robust.b
-    return Found(*few, scans[0], scans[-1], random_scan, robust, share, grid, work)
+    best = won[0].b, won[1].b, robust.b
+    return Found(*best, scan, random_scan, robust, share, grid, work)
