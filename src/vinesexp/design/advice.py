@@ -82,7 +82,8 @@ _PER_CYCLE = 6
 
 #: Error of the absorber's frequency that the comparison includes.
 DETUNING = 0.05
-_FREQUENCIES = 41
+#: Over a band: evenly spread, and on either side of each resonance, down to a part of its width.
+_FREQUENCIES, _NEAR = 41, 60
 #: Least damping ratio of the numerically optimal one.
 LEAST_DAMPING = 1e-4
 
@@ -154,19 +155,33 @@ def den_hartog(ratio: float) -> tuple[float, float]:
 
 
 def _frequencies(task: Task) -> FloatArray:
+    """Frequencies (Hz) over a band, close where the oscillator resonates, alone or loaded."""
     low, high = task.frequencies
-    return np.array([low]) if low == high else np.linspace(low, high, _FREQUENCIES)
+    if low == high:
+        return np.array([low])
+    o = task.oscillator
+    away = np.geomspace(max(0.1 * o.zeta, 1e-6), 1.0, _NEAR)
+    near = np.outer([o.f0, o.f0 / math.sqrt(1.0 + task.eps)], 1.0 + np.array([*-away, 0.0, *away]))
+    inside = near[(near > low) & (near < high)]
+    return np.unique([*np.linspace(low, high, _FREQUENCIES), *inside])
+
+
+def _mean_over(frequency: FloatArray, gain: FloatArray) -> float:
+    """Mean over the band of a gain at some frequencies."""
+    if frequency.size == 1:
+        return float(gain[0])
+    return float(np.trapezoid(gain, frequency) / np.ptp(frequency))
 
 
 def _rated(task: Task, tuning: float, zeta: float) -> Absorber:
-    mass = sum(task.masses)
+    mass, frequency = sum(task.masses), _frequencies(task)
     worst, mean = [], []
     for off in (1.0, 1.0 - DETUNING, 1.0 + DETUNING):
         gain = host_gain(
-            task.oscillator, mass=mass, tuning=tuning * off, zeta=zeta, frequency=_frequencies(task)
+            task.oscillator, mass=mass, tuning=tuning * off, zeta=zeta, frequency=frequency
         )
         worst.append(task.levels[1] * float(gain.max()))
-        mean.append(float(np.mean(task.levels) * gain.mean()))
+        mean.append(float(np.mean(task.levels)) * _mean_over(frequency, gain))
     return Absorber(tuning, zeta, worst[0], max(worst), mean[0], max(mean))
 
 
@@ -357,11 +372,9 @@ class Advice:
 
         The same as an absorber that is far too stiff.
         """
-        task, stiff = self.task, {"tuning": 1e6, "zeta": 0.0}
-        gain = host_gain(
-            task.oscillator, mass=sum(task.masses), frequency=_frequencies(task), **stiff
-        )
-        return float(np.mean(task.levels) * gain.mean())
+        task, stiff, frequency = self.task, {"tuning": 1e6, "zeta": 0.0}, _frequencies(self.task)
+        gain = host_gain(task.oscillator, mass=sum(task.masses), frequency=frequency, **stiff)
+        return float(np.mean(task.levels)) * _mean_over(frequency, gain)
 
     @property
     def random_gain(self) -> float:
@@ -425,7 +438,7 @@ def advise(
         asked=None if asked is None else judged[asked],
         unchanged=unchanged,
         changed=changed,
-        working=operating_range(task, found),
+        working=operating_range(task, found, phases=beside.phases),
         den_hartog=equal_mass_den_hartog(task),
         optimal=equal_mass_optimal(task),
         sweeps=slow_sweeps(task, found.robust),
@@ -490,10 +503,11 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     drawn = random_starts(task, b, starts=starts.random, seed=seed)
     anywhere = watched(drawn, starts=len(drawn))
     means = anywhere.mean
-    centre = responses(centre_starts(task, b, phases=2))
+    middle = centre_starts(task, b, phases=2)
+    centre = responses(middle)
     return Judged(
         b=b,
-        rest_mean=float(task.average(rest.mean)),
+        rest_mean=task.over_band(from_rest, rest.mean),
         rest_max=float(task.worst(worst.largest)),
         random_mean=float(means.mean()),
         random_p90=float(percentile(means)),
@@ -503,7 +517,7 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
         random_bare=float(task.bare_of(drawn).mean()),
         captured=float(anywhere.captured.mean()),
         captured_rest=float(task.share(rest.captured)),
-        centre_mean=float(task.average(centre.mean)),
+        centre_mean=task.over_band(middle, centre.mean),
         centre_touched=bool((centre.impacts_per_cycle > 0.0).any()),
     )
 

@@ -12,7 +12,6 @@ from vinesexp.design.best_clearance import WORSE, Found, Tried, percentile
 from vinesexp.design.ensemble import responses, together
 from vinesexp.design.task import (
     Task,
-    frequencies_of,
     levels_of,
     more_wall_starts,
     random_starts,
@@ -216,8 +215,8 @@ def _moved(task: Task, b: float, name: str, factor: float) -> tuple[Task, float]
 
 #: A clearance works where it leaves at most this share of the bare amplitude.
 WORKS = 0.8
-#: With friction or a damping law: levels tried, from a share of the least to a multiple of the
-#: greatest level designed for.
+#: With friction, a damping law, or over a band: levels tried, from a share of the least to a
+#: multiple of the greatest designed for.
 LEVELS, ENDS = 9, (0.25, 4.0)
 
 
@@ -240,7 +239,7 @@ class Range:
     high_open: bool = False
 
 
-def operating_range(task: Task, found: Found) -> Range:
+def operating_range(task: Task, found: Found, *, phases: int) -> Range:
     """Where the robust clearance works, over the level; mean over the band, if there is one.
 
     Parameters
@@ -248,8 +247,13 @@ def operating_range(task: Task, found: Found) -> Range:
     task : Task
     found : Found
         Its search.
+    phases : int
+        Starts at a level, where the scan of the search does not tell.
     """
-    levels, left, captured = _scaled(task, found) if task.plain else _tried(task, found.robust)
+    alike = task.plain and task.frequencies[0] == task.frequencies[1]
+    levels, left, captured = (
+        _scaled(task, found) if alike else _tried(task, found.robust, phases=phases)
+    )
     return _range(task, levels, left, captured)
 
 
@@ -261,10 +265,8 @@ def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArra
     """
     low, high, _ = shares_of(levels_of(task.levels))
     parts = 0.5 * (low + high)
-    along = shares_of(frequencies_of(task.frequencies, task.oscillator, task.eps))[2]
-    shape = found.grid.size, parts.size, along.size, -1
     mean, captured = (
-        values.reshape(shape).mean(axis=-1) @ along
+        values.reshape(found.grid.size, parts.size, -1).mean(axis=-1)
         for values in (found.rest.mean, found.rest.captured.astype(np.float64))
     )
     levels = np.outer(found.robust / found.grid, parts)
@@ -273,15 +275,16 @@ def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArra
     return (levels.ravel()[order], left.ravel()[order], captured.ravel()[order])
 
 
-def _tried(task: Task, b: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _tried(task: Task, b: float, *, phases: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The same by simulation: friction and damping laws have lengths of their own."""
     levels = np.geomspace(ENDS[0] * task.levels[0], ENDS[1] * task.levels[1], LEVELS)
     rows = []
     for level in levels:
         at = replace(task, levels=(float(level),) * 2)
-        rest = responses(wall_starts(at, b, phases=2))
-        rows.append((float(at.average(rest.mean)) / at.mean_bare(), float(at.share(rest.captured))))
-    left, captured = np.array(rows).T
+        runs = wall_starts(at, b, phases=phases)
+        rest = responses(runs)
+        rows.append((at.over_band(runs, rest.mean) / at.mean_bare(), at.share(rest.captured)))
+    left, captured = np.array(rows, dtype=np.float64).T
     return levels, left, captured
 
 

@@ -278,6 +278,26 @@ class Task(OpenRig):
         by_condition = values.reshape(*values.shape[:-1], weights.size, -1).mean(axis=-1)
         return np.asarray(by_condition @ weights)
 
+    def over_band(self, runs: Runs, found: FloatArray) -> float:
+        """`average` of some runs, freed of the chance that they meet a narrow resonance.
+
+        What the oscillator does alone, or with the mass of the balls fixed to it, is known over all
+        of the band: by what the starts miss of that which they follow closer, they are corrected.
+        """
+        mean, closest = float(self.average(found)), 0.0
+        if self.frequencies[0] == self.frequencies[1] or self.damping != VISCOUS:
+            return mean
+        corrected, o = mean, self.oscillator
+        for mass in (0.0, sum(self.masses)):
+            known = self.bare_of(runs, mass)
+            (own, both), (_, other) = np.cov(known, found)
+            if both / np.sqrt(own * other) > closest:
+                closest = both / np.sqrt(own * other)
+                loaded = replace(self, oscillator=Oscillator(M=o.M + mass, c1=o.c1, k1=o.k1))
+                missed = loaded.mean_bare() - float(self.average(known))
+                corrected = mean + float(both / own) * missed
+        return corrected
+
     def share(self, found: BoolArray) -> FloatArray:
         """Share of the ranges for which something holds, from the runs of `wall_starts`."""
         return self.average(found.astype(np.float64))
@@ -310,11 +330,11 @@ class Task(OpenRig):
         weights = np.outer(level_weights(self.levels), along).ravel()
         return float(weights @ [self.bare(G, f) for G, f in self.grid()])
 
-    def bare_of(self, runs: Runs) -> FloatArray:
-        """What the oscillator of each run would do without its balls (m)."""
+    def bare_of(self, runs: Runs, mass: float = 0.0) -> FloatArray:
+        """What the oscillator of each run would do without its balls, or with a mass fixed (m)."""
         if self.damping == VISCOUS:
             M, c1, k1, G, f, *_ = runs.values.T
-            return np.asarray(G * bare_gains(M, c1, k1, f))
+            return np.asarray(G * bare_gains(M + mass, c1, k1, f))
         return np.full(len(runs), self.mean_bare())
 
     def runs(
