@@ -122,12 +122,14 @@ _LIBRARIES = (
 )
 
 
-def all_modules() -> list[str]:
-    """Modules that steps import, libraries among them; some are names in a module."""
-    return [
-        *_LIBRARIES,
-        *(name for step in STEPS.values() for name in named_modules(step.function)),
-    ]
+#: What impacts need besides, half a second to import.
+_OF_IMPACTS = ("scipy.signal",)
+
+
+def all_modules(*, balls: bool = True) -> list[str]:
+    """Modules that steps import, libraries among them, with balls or without; some are names."""
+    named = [name for step in STEPS.values() for name in named_modules(step.function)]
+    return [*_LIBRARIES, *(_OF_IMPACTS if balls else ()), *named]
 
 
 class Study:
