@@ -516,6 +516,26 @@ def test_a_law_that_leaves_much_unexplained_is_as_wrong_as_that_is_large(left):
     assert widened.of({"ln_f0": 1.0}) == pytest.approx((value, expected))
 
 
+@pytest.mark.parametrize(("kind", "share"), [("flights", 0.0), ("loaded", 0.5)])
+def test_what_flights_do_not_show_says_nothing_against_a_law_of_the_flights(kind, share):
+    """A mass with a cable has ring-downs that scatter: the error of b_c was larger than b_c."""
+    observed, data = steps([0.0] * 4 + [2e-3] * 4)
+    blocks = tuple(replace(block, kind=kind) for block in observed.blocks)
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    (found,) = judged.found
+    law = replace(found, cause=replace(found.cause, kind="effect", about="slope"))
+    scatter = Cause("scatter of own zeta 0.05", "scatter", "own zeta", None, wider={"own zeta": 1})
+    rest = Weighed(scatter, 0.25 * law.log_odds, 0.0, 0.0, (), False)
+    without = posterior_of(data, judged.beliefs.without({law.cause.key})).of({"ln_f0": 1.0})[0]
+    value, error = judged.posterior.of({"ln_f0": 1.0})
+    seen = replace(observed, blocks=blocks)
+    widened = _only_so_true(data, seen, replace(judged, found=(law, rest)))
+    assert widened.of({"ln_f0": 1.0}) == (
+        value,
+        pytest.approx(math.hypot(error, share * (value - without))),
+    )
+
+
 def test_a_cause_that_predicts_nothing_is_in_the_value_by_half_and_the_error_holds_both():
     """With the one cause f0 is that of half of the records, without it that of all."""
     observed, data = steps([0.0] * 4 + [2e-3] * 4)

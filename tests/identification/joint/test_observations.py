@@ -13,6 +13,7 @@ from vinesexp.identification.joint.observations import (
     _base,
     _Decay,
     _inertia,
+    _of_response,
     _sensors,
     _share_of_ball,
     _start_tests,
@@ -48,6 +49,15 @@ def test_a_gain_is_no_surer_than_the_motion_across_the_axis_in_any_test_of_its_s
     _sensors(b, found, {})
     errors = [block.look(np.zeros(1))[0][0, 0] ** -0.5 for block in b.blocks]
     assert errors == pytest.approx([max(across, 3e-4), max(0.0 if setup else across, 3e-4)])
+
+
+@pytest.mark.parametrize("shared", [0.0, 0.02])
+def test_what_one_response_makes_all_jumps_of_a_record_wrong_by_is_an_unknown_of_it(shared):
+    """Their scatter does not show it, and their mean has all of it."""
+    jumps, noise = np.full(100, 0.1), 2e-3
+    errors = np.hypot(noise, shared * jumps * math.sqrt(jumps.size))  # as slope_changes states it
+    width = _of_response(jumps, errors, SimpleNamespace(scatter=np.array([1e-4, noise, 1e-3])))
+    assert width == pytest.approx(shared, abs=1e-9)
 
 
 @pytest.mark.parametrize(("ring_down", "error"), [(1.0, 3e-4), (0.988, 0.012), (2.0, 3e-4)])

@@ -243,8 +243,9 @@ def judge(data: Quadratic, observed: Observed, causes: Sequence[Cause]) -> Judge
 
 
 def proposed(
-    data: Quadratic, observed: Observed, causes: Sequence[Cause], begin: Sequence[Cause] = ()
-) -> tuple[Cause, ...]:
+    data: Quadratic, observed: Observed, causes: Sequence[Cause], begin: Sequence[Cause] = (),
+    *, more: int = _MOST,
+) -> tuple[Cause, ...]:  # fmt: skip
     """The most probable set of causes near a fit, searched for one cause at a time.
 
     The best pair need not hold the best single cause: drop tests on another surface and an r that
@@ -260,19 +261,21 @@ def proposed(
     causes : sequence of Cause
     begin : sequence of Cause
         Believed to begin with; they go again where the records do not need them.
+    more : int
+        So many beside these at most.
     """
-    in_flights = _in_flights(observed)
+    in_flights = names_in_flights(observed)
     # a scatter of f0 stands for separate mountings and for what else the ring-downs contradict
     begin = needed(data, observed, begin or [c for c in causes if c.kind == "remounting"])
     by_odds = zip(_odds(data, observed.beliefs, begin), begin, strict=True)
     untrue = max((cause.untrue * odds for odds, cause in by_odds), default=0.0)
     best, most = tuple(begin), 0.0
     base = posterior_of(data, believing(observed.beliefs, best))
-    front = [(0.0, untrue, best, base)]
+    front, longest = [(0.0, untrue, best, base)], min(len(best) + more, _MOST)
     while front:
         longer: dict[frozenset[str], tuple[float, float, tuple[Cause, ...]]] = {}
         for so_far, untrue, chosen, base in front:
-            if len(chosen) >= _MOST:
+            if len(chosen) >= longest:
                 continue
             left = _others(causes, chosen)
             odds = scores(data, believing(observed.beliefs, chosen), base, left)
@@ -293,7 +296,7 @@ def proposed(
     return _with_better(data, observed.beliefs, needed(data, observed, best), causes)
 
 
-def _in_flights(observed: Observed) -> set[str]:
+def names_in_flights(observed: Observed) -> set[str]:
     return {
         name for block in observed.blocks if block.kind == "flights"
         for terms, _ in block.sums for name in terms
@@ -332,7 +335,7 @@ def weighed(
     plain, beliefs = observed.beliefs, believing(observed.beliefs, chosen)
     left = _others(causes, chosen)
     whole = posterior_of(data, beliefs)
-    in_flights = _in_flights(observed)
+    in_flights = names_in_flights(observed)
     found, rivals = [], []
     scattered: set[bool] = set()  # in what flights show, in what else
     by_odds = sorted(zip(_odds(data, plain, chosen), chosen, strict=True), key=lambda one: -one[0])
@@ -393,7 +396,7 @@ def needed(data: Quadratic, observed: Observed, chosen: Sequence[Cause]) -> tupl
     So do effects, and changes from test to test, that explain no more than what the law of another
     may be wrong by. What a person or a sensor does wrong is no law.
     """
-    kept, in_flights = list(chosen), _in_flights(observed)
+    kept, in_flights = list(chosen), names_in_flights(observed)
     while kept:
         odds = _odds(data, observed.beliefs, kept)
         untrue = max(cause.untrue * own for own, cause in zip(odds, kept, strict=True))

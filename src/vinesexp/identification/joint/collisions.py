@@ -11,7 +11,8 @@ of ball and contact moves them in its own way:
     clearance                      2 b/T more between walls, at both ends
     contact of duration tau        the way took T - tau: tau/T of the relative speed more; and the
                                    spring moves the mass on by 0.6 (1 - r) tau x'' while they touch;
-                                   a ball on a plane touches it for tau (u/u0)^-1/5 (Hertz)
+                                   a ball on a plane touches it for tau (u/u0)^-1/5 (Hertz), on a
+                                   linear spring for tau at any speed: `spring` is which
     rolling, a share s             + s (v - mean v of the mass) at either end
     hollow floor, kappa (y - x)    the ball arrives and had left slower by kappa b T/6, and by what
                                    the mass moves in between
@@ -54,7 +55,7 @@ Numbers = NDArray[Any]
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "beside",
+    "odd", "beside", "spring",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -72,7 +73,9 @@ EFFECTS = {
 }
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
-_HERTZ = -0.2  # power of the speed with which a contact lasts
+#: Power of the speed with which a contact lasts, and by what it may be another: -1/5 of a ball on a
+#: plane (Hertz), 0 of a linear spring; a damper makes contacts of fast balls longer.
+_LONGER = -0.1, 0.15
 _FLIES = 0.25  # share of the time between two impacts that the ball flies at least
 _LOSES = (0.05, 0.95)  # restitutions at the usual speed between which r follows a curve over it
 _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
@@ -81,7 +84,7 @@ _OF_NORMAL = 0.831
 _SETTLED = 30  # steps towards that scale, each of which leaves less than half of what is off
 _TINY = 1e-9
 _SLOWEST = 0.02  # of the usual speed: slower ones, which noise may turn, count as this one
-_LEAST, _MOST = 0.4, 6.0  # variance of a mean over that of independent collisions
+_LEAST, _APART_AT_MOST = 0.4, 8  # of the variance of independent collisions; of their number
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
 _STANDS_OUT = 8.0  # times what the collisions of a wall usually differ by
@@ -95,7 +98,7 @@ _PLACES = 9  # of a flight at which a ball may turn
 _SLIPS = 1.5
 #: Places and weights of Gauss in a flight: exact up to the square of a parabola times a line.
 _GAUSS = ((0.5 - math.sqrt(0.15), 5 / 18), (0.5, 8 / 18), (0.5 + math.sqrt(0.15), 5 / 18))
-_READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
+_READ = (5e-5, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
 
 
 @dataclass(frozen=True)
@@ -136,14 +139,15 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: Numbers) -> Numbers:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (20, ..., 1).
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (21, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
         """
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
-        wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd, beside = p[8:]
+        wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:19]
+        beside, spring = p[19:]
         scale = np.exp(-g_x)
 
         def straight(x: FloatArray, base: FloatArray) -> tuple[Numbers, Numbers]:
@@ -182,7 +186,11 @@ class Collisions:
         begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
         law = r + 0.5 * wall * s, slope, fade
         lasts, longer_before, longer_after = self._touched(
-            contact, law, (u_before, u_after), (v_previous, v_before, v_after, v_next), pulled
+            (contact, spring),
+            law,
+            (u_before, u_after),
+            (v_previous, v_before, v_after, v_next),
+            pulled,
         )
         u_before = u_before + ends + longer_before + roll * rolled_before
         u_after = u_after - begins + longer_after + roll * rolled_after
@@ -218,7 +226,7 @@ class Collisions:
 
     def _touched(
         self,
-        contact: Numbers,
+        touches: Sequence[Numbers],
         law: Sequence[Numbers],
         u: Sequence[Numbers],
         v: Sequence[Numbers],
@@ -229,11 +237,13 @@ class Collisions:
         It leaves the wall when the contact ends, with which the mass went on from the centroid of
         the impulse, r/(1 + r) of a contact after its beginning; and it comes to the next as soon.
         """
+        contact, spring = touches
         if not contact.real.any():  # a contact of no duration has no derivative but its own
+            spring = spring.real
             law, u, v, a = ([part.real for part in parts] for parts in (law, u, v, a))
         faster = np.maximum(np.abs((v[1] - u[0]).real) / self.speed, _SLOWEST)
         r = _within(self._restitution(law, faster), *_ANY_R)
-        lasts = contact * faster**_HERTZ
+        lasts = contact * faster ** (_LONGER[0] + _LONGER[1] * np.tanh(spring))
         ends, begins = lasts * r / (1.0 + r), lasts / (1.0 + r)
         begun = np.where(self._joined, np.roll(begins, 1, axis=-1), begins)
         ended = np.where(np.roll(self._joined, -1), np.roll(ends, -1, axis=-1), ends)
@@ -435,7 +445,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     Parameters
     ----------
     c : Collisions
-    p : array (20,)
+    p : array (21,)
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.
@@ -457,9 +467,9 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         own = member * weight
         total = own.sum(axis=1)
         means.append(own / np.maximum(total, 1e-300)[:, np.newaxis])
-        worth = _of_neighbours(off[good] / scatter[k])
+        variance = _of_sums(own, np.where(good, off / scatter[k], 0.0))
         used = (member & good).sum(axis=1) > 0
-        single = scatter[k] * np.sqrt(worth * (own**2).sum(axis=1)) / np.maximum(total, 1e-300)
+        single = scatter[k] * np.sqrt(variance) / np.maximum(total, 1e-300)
         size = np.abs(c.flights.v_before - c.flights.u_before if k == 0 else c.flights.jump)
         floor = _READ[k] * (member @ size) / member.sum(axis=1)
         sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
@@ -571,12 +581,19 @@ def _expected(c: Collisions, own: BoolArray) -> FloatArray:
     return np.asarray(Z[own] @ np.linalg.lstsq(Z[~own], f.time_after[~own], rcond=None)[0])
 
 
-def _of_neighbours(z: FloatArray) -> float:
-    """Variance of a mean over that of independent residuals, from the first correlations."""
+def _of_sums(own: FloatArray, z: FloatArray) -> FloatArray:
+    """Variances of weighted sums (rows) of residuals, by what residuals some impacts apart share.
+
+    Neighbours share a flight; a clock that drifts moves the impacts of one wall one way and those
+    of the other the other way. As if each were for itself where there are too few to tell.
+    """
+    alone = (own**2).sum(axis=1)
     z = np.clip(z, -4.0, 4.0)
-    z = z - z.mean()
-    power = float(z @ z)
-    if z.size < _FEWEST or power <= 0.0:
-        return 1.0
-    rho = [float(z[:-k] @ z[k:]) / power for k in (1, 2, 3, 4)]
-    return float(np.clip(1.0 + 2.0 * sum(rho), _LEAST, _MOST))
+    power, lags = float(z @ z), z.size // _APART_AT_MOST
+    if np.count_nonzero(z) < _FEWEST or not power:
+        return np.asarray(alone)
+    shared = alone.copy()
+    for lag in range(1, lags + 1):
+        rho = (1.0 - lag / (lags + 1.0)) * float(z[:-lag] @ z[lag:]) / power
+        shared += 2.0 * rho * (own[:, :-lag] * own[:, lag:]).sum(axis=1)
+    return np.asarray(np.maximum(shared, _LEAST * alone))

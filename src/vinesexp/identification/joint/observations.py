@@ -57,8 +57,10 @@ _WIDE, _WIDE_R = 10.0, 0.5
 _ORDINARY_M = (math.log(3.0), 2.0)
 #: What velocities beside an impact may be off by, as a share of the jump: contact, mount, filter.
 _SHARE = 1e-3
+#: Of the spring of a contact: nobody knows whether it is that of a ball on a plane or a linear one.
+_SPRING = 1.0
 #: The same of the jump that the displacement shows.
-_READING = 2e-3
+_READING = 7e-4
 #: Lateness of the displacement that no channel shows, s, and as a share of the pulse, whose centre
 #: a template finds only so well; records that make a mean of lags.
 _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
@@ -66,7 +68,7 @@ _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
 _TEMPLATE = 1e-2
 _PULSE = 3.0
 #: What the model of the displacement beside an impact leaves in r and in the momentum of a record.
-_OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 1e-3, 5e-4
+_OWN_R, _OWN_EPS, _OWN_GAIN = 5e-5, 1e-3, 5e-4
 #: By which the ratio of two channels differs from one record to another, relative.
 _CHANNELS = 3e-4
 #: Of a sensor across its axis at most; what differs by more is another range of the amplifier.
@@ -89,7 +91,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0,
+    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0, 1.0,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -562,6 +564,7 @@ def _group(
     both = not integrated and b.has(record, "acceleration")
     pulses = b.own_gain(record, "acceleration") if both else {b.gain(record, role): 1.0}
     jumps = {**pulses, _pulse_area(b): 1.0}
+    reads = {b.add("jump reading", 0.0, _READING): 1.0}
     # Of what is stated one half of the variance is common to all clearances, one each one's own.
     u = inputs.clearance.of(stated) / math.sqrt(2.0)
     own = b.own("clearance", record, u, ball=number)
@@ -582,7 +585,7 @@ def _group(
          b.own("own momentum", record, loose * _OWN_EPS, ball=number): 1.0},
         moved,
         jumps,
-        {b.add("jump reading", 0.0, _READING): 1.0},
+        reads,
         {b.add("share", 0.0, _SHARE): 1.0},
         {b.add("late", 0.0, math.hypot(_LATE, centre)): 1.0,
          b.own("own late", record, lag_error, value=lag): 1.0, **early},
@@ -590,6 +593,7 @@ def _group(
          own: 1.0},
         *({name: 1.0, **changing.get(name, {})} for name in EFFECTS),
         {_beside(b, record): 1.0},
+        {b.add("spring", 0.0, _SPRING): 1.0},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -599,15 +603,36 @@ def _group(
     start[6] = lag
     late = float(np.median(impacts.time_error_s[flights.index]))
     collisions, b.alone[record.id, number] = with_own_errors(collisions, start, time_error=late)
-    if areas.size >= _FEWEST:  # one template a record: its noise is common to all impacts
-        single, area = float(collisions.scatter[2]), float(np.median(areas))
-        stated = float(np.nanmedian(impacts.jump_acceleration_error_m_s[flights.index]))
-        template = math.sqrt(max(stated**2 - single**2, 0.0)) / area  # what is no noise of one
-        noise = _PULSE * single / area / math.sqrt(areas.size)
-        width = math.hypot(noise, max(template, _TEMPLATE))
+    if areas.size >= _FEWEST:
+        width = _of_template(areas, impacts.jump_acceleration_error_m_s[flights.index], collisions)
         jumps[b.own("own pulse", record, width, ball=number)] = 1.0
+    shown = np.isfinite(flights.jump_displacement)
+    if shown.sum() >= _FEWEST:
+        width = _of_response(
+            np.abs(flights.jump_displacement[shown]),
+            impacts.jump_displacement_error_m_s[flights.index][shown], collisions,
+        )  # fmt: skip
+        reads[b.own("own reading", record, width, ball=number)] = 1.0
     b.collisions[record.id, number] = collisions
     b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
+
+
+def _of_template(areas: FloatArray, errors: FloatArray, c: Collisions) -> float:
+    """What the areas of all pulses of a record may be off by alike: one template found them."""
+    single, area = float(c.scatter[2]), float(np.median(areas))
+    stated = float(np.nanmedian(errors))
+    template = math.sqrt(max(stated**2 - single**2, 0.0)) / area  # what is no noise of one
+    noise = _PULSE * single / area / math.sqrt(areas.size)
+    return math.hypot(noise, max(template, _TEMPLATE))
+
+
+def _of_response(jumps: FloatArray, errors: FloatArray, c: Collisions) -> float:
+    """What all jumps by the displacement may be off by alike: one response to a jump found them.
+
+    Each has its part of it in its error, so that their mean has it whole.
+    """
+    shared = float(np.median(errors)) ** 2 - float(c.scatter[1]) ** 2
+    return math.sqrt(max(shared, 0.0) / jumps.size) / float(np.median(jumps))
 
 
 def _share_speed(b: _Builder) -> None:

@@ -21,6 +21,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     all_possible,
     believing,
+    names_in_flights,
     needed,
     of_some_rows,
     possible,
@@ -263,15 +264,14 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
     small step. So each proposal is fitted, from where anything may be wrong and from what was
     stated, and judged by its own fit.
     """
-    fits: _Fits = {}
     data = fit(observed.blocks, observed.names, wide, observed.start)
     if any(cause.kind == "mistake" for cause in causes):
         causes = [*causes, *of_some_rows(observed, data)]
-    _search(observed, causes, data, fits, most=_FITS)
+    found = _search(observed, causes, data, most=_FITS)
     rubbed = _rubbed(observed, causes)
     stated = rubbed or fit(observed.blocks, observed.names, observed.beliefs, observed.start)
-    _search(observed, causes, stated, fits, most=len(fits) + _FITS // 2)
-    _, chosen, data = max(fits.values(), key=lambda one: one[0])
+    found += _search(observed, causes, stated, most=_FITS // 2)
+    _, chosen, data = max(found, key=lambda one: one[0])
     if (merged := with_unlike(observed, chosen)) != chosen:
         chosen, data = merged, _fitted(observed, data, believing(observed.beliefs, merged))
     while (kept := needed(data, observed, chosen)) != chosen:
@@ -279,19 +279,24 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
     return weighed(data, observed, causes, chosen), data
 
 
-#: Sets of causes to the logarithm of their odds, the causes and the fit with them.
-_Fits = dict[frozenset[str], tuple[float, tuple[Cause, ...], Quadratic]]
+#: Logarithm of the odds of a set of causes, these, and the fit with them.
+_Fit = tuple[float, tuple[Cause, ...], Quadratic]
 
 
 def _search(
-    observed: Observed, causes: Sequence[Cause], data: Quadratic, fits: _Fits, *, most: int
-) -> None:
-    """Fit what is proposed near one fit, and what is near that, until nothing new is."""
+    observed: Observed, causes: Sequence[Cause], data: Quadratic, *, most: int
+) -> list[_Fit]:
+    """Fit what is proposed near one fit, and what is near that, until nothing new is.
+
+    What is near the best fit goes first.
+    """
     known = [cause for cause in causes if cause.kind != "scatter"]
     # a scatter without a cause explains most of what several mistakes of one row each are
-    queue = [(proposed(data, observed, some), data) for some in (known, causes)]
+    queue = [(math.inf, proposed(data, observed, some), data) for some in (known, causes)]
+    queue.append((math.inf, proposed(data, observed, known, more=1), data))
+    fits: dict[frozenset[str], _Fit] = {}
     while queue and len(fits) < most:
-        chosen, data = queue.pop(0)
+        _, chosen, data = queue.pop(max(range(len(queue)), key=lambda i: queue[i][0]))
         key = frozenset(cause.key for cause in chosen)
         if key in fits:
             continue
@@ -302,8 +307,10 @@ def _search(
         if not all_possible(posterior_of(data, own), chosen):
             evidence -= _IMPOSSIBLE
         fits[key] = evidence, chosen, data
-        queue.append((proposed(data, observed, causes, chosen), data))
-        queue.append((proposed(data, observed, causes), data))
+        queue.append((evidence, proposed(data, observed, known, chosen, more=1), data))
+        queue.append((evidence, proposed(data, observed, causes, chosen), data))
+        queue.append((evidence, proposed(data, observed, causes), data))
+    return list(fits.values())
 
 
 def _rubbed(observed: Observed, causes: Sequence[Cause]) -> Quadratic | None:
@@ -389,10 +396,14 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
 
     No law of friction or of a contact is quite true, and what changes among the tests with a ball
     is not what it is on average. A law that leaves something unexplained is wrong by about as much,
-    in errors, as is left: it is that share of what the law explains.
+    in errors, as is left: it is that share of what the law explains. What flights leave tells of
+    laws of the flights alone.
     """
-    found = judged.posterior
-    left = sum(w.log_odds for w in judged.found if w.cause.kind == "scatter" or w.doubted)
+    found, in_flights = judged.posterior, names_in_flights(observed)
+    left = {True: 0.0, False: 0.0}
+    for one in judged.found:
+        if one.cause.kind == "scatter" or one.doubted:
+            left[bool(one.cause.moves & in_flights)] += one.log_odds
     shifts = [np.zeros_like(found.values)]
     for one in judged.found:
         if one.cause.kind == "drift":
@@ -400,8 +411,10 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
             shifts.append(one.value * one.cause.spread * found.vector({common: 1.0}))
         if one.cause.kind not in ("effect", "drift") or one.doubted:
             continue
+        of_its_kind = left[bool(one.cause.moves & in_flights)]
         share = max(
-            math.sqrt(min(left / one.log_odds, 1.0)), _LAW if one.cause.about in HIDDEN else 0.0
+            math.sqrt(min(of_its_kind / one.log_odds, 1.0)),
+            _LAW if one.cause.about in HIDDEN else 0.0,
         )
         if share > 0.0:
             plain = judged.beliefs.without({one.cause.key})
