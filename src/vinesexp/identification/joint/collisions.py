@@ -98,7 +98,7 @@ _PLACES = 9  # of a flight at which a ball may turn
 _SLIPS = 1.5
 #: Places and weights of Gauss in a flight: exact up to the square of a parabola times a line.
 _GAUSS = ((0.5 - math.sqrt(0.15), 5 / 18), (0.5, 8 / 18), (0.5 + math.sqrt(0.15), 5 / 18))
-_READ = (5e-5, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
+_READ = (7e-5, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
 
 
 @dataclass(frozen=True)

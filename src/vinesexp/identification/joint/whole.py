@@ -292,8 +292,10 @@ def _search(
     """
     known = [cause for cause in causes if cause.kind != "scatter"]
     # a scatter without a cause explains most of what several mistakes of one row each are
-    queue = [(math.inf, proposed(data, observed, some), data) for some in (known, causes)]
-    queue.append((math.inf, proposed(data, observed, known, more=1), data))
+    whole = [proposed(data, observed, some) for some in (known, causes)]
+    queue = [(math.inf, chosen, data) for chosen in whole]
+    if whole[0]:
+        queue.append((math.inf, proposed(data, observed, known, more=1), data))
     fits: dict[frozenset[str], _Fit] = {}
     while queue and len(fits) < most:
         _, chosen, data = queue.pop(max(range(len(queue)), key=lambda i: queue[i][0]))
@@ -307,9 +309,12 @@ def _search(
         if not all_possible(posterior_of(data, own), chosen):
             evidence -= _IMPOSSIBLE
         fits[key] = evidence, chosen, data
-        queue.append((evidence, proposed(data, observed, known, chosen, more=1), data))
-        queue.append((evidence, proposed(data, observed, causes, chosen), data))
-        queue.append((evidence, proposed(data, observed, causes), data))
+        more = proposed(data, observed, causes, chosen)
+        queue.append((evidence, more, data))
+        if len(more) > len(chosen):
+            queue.append((evidence, proposed(data, observed, known, chosen, more=1), data))
+        if chosen:
+            queue.append((evidence, proposed(data, observed, causes), data))
     return list(fits.values())
 
 
