@@ -37,7 +37,7 @@ from vinesexp.identification.joint.unknowns import (
     fit,
     posterior_of,
 )
-from vinesexp.identification.joint.whole import _as_sure_as_causes, _only_so_true
+from vinesexp.identification.joint.whole import _as_sure_as_causes, _only_so_true, _search
 from vinesexp.identification.joint.words import called, cause_checks
 
 
@@ -547,6 +547,35 @@ def test_a_cause_that_predicts_nothing_is_in_the_value_by_half_and_the_error_hol
     with_it, without = 2e-3, 1e-3
     assert value == pytest.approx(0.5 * (with_it + without), rel=0.01)
     assert error == pytest.approx(0.5 * (with_it - without), rel=0.01)
+
+
+def test_what_is_near_the_best_fit_is_fitted_before_what_is_near_others(monkeypatch):
+    """In the order of proposals a soft wall was an r that is another in one record."""
+    a, b, c = (Cause(key, "effect", key, None) for key in "abc")
+    rest = Cause("rest", "scatter", "rest", None)
+    likely = {"a": 1.0, "rest": 5.0, "b": 3.0, "a rest": 9.0}
+    fitted = []
+
+    def near(data, observed, causes, chosen=(), *, more=7):
+        """Near no causes: all that are known, any, or one; near others one more."""
+        if not chosen:
+            return (b,) if more == 1 else (rest,) if rest in causes else (a,)
+        further = [one for one in ((b,) if more == 1 else (a, c)) if one not in chosen]
+        return (*chosen, *further[:1])
+
+    def fit_of(observed, data, chosen):
+        fitted.append(" ".join(sorted(one.key for one in chosen)))
+        return SimpleNamespace(log_likelihood=likely.get(fitted[-1], 0.0))
+
+    for name, stub in {
+        "proposed": near, "_fitted": fit_of, "believing": lambda _, chosen: chosen,
+        "evidence_of": lambda *_: -sum(one.log_odds for one in _[1]),
+        "posterior_of": lambda *_: None, "all_possible": lambda *_: True,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(f"vinesexp.identification.joint.whole.{name}", stub)
+    found = _search(SimpleNamespace(beliefs=None), (a, b, c, rest), None, most=6)
+    assert fitted == ["a", "rest", "b", "a rest", "a c rest", "a b rest"]
+    assert max(found, key=lambda one: one[0])[1] == (rest, a)
 
 
 def test_one_test_that_is_unlike_all_others_is_named_and_the_value_is_that_of_the_others():

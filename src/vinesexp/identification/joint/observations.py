@@ -606,12 +606,10 @@ def _group(
     if areas.size >= _FEWEST:
         width = _of_template(areas, impacts.jump_acceleration_error_m_s[flights.index], collisions)
         jumps[b.own("own pulse", record, width, ball=number)] = 1.0
-    shown = np.isfinite(flights.jump_displacement)
+    errors = impacts.jump_displacement_error_m_s[flights.index]
+    shown = np.isfinite(flights.jump_displacement) & np.isfinite(errors)
     if shown.sum() >= _FEWEST:
-        width = _of_response(
-            np.abs(flights.jump_displacement[shown]),
-            impacts.jump_displacement_error_m_s[flights.index][shown], collisions,
-        )  # fmt: skip
+        width = _of_response(np.abs(flights.jump_displacement[shown]), errors[shown], collisions)
         reads[b.own("own reading", record, width, ball=number)] = 1.0
     b.collisions[record.id, number] = collisions
     b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
