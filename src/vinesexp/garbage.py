@@ -1,7 +1,7 @@
 """Importing this has Python search for garbage seldom, here and in forks of this process.
 
-After each 700 new objects, as by default, the searches take a sixth of the time in which libraries
-are loaded, and a quarter of that of figures, which are made of many objects that stay to the end.
+Python searches after each 700 new objects by default. Libraries and figures are made of many
+objects that stay to the end, and each search goes through them in vain.
 """
 
 import gc

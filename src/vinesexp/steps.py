@@ -117,19 +117,15 @@ STEPS: Mapping[str, Step] = {
 
 #: Libraries that steps import only where they use them, and those that numba loads when it starts.
 _LIBRARIES = (
-    *("h5py", "pandas", "jinja2", "vinesexp.solver.ready", "matplotlib.figure"),
+    *("h5py", "pandas", "scipy.signal", "jinja2", "vinesexp.solver.ready", "matplotlib.figure"),
     *("matplotlib.backends.backend_svg", "matplotlib.backends.backend_pdf"),
 )
 
 
-#: What impacts need besides, half a second to import.
-_OF_IMPACTS = ("scipy.signal",)
-
-
-def all_modules(*, balls: bool = True) -> list[str]:
-    """Modules that steps import, libraries among them, with balls or without; some are names."""
+def all_modules() -> list[str]:
+    """Modules that steps import, libraries among them; some are names in a module."""
     named = [name for step in STEPS.values() for name in named_modules(step.function)]
-    return [*_LIBRARIES, *(_OF_IMPACTS if balls else ()), *named]
+    return [*_LIBRARIES, *named]
 
 
 class Study:

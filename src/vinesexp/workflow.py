@@ -189,9 +189,7 @@ class Planner:
         ids = [id for id in self._members(batch) if study.why(step, id)]
         log = self.paths.log(f"{step}.{batch}".rstrip("."))
         analyses = any(self.outdated[other] for other in STEPS if STEPS[other].each)
-        balls = any(record.clearance for record in study.campaign.records)
-        loads = all_modules(balls=balls) if analyses else []
-        if code := run_apart(study, step, ids, log=log, loads=loads):
+        if code := run_apart(study, step, ids, log=log, loads=all_modules() if analyses else ()):
             self.interrupted = self.interrupted or code == INTERRUPTED
             raise subprocess.CalledProcessError(code, step)
 

@@ -49,6 +49,22 @@ def test_what_speeds_the_ball_up_as_it_flies_leaves_M_known(measure, tmp_path: P
     assert abs(0.032 / ratio.eps - 4.7) < 4.0 * 4.7 * ratio.error / ratio.eps
 
 
+@pytest.mark.parametrize("channel", ["acceleration", "displacement"])
+def test_a_channel_without_jumps_shows_none(channel: str) -> None:
+    """A jump of zero has no relative error; the flights beside it are as good as before."""
+    times = np.arange(1.0, 21.0)
+    side = np.where(times % 2.0, 1.0, -1.0)
+    columns = dict.fromkeys(COLUMNS, np.ones(20)) | {
+        "time_s": times, "side": side, "velocity_jump_m_s": side, "crowded": np.zeros(20),
+        "clipped": np.zeros(20), f"jump_{channel}_m_s": np.zeros(20),
+    }  # fmt: skip
+    own = flights_of(Impacts(**columns), nes=1, b=0.03, period=5.0)
+    assert own.index.size == 18
+    assert np.isnan(getattr(own, f"jump_{channel}")).all()
+    others = {"acceleration", "displacement"} - {channel}
+    assert np.isfinite([getattr(own, f"jump_{other}") for other in others]).all()
+
+
 def test_too_few_impacts_are_said() -> None:
     empty = flights_of(no_impacts(), nes=1, b=0.03, period=0.1)
     with pytest.raises(AnalysisError, match="0 impacts with a free flight before and after"):

@@ -46,21 +46,6 @@ def test_inside_the_filter_is_the_forward_backward_filter_of_scipy(low, high, ki
     np.testing.assert_allclose(mine[inside], reference[inside], atol=1e-8 * np.abs(x).max())
 
 
-@pytest.mark.parametrize("order", [1, 2, 3, 4])
-@pytest.mark.parametrize(
-    ("low", "high", "kind"),
-    [(2.0, 40.0, "band"), (20.3, 4321.0, "band"), (157.0, None, "high"), (None, 400.7, "low")],
-)
-def test_the_filter_has_the_bits_of_scipy(low, high, kind, order):
-    band, n = butterworth(RATE, low=low, high=high, order=order), 1001
-    corners = [corner for corner in (low, high) if corner is not None]
-    zpk = signal.butter(order, np.squeeze(corners), kind, fs=RATE, output="zpk")
-    for mine, reference in zip(band.zpk(), zpk, strict=True):
-        np.testing.assert_array_equal(mine, reference)
-    _, answer = signal.freqz_zpk(*zpk, worN=2.0 * np.pi * np.arange(n // 2 + 1) / n)
-    np.testing.assert_array_equal(band.gain(n), np.abs(answer) ** 2)
-
-
 def test_a_long_record_in_small_blocks_is_the_record_at_once():
     x = np.cumsum(np.random.default_rng(0).standard_normal(600_000))
     band, none = butterworth(RATE, low=2.0, high=40.0), np.empty(0)

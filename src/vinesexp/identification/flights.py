@@ -133,11 +133,16 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
         time_after=dt[inner],
         v_previous=impacts.v_before_m_s[before] + impacts.velocity_jump_m_s[before],
         v_next=impacts.v_before_m_s[after],
-        jump_acceleration=impacts.jump_acceleration_m_s[rows],
-        jump_displacement=impacts.jump_displacement_m_s[rows],
+        jump_acceleration=_shown(impacts.jump_acceleration_m_s[rows]),
+        jump_displacement=_shown(impacts.jump_displacement_m_s[rows]),
         clearance=np.full(rows.size, b),
         pulse=0.5 * np.pi * np.abs(jump) / np.maximum(impacts.peak_acceleration_m_s2[rows], 1e-9),
     )
+
+
+def _shown(jumps: FloatArray) -> FloatArray:
+    """Jumps of one channel; NaN where it shows none: an impact without a jump is no impact."""
+    return np.where(jumps == 0.0, np.nan, jumps)
 
 
 @dataclass(frozen=True)

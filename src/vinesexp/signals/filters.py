@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.polynomial.polynomial import polyvalfromroots
 from scipy.fft import next_fast_len
 
 from vinesexp.arrays import ComplexArray, FloatArray, IntArray, usually_held
@@ -238,15 +237,6 @@ _NOTHING = np.empty(0)
 _SHORTEST = 1 << 17  # samples transformed at once, where the record has them
 
 
-#: Twice the sample rate at which filters are designed.
-_TWICE = 4.0
-
-
-def _mapped(roots: ComplexArray) -> ComplexArray:
-    """Roots in the s plane, in the z plane."""
-    return (_TWICE + roots) / (_TWICE - roots)
-
-
 @dataclass(frozen=True)
 class Butterworth:
     """A band with corners `low` and `high` in Hz (None: open on that side).
@@ -261,28 +251,14 @@ class Butterworth:
     twice: bool = False
 
     def zpk(self) -> tuple[ComplexArray, ComplexArray, float]:
-        """Zeros, poles and gain of one direction in the z plane: the bits of `scipy.signal.butter`.
+        """Zeros, poles and gain of one direction in the z plane."""
+        from scipy.signal import butter  # half a second to import
 
-        To import that takes half a second, more than to filter a short record.
-        """
-        order = self.order
-        lowpass = -np.exp(1j * np.pi * np.arange(1 - order, order, 2.0) / 2 / order)
-        low, high = self._analog(self.low), self._analog(self.high)
-        if low and high:
-            half = lowpass * (high - low) / 2
-            apart = np.sqrt(half**2 - float(np.sqrt(low * high)) ** 2)
-            poles, k = np.append(half + apart, half - apart), (high - low) ** order
-        else:
-            poles = low / lowpass if low else high * lowpass
-            k = np.real(1.0 / np.prod(-lowpass)) if low else high**order
-        zeros = np.zeros(order if low else 0, complex)
-        at_nyquist = -np.ones(poles.size - zeros.size)
-        k *= np.real(np.prod(_TWICE - zeros) / np.prod(_TWICE - poles))
-        return np.append(_mapped(zeros), at_nyquist), _mapped(poles), float(k)
-
-    def _analog(self, corner: float | None) -> float:
-        """Corner of the analog filter, rad/s, that the bilinear transform puts at one in Hz."""
-        return float(_TWICE * np.tan(np.pi * (2 * (corner or 0.0) / self.sample_rate) / 2.0))
+        kind, corners = "bandpass", np.array([self.low or 0.0, self.high or 0.0])
+        if not corners.all():
+            kind, corners = "lowpass" if self.high else "highpass", corners.max()
+        z, p, k = butter(self.order, corners, kind, output="zpk", fs=self.sample_rate)
+        return z, p, float(k)
 
     def gain(self, n: int) -> FloatArray:
         """Response of both directions together at the Fourier frequencies of n samples.
@@ -293,10 +269,10 @@ class Butterworth:
         >>> round(float(gain[10]), 3), float(gain[0])  # the corner, and a constant
         (0.5, 0.0)
         """
-        (zeros, poles, k), turn = self.zpk(), 2.0 * np.pi
-        w = turn * (turn * np.arange(n // 2 + 1) / n) / turn  # rounded as by `scipy`
-        at = np.exp(1j * w)
-        gain = np.abs(k * polyvalfromroots(at, zeros) / polyvalfromroots(at, poles)) ** 2
+        from scipy.signal import freqz_zpk
+
+        w, answer = freqz_zpk(*self.zpk(), worN=2.0 * np.pi * np.arange(n // 2 + 1) / n)
+        gain = np.abs(answer) ** 2
         if not self.twice:
             return np.asarray(gain)
         return np.append(0.0, -gain[1:] / (self.sample_rate * w[1:]) ** 2)
