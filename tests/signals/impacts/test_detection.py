@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from scipy import signal
 from tests.combined import combined
 from tests.signals.contacts import detect_contacts
 
@@ -278,3 +279,25 @@ def test_impacts_whose_ringing_outlasts_the_time_between_them_are_all_found():
     assert np.ptp(found.time - times) < 1e-4
     assert (found.strength > 50.0).all()
     assert (found.jump_error < 0.05 * np.abs(found.jump)).all()
+
+
+@pytest.mark.parametrize("duration", [1e-4, 2.5e-4])
+@pytest.mark.parametrize("order", [2, 4, 8])
+def test_a_filter_before_sampling_delays_impacts_as_it_delays_slow_motions(
+    order: int, duration: float
+) -> None:
+    """The displacement passes the same filter: then its slope changes at the times of impacts."""
+    rate, over, corner = 5e3, 32, 2e3
+    t, j = regular(200)
+    fine = contact_acceleration(
+        t, j, duration=duration, ring=None, ring_damping=0.02, start=0.0, dt=1.0 / (rate * over),
+        n=round(14.0 * rate * over),
+    )  # fmt: skip
+    sos = signal.butter(order, corner, fs=rate * over, output="sos")
+    a = signal.sosfilt(sos, fine)[::over]
+    a = a + 0.1 * np.random.default_rng(0).standard_normal(a.size)
+    found = detect_contacts(a, rate, highpass=None)
+    angles = (np.arange(order) + 0.5) * np.pi / order
+    delay = np.sin(angles).sum() / (2.0 * np.pi * corner)
+    assert found.time.size == 200
+    assert abs(np.median(found.time - t) - delay) < 1.2e-5

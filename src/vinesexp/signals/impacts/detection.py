@@ -213,7 +213,7 @@ def _gathered(
     if place.size and template.shape.duration < _FEW_SAMPLES:
         error = np.sqrt(error**2 + _unevenness(place) ** 2)
     return Detection(
-        time=place * dt,
+        time=(place + template.late) * dt,
         time_error=error * dt,
         jump=all_of("area") * dt / answer,
         jump_error=all_of("area_error") * dt / answer,

@@ -47,6 +47,11 @@ class Shape:
     ring: float = 0.0
     ring_damping: float = 0.02
 
+    @property
+    def delay(self) -> float:
+        """Samples by which the resonance delays slow motions."""
+        return self.ring_damping / (math.pi * self.ring) if self.ring else 0.0
+
 
 @dataclass(frozen=True)
 class Template:
@@ -72,6 +77,9 @@ class Template:
         Of the zero-phase highpass that the samples went through, cycles a sample; 0: none.
     learnt_from : int
         Impacts the shape was fitted to; 0: assumed.
+    late : float
+        Samples from the time of the template to the centre of all its momentum: what a resonance or
+        a filter delays slow motions by, which the displacement has to be compared at.
     """
 
     first: int
@@ -84,6 +92,7 @@ class Template:
     shape: Shape
     corner: float = 0.0
     learnt_from: int = 0
+    late: float = 0.0
 
     @property
     def last(self) -> int:
@@ -186,7 +195,7 @@ def template_of(
     slopes = np.gradient(values, 1.0 / FINE)
     return Template(
         span[0], values, slopes, momentum / height, kept, core, model_error, shape,
-        (highpass or 0.0) * dt, learnt_from,
+        (highpass or 0.0) * dt, learnt_from, shape.delay,
     )  # fmt: skip
 
 

@@ -44,6 +44,8 @@ _OUTLYING = 5.0  # standard deviations of a sample from those of the other windo
 _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
 MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
 _FEW = 5  # impacts: with fewer only the duration is fitted
+_BESIDE = 3  # samples beside the contact in which a filter shows
+_NOISY = 4.0  # standard deviations of a moment that noise alone may make
 _PLAIN: Sequence[str] = ("duration",)
 _FORM: Sequence[str] = ("duration", "power", "skew")
 _RESONANT: Sequence[str] = ("duration", "ring", "ring_damping")
@@ -300,7 +302,25 @@ def learn_template(
     _, shape, fitted = best
     whole = (span[0], max(span[1], _ring_down_length(shape)))
     template = template_of(shape, whole, highpass=highpass, dt=dt, learnt_from=fitted.height.size)
-    return replace(template, model_error=_model_error(fitted, template))
+    late = template.late + _beside(fitted, template)
+    return replace(template, model_error=_model_error(fitted, template), late=late)
+
+
+def _beside(windows: Windows, template: Template) -> float:
+    """Samples by which what the shape lacks about the contact moves the centre of the momentum.
+
+    No shape with a few parameters is that of every filter. What noise may have made counts for
+    nothing, and a single impact may be anything.
+    """
+    if windows.height.size < _FEW:
+        return 0.0
+    near = windows.good & (np.abs(windows.lags) <= template.core[1] + _BESIDE)
+    relative = (windows.noise / windows.height)[:, np.newaxis]
+    lever = (windows.lags - windows.shift[:, np.newaxis]) * relative * near
+    count = np.maximum(near.sum(axis=0), 1)
+    moment = float(((lever * residual(windows, template)[0]).sum(axis=0) / count).sum())
+    noise2 = float(((lever**2).sum(axis=0) / count**2).sum())
+    return moment * max(0.0, 1.0 - _NOISY**2 * noise2 / max(moment**2, 1e-300)) / template.area
 
 
 def _without_outliers(windows: Windows, fit: Fit, table: Callable[[Shape], Template]) -> Windows:
