@@ -84,6 +84,7 @@ _OF_NORMAL = 0.831
 _SETTLED = 30  # steps towards that scale, each of which leaves less than half of what is off
 _TINY = 1e-9
 _SLOWEST = 0.02  # of the usual speed: slower ones, which noise may turn, count as this one
+_MEDIAN = 0.6745  # of the absolute value of a normal variable
 _LEAST, _APART_AT_MOST = 0.4, 8  # of the variance of independent collisions; of their number
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
@@ -585,15 +586,17 @@ def _of_sums(own: FloatArray, z: FloatArray) -> FloatArray:
     """Variances of weighted sums (rows) of residuals, by what residuals some impacts apart share.
 
     Neighbours share a flight; a clock that drifts moves the impacts of one wall one way and those
-    of the other the other way. As if each were for itself where there are too few to tell.
+    of the other the other way. As if each were for itself where there are too few to tell. What
+    changes along a record moves collisions farther apart than neighbours are.
     """
-    alone = (own**2).sum(axis=1)
-    z = np.clip(z, -4.0, 4.0)
+    wide = max(1.0, _median(np.abs(z[z != 0.0])) / _MEDIAN)
+    alone = wide**2 * (own**2).sum(axis=1)
+    z = np.clip(z / wide, -4.0, 4.0)
     power, lags = float(z @ z), z.size // _APART_AT_MOST
     if np.count_nonzero(z) < _FEWEST or not power:
         return np.asarray(alone)
     shared = alone.copy()
     for lag in range(1, lags + 1):
-        rho = (1.0 - lag / (lags + 1.0)) * float(z[:-lag] @ z[lag:]) / power
+        rho = wide**2 * (1.0 - lag / (lags + 1.0)) * float(z[:-lag] @ z[lag:]) / power
         shared += 2.0 * rho * (own[:, :-lag] * own[:, lag:]).sum(axis=1)
     return np.asarray(np.maximum(shared, _LEAST * alone))
