@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, lfilter, sosfilt
 
 Channels = dict[str, NDArray[np.float64]]
 
@@ -30,7 +30,8 @@ def damaged(
         ``coupled`` (corner of displacement and acceleration, Hz), ``dropouts`` (so many),
         ``knocks`` (so many),
         ``inverted acceleration``, ``inverted displacement``, ``aliased`` (every so many-th sample
-        of the acceleration, means of the others).
+        of the acceleration, means of the others), ``filtered`` (every so many-th sample of all
+        channels behind a low-pass of order four at 0.4 of the sample rate that is left).
     """
     found = dict(channels)
     for what, much in damage.items():
@@ -72,6 +73,11 @@ def damaged(
                 else x[:size].reshape(-1, every).mean(axis=1)
                 for role, x in found.items()
             }
+            rate /= every
+        elif what == "filtered":
+            every = round(much)
+            sos = butter(4, 2.0 * 0.4 / every, output="sos")
+            found = {role: x[0] + sosfilt(sos, x - x[0])[::every] for role, x in found.items()}
             rate /= every
         else:
             raise ValueError(what)

@@ -201,6 +201,11 @@ def _aliased(scene: Scene, rng: np.random.Generator) -> Scene:
     return ringing.mapped(lambda t: t.suffers("aliased", 10.0))
 
 
+def _filtered(scene: Scene, rng: np.random.Generator) -> Scene:
+    short = scene.with_sensors(rate=1e4).with_bodies(lambda body: replace(body, contact=1.5e-4))
+    return short.mapped(lambda t: t.suffers("filtered", 2.0))
+
+
 def _set_up_anew(scene: Scene, rng: np.random.Generator) -> Scene:
     """The cavity slopes from the middle of the periodic tests on."""
     slope = float(rng.uniform(0.08, 0.2) * rng.choice([-1.0, 1.0]))
@@ -299,6 +304,7 @@ _ALL = [
     _every("records of 1.5 s", "short", _short),
     _every("knocks", "knocks", _suffer("knocks", 6.0, kinds=_BALLS)),
     _every("aliased accelerometer", "alias", _aliased),
+    _every("short contacts, filtered before sampling", "", _filtered),
     _every("held before release", "", _held),
     _every("laser loses its target 40 times", "dropouts", _suffer("dropouts", 40.0, kinds=_BALLS)),
     _every("release typed 1.2 times", "release",

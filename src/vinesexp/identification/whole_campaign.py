@@ -935,6 +935,8 @@ def _input(
         stated_error = stated * own
     else:
         found, found_error, stated_error = stated + value, error, own
+        if not (found > 0.0 and is_known(found, found_error)):  # no length, no mass is this
+            found, found_error = stated, stated_error
     verdict = Verdict.OK
     named = {
         n for w in answer.judged.found if w.sure and not w.rivals and w.cause.direction

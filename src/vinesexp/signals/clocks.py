@@ -440,10 +440,11 @@ def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> C
     if abs(shift) * step * frequency <= _TOGETHER:
         return None
     samples = shift * k  # by which the first come late
+    periods = ", or whole periods of it more or less, as it repeats" if good.size > 1 else ""
     detail = (
         f"the recorders of {' and '.join(own)} and of the acceleration did not start together: the "
-        f"motion comes {samples / view.sample_rate:+.4g} s later in the first; they are aligned by "
-        "the motion. Start both with one trigger"
+        f"motion comes {samples / view.sample_rate:+.4g} s later in the first{periods}; they are "
+        "aligned by the motion. Start both with one trigger"
     )
     first, n = max(-samples, 0), view.n - abs(samples)
     begins = {role: first + samples * (role in own) for role in view.roles}
