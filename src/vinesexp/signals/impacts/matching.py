@@ -184,7 +184,11 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     gap = np.diff(state.place)
     close = gap < 0.5 * (core.size - 1)
     left = np.sqrt((rest**2).mean(1))
-    misfit = left > 4.0 * np.hypot(noise, own_error)
+    of_shape = template.model_error[
+        np.clip(core - template.first, 0, template.model_error.size - 1)
+    ]
+    usual = np.sqrt((of_shape**2).mean()) * np.abs(state.height)
+    misfit = left > 4.0 * np.hypot(noise, usual)
     crowded = np.append(close, False) | np.append(False, close) | misfit
     # what a shape leaves moves the contact as noise of this size would
     place_error = place_error * np.maximum(left / noise, 1.0)
