@@ -11,6 +11,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
+import vinesexp.garbage  # noqa: F401  # before anything large is loaded
 from vinesexp.environment import keep_caches_writable, one_thread_each
 from vinesexp.errors import RigWarning, VinesexpError, shown
 
