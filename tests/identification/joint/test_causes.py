@@ -694,10 +694,27 @@ def test_the_floor_pushes_the_ball_on_in_no_test(friction, fits, kind):
     rubs = Cause("effect friction", "effect", "friction", Direction({"friction": 1.0}, Prior(0, 1)))
     at = {"effect friction": friction, "change": 0.3}
 
-    def of(terms):
-        return sum(factor * at.get(name, 0.0) for name, factor in terms.items()), 0.01
+    def of(terms, constant=0.0):
+        return constant + sum(factor * at.get(name, 0.0) for name, factor in terms.items()), 0.01
 
-    assert all_possible(SimpleNamespace(of=of), [rubs, change]) == fits
+    nothing = SimpleNamespace(clearances={})
+    assert all_possible(SimpleNamespace(of=of), [rubs, change], nothing) == fits
+
+
+@pytest.mark.parametrize(("step", "back", "fits"), [(-0.019, 0.0, False), (-0.019, 0.019, True)])
+def test_no_cavity_is_smaller_than_its_ball(step, back, fits):
+    """What two changes make of a clearance of 18 mm counts, not each of them."""
+    causes = [
+        Cause(name, "one test", "clearance", Direction({"clearance: a": 1.0}, Prior(0.0, 1.0)))
+        for name in ("step", "back")
+    ]
+    at = {"step": step, "back": back}
+
+    def of(terms, constant=0.0):
+        return constant + sum(factor * at.get(name, 0.0) for name, factor in terms.items()), 1e-4
+
+    observed = SimpleNamespace(clearances={("a", 0): ("clearance: a", 0.018)})
+    assert all_possible(SimpleNamespace(of=of), causes, observed) == fits
 
 
 @pytest.mark.parametrize(("seen_in", "sure"), [("decay", True), ("flights", False)])

@@ -287,13 +287,13 @@ def proposed(
         front = []
         for so_far, untrue, chosen in sorted(longer.values(), key=lambda one: -one[0]):
             base = posterior_of(data, believing(observed.beliefs, chosen))
-            if all_possible(base, chosen):
+            if all_possible(base, chosen, observed):
                 front.append((so_far, untrue, chosen, base))
             if len(front) == _WIDTH:
                 break
         if front and front[0][0] > most:
             most, _, best, _ = front[0]
-    return _with_better(data, observed.beliefs, needed(data, observed, best), causes)
+    return _with_better(data, observed, needed(data, observed, best), causes)
 
 
 def names_in_flights(observed: Observed) -> set[str]:
@@ -304,9 +304,10 @@ def names_in_flights(observed: Observed) -> set[str]:
 
 
 def _with_better(
-    data: Quadratic, plain: Beliefs, chosen: tuple[Cause, ...], causes: Sequence[Cause]
+    data: Quadratic, observed: Observed, chosen: tuple[Cause, ...], causes: Sequence[Cause]
 ) -> tuple[Cause, ...]:
     """The set with each cause in the place of which another explains more beside the others."""
+    plain = observed.beliefs
     for cause, odds in zip(chosen, _odds(data, plain, chosen), strict=True):
         beside = [one for one in chosen if one is not cause]
         without, others = believing(plain, beside), _others(causes, beside)
@@ -315,8 +316,8 @@ def _with_better(
         best = int(np.argmax(tried))
         if others[best] is not cause and float(tried[best]) > odds + _EXPLAINS:
             better = (*beside, others[best])
-            if all_possible(posterior_of(data, believing(plain, better)), better):
-                return _with_better(data, plain, better, causes)
+            if all_possible(posterior_of(data, believing(plain, better)), better, observed):
+                return _with_better(data, observed, better, causes)
     return chosen
 
 
@@ -429,18 +430,25 @@ def possible(cause: Cause, value: float, error: float) -> bool:
     return low - _ERRORS * error < value < high + _ERRORS * error
 
 
-def all_possible(found: Posterior, chosen: Sequence[Cause]) -> bool:
+def all_possible(found: Posterior, chosen: Sequence[Cause], observed: Observed) -> bool:
     """Whether causes can be as a posterior with them has their coefficients.
 
-    In no test does the floor push the ball on.
+    In no test does the floor push the ball on, and no cavity is smaller than its ball.
     """
     known = {cause.key: d.terms for cause in chosen if (d := cause.direction)}
+
+    def below_zero(sums: Mapping[str, float], constant: float = 0.0) -> bool:
+        """Whether a sum that causes move is less than nothing."""
+        moved = {k: sum(f * t.get(n, 0.0) for n, f in sums.items()) for k, t in known.items()}
+        value, error = found.of({**sums, **moved}, constant)
+        return any(moved.values()) and value < -_ERRORS * error
+
     changes = (known[c.key] for c in chosen if c.about == "friction" and c.kind in _OF_TESTS)
-    for name in {name for terms in changes for name in terms}:
-        by_cause = {key: t.get("friction", 0.0) + t.get(name, 0.0) for key, t in known.items()}
-        value, error = found.of({"friction": 1.0, name: 1.0, **by_cause})
-        if value < -_ERRORS * error:
-            return False
+    sums = [({"friction": 1.0, name: 1.0}, 0.0) for terms in changes for name in terms]
+    for name, stated in observed.clearances.values():
+        sums.append(({name: 1.0, "clearance offset": 1.0, "clearance scale": stated}, stated))
+    if any(below_zero(*one) for one in sums):
+        return False
     return all(possible(cause, *found.of({cause.key: 1.0})) for cause in chosen if cause.direction)
 
 

@@ -306,7 +306,7 @@ def _search(
         data = _fitted(observed, data, own)
         evidence = evidence_of(data, own) + data.log_likelihood
         evidence += sum(cause.log_odds for cause in chosen)
-        if not all_possible(posterior_of(data, own), chosen):
+        if not all_possible(posterior_of(data, own), chosen, observed):
             evidence -= _IMPOSSIBLE
         fits[key] = evidence, chosen, data
         more = proposed(data, observed, causes, chosen)
