@@ -45,6 +45,8 @@ _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: some
 MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
 _FEW = 5  # impacts: with fewer only the duration is fitted
 _BESIDE = 3  # samples beside the contact in which a filter shows
+_FILTERS, _MISFITS = 0.4, 1.5  # damping ratio of a filter; chi^2 a sample that asks for one
+_DIES = 0.3  # of its logarithm: what a resonance beyond the samples may lose from one to the next
 _NOISY = 4.0  # standard deviations of a moment that noise alone may make
 _PLAIN: Sequence[str] = ("duration",)
 _FORM: Sequence[str] = ("duration", "power", "skew")
@@ -360,17 +362,38 @@ def _ringing(
     """
     few = {name: of_each[:_SEARCHED] for name, of_each in vars(windows).items() if name != "lags"}
     starts = _ring_starts(plain, start, table(plain[1]))
-    tried = [_fit(replace(windows, **few), shape, _RESONANT, table) for shape in starts]
+    every = [_fit(replace(windows, **few), shape, _RESONANT, table) for shape in starts]
+    tried = [found for found in every if _can_be_seen(found[1])]
     if not tried:
         return None
     _, shape, _ = min(tried, key=lambda found: found[0])
     ringing = _fit(windows, shape, _RESONANT, table)
     free = _fit(ringing[2], ringing[1], _RINGING, table)
-    return free if _better(free[0], ringing[0]) else ringing
+    best = free if _better(free[0], ringing[0]) and _can_be_seen(free[1]) else ringing
+    return best if _can_be_seen(best[1]) else None
+
+
+def _can_be_seen(shape: Shape) -> bool:
+    """Whether samples show a resonance: above half of their rate one that rings on for many."""
+    return shape.ring <= 0.5 or 2.0 * math.pi * shape.ring * shape.ring_damping < _DIES
 
 
 def _ring_starts(plain: Fit, start: Shape, template: Template) -> list[Shape]:
-    """Shapes with ringing to try: at the strongest line of what the template leaves after it."""
+    """Shapes with ringing to try: as a filter, and at the strongest line of what is left after.
+
+    A filter before the sampling is a damped resonance below half of the sample rate; no line shows
+    it.
+    """
+    chi2, _, windows = plain
+    filters = [
+        Shape(duration=factor * start.duration, ring=ring, ring_damping=_FILTERS)
+        for ring in (0.2, 0.4) for factor in (0.5, 1.0)
+        if chi2 > _MISFITS * windows.good.sum()
+    ]  # fmt: skip
+    return [*filters, *_starts_at_line(plain, start, template)]
+
+
+def _starts_at_line(plain: Fit, start: Shape, template: Template) -> list[Shape]:
     _, shape, windows = plain
     late = residual(windows, template)[0][:, windows.lags > 1.5 * shape.duration + 2.0]
     if late.shape[1] < 12:
