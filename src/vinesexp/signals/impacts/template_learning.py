@@ -58,7 +58,7 @@ _LIMITS = {
     "power": (0.5, 4.0),
     "skew": (-1.5, 1.5),
     "ring": (1e-4, 1.5),
-    "ring_damping": (1e-3, 0.6),
+    "ring_damping": (1e-3, 0.9),
 }
 
 _NUDGE = {"duration": 1e-2, "power": 1e-2, "skew": 1e-2, "ring": 1e-4, "ring_damping": 1e-3}
