@@ -63,7 +63,7 @@ def cheaper_models(task: Task) -> dict[str, tuple[float, float]]:
     found["orbit"] = _least_on_orbit(task, G, f), time.process_time() - begin
     begin = time.process_time()
     b = np.geomspace(*span_of(task), 12)
-    runs = together([wall_starts(task, one, phases=2) for one in b.tolist()])
+    runs = together([wall_starts(task, one, range(2)) for one in b.tolist()])
     means = responses(runs, haste=2.0).mean.reshape(b.size, -1).mean(axis=1)
     found["quick"] = float(b[means.argmin()]), time.process_time() - begin
     return found

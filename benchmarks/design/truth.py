@@ -41,7 +41,7 @@ def values_of(
     (phases, starts), found = many, {}
     each = b.tolist()
     if not all(ANYWHERE[name] for name in names):
-        walls = [wall_starts(task, one, phases=phases, shift=shift) for one in each]
+        walls = [wall_starts(task, one, range(phases), shift=shift) for one in each]
         rest = watched(together(walls), starts=phases)
         found["mean"] = rest.mean.reshape(b.size, -1).mean(axis=1)
         found["max"] = rest.largest.reshape(b.size, -1).mean(axis=1)

@@ -8,14 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.best_clearance import WORSE, Found, Tried, percentile
+from vinesexp.design.best_clearance import WORSE, Found, Tried, weighted_percentile
 from vinesexp.design.ensemble import responses, together
 from vinesexp.design.task import (
     Task,
-    levels_of,
-    more_wall_starts,
     random_starts,
-    shares_of,
     wall_starts,
 )
 
@@ -70,11 +67,7 @@ def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int, most: float) -
     those of a first look; more are run, for about `most` seconds of work, where they do not tell.
     """
     exact = replace(task, tolerance=0.0)
-    walls = Tried(
-        lambda at, numbers: more_wall_starts(exact, at, numbers, shift=0.0),
-        len(exact.grid()),
-        watch=False,
-    )
+    walls = Tried(lambda at, numbers: wall_starts(exact, at, numbers), watch=False)
     anywhere = Tried(
         lambda at, numbers: random_starts(
             exact, at, starts=len(numbers), seed=seed, first=numbers.start
@@ -91,9 +84,9 @@ def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int, most: float) -
             return None
         walls.ask((b, at), rest)
         anywhere.ask((b, at), drawn)
-        by_phase = [exact.average(walls.of(one, rest).mean.T) for one in (b, at)]
-        by_draw = [anywhere.of(one, drawn).mean[0] for one in (b, at)]
-        return [(by_phase[0], by_phase[1]), (by_draw[0], by_draw[1])]
+        both = [[tried.of(one, n) for one in (b, at)] for tried, n in ((walls, rest), (anywhere, drawn))]
+        means = [[one.mean[0] * one.weight[0] / one.weight[0].mean() for one in pair] for pair in both]
+        return [(before, there) for before, there in means]
 
     return Cliffs(_side(seen, b, -1.0), _side(seen, b, 1.0))
 
@@ -180,7 +173,7 @@ def changes(task: Task, b: float, starts: Starts, *, seed: int) -> tuple[Changed
             case, clearance = _moved(task, b, name, 1.0 + change)
             if all(r <= 1.0 for r in case.r):
                 cases.append((name, change, case, clearance))
-    walls = [wall_starts(case, at, phases=starts.phases) for _, _, case, at in cases]
+    walls = [wall_starts(case, at, range(starts.phases)) for _, _, case, at in cases]
     places = [random_starts(case, at, starts=starts.random, seed=seed) for _, _, case, at in cases]
     rest, drawn = (  # another frequency may have other conditions of a band
         responses(together(runs), haste=HASTE).split([len(one) for one in runs])
@@ -190,9 +183,9 @@ def changes(task: Task, b: float, starts: Starts, *, seed: int) -> tuple[Changed
         Changed(
             name=name,
             change=change,
-            rest_mean=float(case.average(at_walls.mean)),
-            random_p90=float(percentile(anywhere.mean)),
-            captured=float(anywhere.captured.mean()),
+            rest_mean=float(at_walls.average(at_walls.mean)),
+            random_p90=float(weighted_percentile(*np.array([[anywhere.mean], [anywhere.weight]]))[0]),
+            captured=float(anywhere.share),
             bare=case.mean_bare(),
         )
         for (name, change, case, _), at_walls, anywhere in zip(cases, rest, drawn, strict=True)
@@ -215,7 +208,7 @@ def _moved(task: Task, b: float, name: str, factor: float) -> tuple[Task, float]
 
 #: A clearance works where it leaves at most this share of the bare amplitude.
 WORKS = 0.8
-#: With friction, a damping law, or over a band: levels tried, from a share of the least to a
+#: With friction, a damping law, or over a range: levels tried, from a share of the least to a
 #: multiple of the greatest designed for.
 LEVELS, ENDS = 9, (0.25, 4.0)
 
@@ -250,7 +243,7 @@ def operating_range(task: Task, found: Found, *, phases: int) -> Range:
     phases : int
         Starts at a level, where the scan of the search does not tell.
     """
-    alike = task.plain and task.frequencies[0] == task.frequencies[1]
+    alike = task.plain and not task.ranged
     levels, left, captured = (
         _scaled(task, found) if alike else _tried(task, found.robust, phases=phases)
     )
@@ -263,16 +256,9 @@ def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArra
     Lengths scale together where nothing but c1 damps: clearance b under level G s does what b/s
     does under G, s times as large. So the scan over clearances is one over levels too.
     """
-    low, high, _ = shares_of(levels_of(task.levels))
-    parts = 0.5 * (low + high)
-    mean, captured = (
-        values.reshape(found.grid.size, parts.size, -1).mean(axis=-1)
-        for values in (found.rest.mean, found.rest.captured.astype(np.float64))
-    )
-    levels = np.outer(found.robust / found.grid, parts)
-    left = mean / np.array([_bare(task, float(G)) for G in parts])
-    order = np.argsort(levels.ravel())
-    return (levels.ravel()[order], left.ravel()[order], captured.ravel()[order])
+    rest, level = found.rest, task.levels[0]
+    levels = found.robust / found.grid[::-1] * level
+    return levels, (rest.average(rest.mean) / task.mean_bare())[::-1], rest.share[::-1]
 
 
 def _tried(task: Task, b: float, *, phases: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -281,15 +267,12 @@ def _tried(task: Task, b: float, *, phases: int) -> tuple[FloatArray, FloatArray
     rows = []
     for level in levels:
         at = replace(task, levels=(float(level),) * 2)
-        runs = wall_starts(at, b, phases=phases)
+        runs = wall_starts(at, b, range(phases))
         rest = responses(runs)
-        rows.append((at.over_band(runs, rest.mean) / at.mean_bare(), at.share(rest.captured)))
+        left = rest.average(rest.mean) / rest.average(at.bare_of(runs))
+        rows.append((float(left), float(rest.share)))
     left, captured = np.array(rows, dtype=np.float64).T
     return levels, left, captured
-
-
-def _bare(task: Task, level: float) -> float:
-    return replace(task, levels=(level, level)).mean_bare()
 
 
 def _range(task: Task, levels: FloatArray, left: FloatArray, captured: FloatArray) -> Range:

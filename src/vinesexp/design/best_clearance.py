@@ -19,7 +19,7 @@ from scipy.special import betainc
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.design.ensemble import B_B, Responses, Runs, responses, together, watched
-from vinesexp.design.task import Task, more_wall_starts, random_starts
+from vinesexp.design.task import Task, random_starts, wall_starts
 
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
 #: shares of its parts: each scan, each contest from rest, that of random starts, judging, and each
@@ -51,9 +51,10 @@ NARROWER = 0.97
 #: against a jump at the end of a long slope. Not closer where the steps differ by less than FLAT.
 STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 4, 0.004
 #: Starts from rest and random starts of a clearance, least and most, in the scan; then the same in
-#: the first round of a contest. Over ranges a start from rest is one in every part of them.
+#: the first round of a contest. Over ranges more of them, for a mean and at each of their nodes.
 SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
-SCAN_PARTS, FIRST_PARTS = (1, 8), (2, 16)
+SCAN_RANGES, FIRST_RANGES = (16, 96), (32, 256)
+SCAN_NODES, FIRST_NODES = (1, 8), (2, 16)
 #: In a narrow cavity a ball may chatter to rest and act as a dead mass: its runs take DEAR times as
 #: long as the median of all, of more than CHATTER impacts a cycle and ball. Such a clearance has to
 #: be better by LITTLE to be looked at closer, and none is tried for safety. A dead mass does the
@@ -92,11 +93,6 @@ APART = 0.001
 def affordable(share: float, work: float, ends: tuple[int, int]) -> int:
     """How many starts of so much work each (s) a share (s) of the time pays, between two ends."""
     return int(min(max(share / max(work, 1e-12), ends[0]), ends[1]))
-
-
-def percentile(means: FloatArray) -> FloatArray:
-    """The percentile that the robust clearance makes least (m), over the last axis."""
-    return np.asarray(np.percentile(means, PERCENTILE, axis=-1))
 
 
 def means_of(values: FloatArray, weights: FloatArray) -> FloatArray:
@@ -169,11 +165,9 @@ def largest_of(found: Responses) -> FloatArray:
     return found.largest
 
 
-def _over(
-    take: Callable[[Responses], FloatArray], ranges: Callable[[FloatArray], FloatArray]
-) -> Criterion:
-    """A mean over the starts under each condition, and what is made of these."""
-    return Criterion(take, lambda values, weights: ranges(means_of(values, weights)))
+def worst_of(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Mean over the starts under the condition where it is largest, for each row of weights."""
+    return np.asarray(means_of(values, weights).max(axis=1))
 
 
 @dataclass
@@ -245,17 +239,18 @@ class Tried:
         the starts count for more and half for less, as the error of TELL times as many has it.
         """
         if self.tolerance == 0.0:
-            return self.of(b, n), _resampled(np.ones(n), [(0, n)], seed)
+            found = self.of(b, n)
+            return found, _resampled(found.weight[0], [(0, n)], seed)
         reach = self.tolerance * (1.0 + 1e-9)
         near = [c for c in self.found if abs(c / b - 1.0) < 2.0 * reach]
         made = np.concatenate([self.made[c] for c in near])
         density = np.zeros(made.size)
         for c in near:
             density += (np.abs(made / c - 1.0) <= reach) * (self.made[c].size / c)
-        weights = np.where(np.abs(made / b - 1.0) <= reach, 1.0 / density, 0.0)
-        rows = _resampled(weights, [(self._place(c), self.made[c].size) for c in near], seed)
         few = [self.found[c] for c in near]
         every = few[0].each(lambda *all_of: np.concatenate(all_of, axis=-1), *few[1:])
+        weights = np.where(np.abs(made / b - 1.0) <= reach, every.weight[0] / density, 0.0)
+        rows = _resampled(weights, [(self._place(c), self.made[c].size) for c in near], seed)
         return every.each(lambda values: values[..., weights > 0.0]), rows[:, weights > 0.0]
 
     def work(self, b: float) -> float:
@@ -537,8 +532,8 @@ class Curve:
 def curve_of(starts: Tried, criterion: Criterion, n: int) -> Curve:
     """What a criterion says of every clearance by at most n starts, dear ones with a handicap."""
     b = sorted(starts.found)
-    some = [criterion.take(starts.of(c, n)) for c in b]
-    value = np.array([float(criterion.rule(one, np.ones((1, one.shape[-1])))[0]) for one in some])
+    some = [starts.of(c, n) for c in b]
+    value = np.array([float(criterion.rule(criterion.take(v), v.weight[:1])[0]) for v in some])
     dear = starts.dear(b)
     return Curve(np.array(b), value * np.where(dear, 1.0 + LITTLE, 1.0), dear)
 
@@ -551,10 +546,12 @@ def far_enough(grid: FloatArray, starts: Tried, n: int) -> FloatArray:
     """
     runs = starts.draw(float(grid[-1]), range(n))
     runs.balls[..., B_B] *= AWAY
-    bare, ratio = float(responses(runs).mean.mean()), float(grid[1] / grid[0])
+    alone, ratio = responses(runs), float(grid[1] / grid[0])
+    bare = float(alone.average(alone.mean))
     for _ in range(0, FARTHEST, FURTHER):
         starts.look(grid.tolist(), n)
-        if min(starts.of(b, n).mean.mean() for b in grid.tolist()) <= (1.0 + MEETS) * bare:
+        left = [one.average(one.mean).mean() for one in (starts.of(b, n) for b in grid.tolist())]
+        if min(left) <= (1.0 + MEETS) * bare:
             break
         grid = np.append(grid, grid[-1] * ratio ** np.arange(1.0, FURTHER + 1.0))
     return grid
@@ -617,8 +614,7 @@ class Found:
     rest, random : runs of the scan, one row for each clearance of `grid`: from rest, anywhere.
     race : contest of the robust clearances.
     captured : share of its starts that the robust clearance captures.
-    work : what a start took around the clearances found: from rest under all conditions, and
-        random; s.
+    work : what a start took around the clearances found: from rest, and random; s.
     """
 
     least_mean: float
@@ -660,40 +656,44 @@ def search(
 
     def from_rest(shift: float, nodes: bool, tolerance: float = 0.0) -> Tried:
         def draw(b: float, numbers: range) -> Runs:
-            return more_wall_starts(task, b, numbers, shift=shift, nodes=nodes)
+            return wall_starts(task, b, numbers, shift=shift, nodes=nodes)
 
-        return Tried(draw, len(task.grid()), shift > 0.0, tolerance)
+        return Tried(draw, len(task.grid()) if nodes else 1, shift > 0.0, tolerance)
 
     def anywhere(seed: int) -> Callable[[float, range], Runs]:
         return lambda b, numbers: random_starts(
             task, b, starts=len(numbers), seed=seed, first=numbers.start
         )
 
-    rest, random = from_rest(0.0, False), Tried(anywhere(seed), 1, False)
-    in_scan, in_first = (SCAN_PARTS, FIRST_PARTS) if task.ranged else (SCAN_REST, FIRST_REST)
+    every = [random := Tried(anywhere(seed), 1, False), rest := from_rest(0.0, False)]
     rest.ask(ends[-1:], 1)
     coarse = affordable(SCANS * budget, rest.work(ends[-1]), COARSE)
     grid = wide_enough(np.geomspace(*ends, coarse), rest)
-    grid = far_enough(grid, rest, in_scan[0])
+    grid = far_enough(grid, rest, (SCAN_RANGES if task.ranged else SCAN_REST)[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
-    criteria = [_over(mean_of, task.average), _over(largest_of, task.worst)]
-    every = [random, rest]
-    shares = [SCANS, CONTESTS, CONTESTS, SCANS, ROBUST]
+    mean, largest = Criterion(mean_of, worst_of), Criterion(largest_of, worst_of)
+    # over ranges the largest is that at their nodes, the mean that of any levels within
+    looks = [(False, [mean, largest], SCAN_REST, FIRST_REST)]
+    if task.ranged:
+        looks = [
+            (False, [mean], SCAN_RANGES, FIRST_RANGES), (True, [largest], SCAN_NODES, FIRST_NODES)
+        ]  # fmt: skip
+    shares = [SCANS, *[CONTESTS] * (2 // len(looks))] * len(looks) + [SCANS, ROBUST]
     purse = Allowance(budget * sum(shares), shares, every)
-    curves, scan = scanned(grid, rest, criteria, ends=in_scan, most=purse.next())
     won: list[Race] = []
-    dearest = 0.0
-    for one, criterion in zip(curves, criteria, strict=True):
-        # over ranges the largest is that at their nodes, the mean that of any levels within
-        if criterion is criteria[0] or task.ranged:
-            starts = from_rest(0.25, criterion is not criteria[0], task.tolerance)
-            every.append(starts)
-        contest = Contest(starts, criterion, Purse(purse.next()), seed=seed)
-        hopes = one.lowest()
-        few = affordable(contest.purse.left, in_first[0] * rest.work(hopes[0]), (2, FINALISTS))
-        won.append(contest.won([*hopes[:few], *contest.known()], in_first))
-        dearest = max(dearest, starts.work(won[-1].b))
+    work, scans = [], []
+    for nodes, criteria, in_scan, in_first in looks:
+        first, starts = from_rest(0.0, True) if nodes else rest, from_rest(0.25, nodes, task.tolerance)
+        every += [first, starts] if nodes else [starts]
+        curves, scan = scanned(grid, first, criteria, ends=in_scan, most=purse.next())
+        scans.append(scan)
+        for criterion, one in zip(criteria, curves, strict=True):
+            contest = Contest(starts, criterion, Purse(purse.next()), seed=seed)
+            hopes = one.lowest()
+            few = affordable(contest.purse.left, in_first[0] * first.work(hopes[0]), (2, FINALISTS))
+            won.append(contest.won([*hopes[:few], *contest.known()], in_first))
+            work.append(starts.work(won[-1].b) / starts.conditions)
     [curve], random_scan = scanned(
         grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=purse.next()
     )
@@ -707,7 +707,7 @@ def search(
     robust_rule = Criterion(mean_of, weighted_percentile, cautious)
     contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
     robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
-    work = dearest, random.work(robust.b)
-    share = float(random.found[robust.b].captured.mean())
+    share = float(random.found[robust.b].share[0])
     best = won[0].b, won[1].b, robust.b
-    return Found(*best, scan, random_scan, robust, share, grid, work)
+    spent = max(work), random.work(robust.b)
+    return Found(*best, scans[0], random_scan, robust, share, grid, spent)

@@ -14,7 +14,7 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import overload
 
 import numpy as np
@@ -104,6 +104,7 @@ class Runs(Sequence[Run]):
     ----------
     values : (runs, 8): M, c1, k1; amplitude, frequency, phase of the base; x0, v0.
     balls : (runs, balls, 4): m, b, r, y0; each starts at rest.
+    weight : what each run stands for in a mean over all of them.
     friction, damping : of all runs alike, as in `Task`.
     remainder : rad from which on the rest of a chatter is summed, where runs go one by one
         (`simulate`).
@@ -111,6 +112,7 @@ class Runs(Sequence[Run]):
 
     values: FloatArray
     balls: FloatArray
+    weight: FloatArray
     friction: float = 0.0
     damping: WeakDamping = VISCOUS
     remainder: float | None = None
@@ -126,7 +128,8 @@ class Runs(Sequence[Run]):
 
     def __getitem__(self, which: int | slice | IntArray) -> Run | Runs:
         if not isinstance(which, int | np.integer):
-            return replace(self, values=self.values[which], balls=self.balls[which])
+            values, balls, weight = (one[which] for one in (self.values, self.balls, self.weight))
+            return replace(self, values=values, balls=balls, weight=weight)
         M, c1, k1, G, f, phase, x0, v0 = self.values[which].tolist()
         balls = self.balls[which].tolist()
         nes = [NES(m=m, b=b, r=r, friction=self.friction) for m, b, r, _ in balls]
@@ -155,8 +158,11 @@ class Runs(Sequence[Run]):
 
 def together(blocks: Sequence[Runs]) -> Runs:
     """Blocks of runs under one damping and friction, one after the other."""
-    values = np.concatenate([one.values for one in blocks])
-    return replace(blocks[0], values=values, balls=np.concatenate([one.balls for one in blocks]))
+    values, balls, weight = (
+        np.concatenate([getattr(one, name) for one in blocks])
+        for name in ("values", "balls", "weight")
+    )
+    return replace(blocks[0], values=values, balls=balls, weight=weight)
 
 
 @dataclass(frozen=True)
@@ -170,6 +176,7 @@ class Responses:
     work : about what the run took of a processor, s.
     step : half the step that the amplitude takes at an impact when the balls cross their cavities
         twice a cycle, m: 2/pi b eps f/f0 each. Of a heavy ball it is as large as the amplitude.
+    weight : what the run stands for (`Runs`).
     balls : how many balls the rig of that run has.
     """
 
@@ -178,6 +185,7 @@ class Responses:
     impacts_per_cycle: FloatArray
     work: FloatArray
     step: FloatArray
+    weight: FloatArray
     balls: int
 
     @property
@@ -186,13 +194,20 @@ class Responses:
         steady = self.largest <= STEADY * self.mean + self.step
         return steady & (self.impacts_per_cycle >= IMPACTS_PER_CYCLE * max(self.balls, 1))
 
+    def average(self, values: FloatArray) -> FloatArray:
+        """Mean of some values of each run, by what the run stands for; over the last axis."""
+        return np.asarray(np.average(values, axis=-1, weights=self.weight))
+
+    @property
+    def share(self) -> FloatArray:
+        """Share that is captured, over the last axis."""
+        return self.average(self.captured)
+
     def each(self, change: Callable[..., FloatArray], *others: Responses) -> Responses:
         """The same change of every array; with those of others, if any."""
-        mean, largest, impacts, work, step = (
-            change(*(getattr(one, name) for one in (self, *others)))
-            for name in ("mean", "largest", "impacts_per_cycle", "work", "step")
-        )
-        return Responses(mean, largest, impacts, work, step, self.balls)
+        names = [one.name for one in fields(self) if one.name != "balls"]
+        changed = {n: change(*(getattr(one, n) for one in (self, *others))) for n in names}
+        return replace(self, **changed)
 
     def joined(self, more: Responses) -> Responses:
         """These runs and more of them, along the last axis."""
@@ -371,7 +386,7 @@ def responses(
     Examples
     --------
     >>> one = Runs(np.array([[4.7, 3.02, 1.147e4, 0.25e-3, 7.862, 0.0, 0.0, 0.0]]),
-    ...            np.array([[[0.032, 0.03, 0.6, 0.0299]]]))
+    ...            np.array([[[0.032, 0.03, 0.6, 0.0299]]]), np.ones(1))
     >>> round(1e3 * float(responses(one).mean[0]), 1)
     5.9
     """
@@ -417,7 +432,7 @@ def responses(
     work = TABLE * tables + _work(runs, lanes, spans[:, 1], out[2], out[3])
     crossed = (runs.balls[..., B_M] * runs.balls[..., B_B]).sum(axis=1) / M
     step = 4.0 * crossed * f / np.sqrt(runs.values[:, V_K] / M)
-    return Responses(out[0], out[1], out[2], work, step, runs.balls.shape[1])
+    return Responses(out[0], out[1], out[2], work, step, runs.weight, runs.balls.shape[1])
 
 
 def _starts_of(runs: Runs) -> FloatArray:

@@ -1,10 +1,10 @@
 """What is designed for: a rig, its uncertainty, the excitation, and the starts it is tried from.
 
 A resonance is narrow beside the band that one sweeps: evenly spaced frequencies would miss it, and
-with it all that a ball is for. So the frequencies that stand for a band crowd around it, ever wider
-apart. For a mean, the starts of each lie anywhere between it and its neighbours, and it counts for
-so much of the band: between few fixed frequencies and levels a response changes too much. The
-largest is looked for at these frequencies and levels themselves.
+with it all that a ball is for. So whatever is a mean over a band, or a percentile, is of frequencies
+that crowd where the motion is large, each of which counts for so much of the band as it stands for
+(`Task.spread`): from rest, of random starts, and of the bare motion. The largest is looked for at a
+few frequencies and levels themselves (`Task.grid`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 from scipy.special import ndtri
@@ -60,17 +59,11 @@ LEVELS = 3
 NEAR = (0.0, 1.0, 3.0, 9.0, 27.0)
 #: Nearer to an end of the band, or to each other, than this part of the way none is needed.
 _APART = 0.15
-_FINE = 60
 
 
 def levels_of(ends: tuple[float, float]) -> FloatArray:
     """Base amplitudes (m) that stand for the range."""
     return np.array(ends[:1]) if ends[0] == ends[1] else np.linspace(*ends, LEVELS)
-
-
-def level_weights(ends: tuple[float, float]) -> FloatArray:
-    """What each level stands for in a mean over the range; the sum is 1."""
-    return np.ones(1) if ends[0] == ends[1] else np.array([0.25, 0.5, 0.25])
 
 
 def frequencies_of(ends: tuple[float, float], oscillator: Oscillator, eps: float) -> FloatArray:
@@ -96,38 +89,34 @@ def frequencies_of(ends: tuple[float, float], oscillator: Oscillator, eps: float
     return np.sort(np.append(found, 0.5 * (found[widest] + found[widest + 1])))
 
 
-def shares_of(nodes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Where the part of a range begins and ends that each of some nodes stands for, and its share.
-
-    Examples
-    --------
-    >>> [part.tolist() for part in shares_of(np.array([1.0, 2.0, 5.0]))]
-    [[1.0, 1.5, 3.5], [1.5, 3.5, 5.0], [0.125, 0.5, 0.375]]
-    """
-    if nodes.size == 1:
-        return nodes, nodes, np.ones(1)
-    edges = np.concatenate([nodes[:1], 0.5 * (nodes[1:] + nodes[:-1]), nodes[-1:]])
-    return edges[:-1], edges[1:], np.diff(edges) / np.ptp(nodes)
+#: Frequencies over a band between which the density of those drawn is constant: evenly spaced, and
+#: on either side of each resonance, down to a part of its width; the least damping ratio there.
+_EVENLY, _BESIDE, _SHARPEST = 241, 120, 1e-5
 
 
 @lru_cache(maxsize=64)
-def frequency_weights(ends: tuple[float, float], oscillator: Oscillator, eps: float) -> FloatArray:
-    """What each of `frequencies_of` itself stands for in a mean over the band.
+def _crowded(
+    ends: tuple[float, float], oscillator: Oscillator, eps: float
+) -> tuple[FloatArray, FloatArray]:
+    """Frequencies (Hz) over a band, and the share of those drawn that lies below each.
 
-    Between two of them by the trapezoidal rule, times what the rule is off for the bare response.
+    A third of them is evenly spread, a third lies as the bare response does, and a third as that
+    with the mass of the balls fixed: no motion that is no larger than those by much counts for many
+    times the mean (a defensive mixture: Hesterberg, Technometrics 37, 1995, 185).
     """
-    nodes = frequencies_of(ends, oscillator, eps)
-    if nodes.size == 1:
-        return np.ones(1)
-    weights = np.zeros(nodes.size)
-    at = np.array([bare_gain(oscillator, float(f)) for f in nodes])
-    for k, (low, high) in enumerate(pairwise(nodes)):
-        fine = low + (high - low) * (np.arange(_FINE) + 0.5) / _FINE
-        mean = float(np.mean([bare_gain(oscillator, float(f)) for f in fine]))
-        share = (high - low) / (ends[1] - ends[0]) * mean / (at[k] + at[k + 1])
-        weights[k] += share
-        weights[k + 1] += share
-    return weights
+    o, (low, high) = oscillator, ends
+    sharp = max(o.zeta, _SHARPEST)
+    away = np.geomspace(0.1 * sharp, 1.0, _BESIDE)
+    masses = o.M * np.array([1.0, 1.0 + eps])
+    centres = o.f0 * np.sqrt(o.M / masses)
+    near = np.outer(centres, 1.0 + np.array([*-away, 0.0, *away]))
+    inside = near[(near > low) & (near < high)]
+    f = np.unique(np.concatenate([np.linspace(low, high, _EVENLY), inside]))
+    parts, c1 = [np.diff(f) / (high - low)], np.array(2.0 * sharp * o.w0 * o.M)
+    for M in masses:
+        gain = bare_gains(np.array(M), c1, np.array(o.k1), 0.5 * (f[1:] + f[:-1])) * np.diff(f)
+        parts.append(gain / gain.sum())
+    return f, np.append(0.0, np.cumsum(np.mean(parts, axis=0)))
 
 
 #: rad from which on the rest of a chatter of several balls is summed: what one ball does begins the
@@ -135,8 +124,16 @@ def frequency_weights(ends: tuple[float, float], oscillator: Oscillator, eps: fl
 #: after it is off by the square of this.
 CHATTER = 1e-4
 
+#: Frequencies of which a mean of the bare motion is made, in closed form and by simulation.
+FINE, FEW = 600, 16
+
 #: Steps of this share of a turn never meet again: evenly spread, whatever their number.
 GOLDEN = 0.6180339887498949
+
+
+def _middles(n: int) -> FloatArray:
+    """Middles of n equal parts from 0 to 1."""
+    return np.asarray((np.arange(float(n)) + 0.5) / n)
 
 
 def golden(n: int, shift: float = 0.5) -> FloatArray:
@@ -262,45 +259,31 @@ class Task(OpenRig):
         """Whether there are several levels or frequencies."""
         return self.levels[0] < self.levels[1] or self.frequencies[0] < self.frequencies[1]
 
-    def parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of each of `grid`: least and greatest (level, frequency) of its part, and its share."""
-        levels = shares_of(levels_of(self.levels))
-        along = shares_of(frequencies_of(self.frequencies, self.oscillator, self.eps))
-        low, high = (
-            np.stack(np.meshgrid(a, b, indexing="ij"), axis=-1).reshape(-1, 2)
-            for a, b in zip(levels[:2], along[:2], strict=True)
-        )
-        return low, high, np.outer(levels[2], along[2]).ravel()
+    def level_at(self, places: FloatArray) -> FloatArray:
+        """Base amplitudes (m) at places from 0 to 1 of the range."""
+        return np.asarray(self.levels[0] + places * (self.levels[1] - self.levels[0]))
 
-    def average(self, values: FloatArray) -> FloatArray:
-        """Mean over the starts of each part of the ranges, then over the parts; last axis."""
-        weights = self.parts()[2]
-        by_condition = values.reshape(*values.shape[:-1], weights.size, -1).mean(axis=-1)
-        return np.asarray(by_condition @ weights)
+    def spread(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Frequencies (Hz) at places from 0 to 1, and what each stands for in a mean over the band.
 
-    def over_band(self, runs: Runs, found: FloatArray) -> float:
-        """`average` of some runs, freed of the chance that they meet a narrow resonance.
+        Evenly spread places give frequencies that crowd around the resonance; the mean of what they
+        stand for is 1.
 
-        What the oscillator does alone, or with the mass of the balls fixed to it, is known over all
-        of the band: by what the starts miss of that which they follow closer, they are corrected.
+        Examples
+        --------
+        >>> o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+        >>> task = Task(o, (0.032,), (0.6,), levels=(1e-4, 1e-4), frequencies=(7.0, 9.0))
+        >>> frequency, weight = task.spread((np.arange(200) + 0.5) / 200)
+        >>> [round(float(one), 2) for one in frequency[::40]], round(float(weight.mean()), 3)
+        ([7.01, 7.57, 7.79, 7.86, 8.06], 1.0)
         """
-        mean, closest = float(self.average(found)), 0.0
-        if self.frequencies[0] == self.frequencies[1] or self.damping != VISCOUS:
-            return mean
-        corrected, o = mean, self.oscillator
-        for mass in (0.0, sum(self.masses)):
-            known = self.bare_of(runs, mass)
-            (own, both), (_, other) = np.cov(known, found)
-            if both / np.sqrt(own * other) > closest:
-                closest = both / np.sqrt(own * other)
-                loaded = replace(self, oscillator=Oscillator(M=o.M + mass, c1=o.c1, k1=o.k1))
-                missed = loaded.mean_bare() - float(self.average(known))
-                corrected = mean + float(both / own) * missed
-        return corrected
-
-    def share(self, found: BoolArray) -> FloatArray:
-        """Share of the ranges for which something holds, from the runs of `wall_starts`."""
-        return self.average(found.astype(np.float64))
+        low, high = self.frequencies
+        if low == high:
+            return np.full(places.shape, low), np.ones(places.shape)
+        f, below = _crowded(self.frequencies, self.oscillator, self.eps)
+        found = np.interp(places, below, f)
+        part = np.clip(np.searchsorted(below, places, side="right") - 1, 0, f.size - 2)
+        return found, np.diff(f)[part] / np.diff(below)[part] / (high - low)
 
     def worst(self, values: FloatArray) -> FloatArray:
         """Mean over the phases of `wall_starts` at the nodes, the largest of these; last axis."""
@@ -326,21 +309,26 @@ class Task(OpenRig):
 
     def mean_bare(self) -> float:
         """The mean of `bare` over the ranges (m)."""
-        along = frequency_weights(self.frequencies, self.oscillator, self.eps)
-        weights = np.outer(level_weights(self.levels), along).ravel()
-        return float(weights @ [self.bare(G, f) for G, f in self.grid()])
+        viscous, o = self.damping == VISCOUS, self.oscillator
+        f, weight = self.spread(_middles(FINE if viscous else FEW))
+        levels = self.level_at(_middles(1 if viscous else LEVELS))
+        if viscous:
+            M, c1, k1 = np.array([o.M, o.c1, o.k1])
+            return float(levels[0] * np.average(bare_gains(M, c1, k1, f), weights=weight))
+        values = [[self.bare(G, one) for one in f.tolist()] for G in levels.tolist()]
+        return float(np.average(np.mean(values, axis=0), weights=weight))
 
-    def bare_of(self, runs: Runs, mass: float = 0.0) -> FloatArray:
-        """What the oscillator of each run would do without its balls, or with a mass fixed (m)."""
+    def bare_of(self, runs: Runs) -> FloatArray:
+        """What the oscillator of each run would do without its balls (m)."""
         if self.damping == VISCOUS:
             M, c1, k1, G, f, *_ = runs.values.T
-            return np.asarray(G * bare_gains(M + mass, c1, k1, f))
+            return np.asarray(G * bare_gains(M, c1, k1, f))
         return np.full(len(runs), self.mean_bare())
 
     def runs(
         self, b: FloatArray, base: FloatArray, places: FloatArray, *,
         oscillator: FloatArray | None = None, state: FloatArray | None = None,
-        m: FloatArray | None = None, r: FloatArray | None = None,
+        m: FloatArray | None = None, r: FloatArray | None = None, weight: FloatArray | None = None,
     ) -> Runs:  # fmt: skip
         """Runs of the rig with largest clearances b (m), one each.
 
@@ -353,6 +341,8 @@ class Task(OpenRig):
             x0 - y0 over the clearance of that ball.
         oscillator, state, m, r : ndarray, optional
             M, c1, k1; x0, v0; of each ball: the task's own, at rest, where not given.
+        weight : ndarray, optional
+            What each run stands for (`spread`); alike where not given.
         """
         o, n = self.oscillator, len(b)
         own = np.array([o.M, o.c1, o.k1]) if oscillator is None else oscillator
@@ -364,7 +354,8 @@ class Task(OpenRig):
         balls[..., 3] = at[:, :1] - each * places
         values = np.column_stack([np.broadcast_to(own, (n, 3)), base, at])
         remainder = CHATTER if len(self.masses) > 1 else None
-        return Runs(values, balls, self.friction, self.damping, remainder)
+        weight = np.ones(n) if weight is None else weight
+        return Runs(values, balls, weight, self.friction, self.damping, remainder)
 
 
 @lru_cache(maxsize=512)
@@ -381,56 +372,34 @@ def _bare_simulated(
 
 
 def wall_starts(
-    task: Task, b: float, *, phases: int, shift: float = 0.0, nodes: bool = False
+    task: Task, b: float, numbers: range, *, shift: float = 0.0, nodes: bool = False
 ) -> Runs:
-    """Oscillator at rest, balls at their walls, the shaker starting at `phases` phases.
+    """Oscillator at rest, balls at their walls, neighbours at opposite ones; by numbered starts.
 
-    One block of `phases` runs for each part of the ranges (`Task.parts`), evenly spread over it, or
-    at its node; `shift` (of a step) moves the phases, so that a choice can be judged by phases it
-    was not made with.
-    """
-    off = golden(phases, 0.5 + shift)
-    within = evenly_spread(range(phases), np.full(2, 0.5 + shift))
-    turns = (np.arange(float(phases)) + shift) / phases
-    return _from_walls(task, b, turns, off, None if nodes else within)
-
-
-def more_wall_starts(
-    task: Task, b: float, numbers: range, *, shift: float, nodes: bool = False
-) -> Runs:
-    """The same by numbered starts, evenly spread whatever their number; `shift` moves all of them.
-
-    In phase, place within the tolerance and part of the ranges (`evenly_spread`).
-    """
-    spread = task.ranged and not nodes
-    turns, off, *within = evenly_spread(numbers, np.full(4 if spread else 2, shift)).T
-    return _from_walls(task, b, turns, off, np.array(within).T if spread else None)
-
-
-def _from_walls(
-    task: Task, b: float, turns: FloatArray, off: FloatArray, within: FloatArray | None
-) -> Runs:
-    """Starts by phase, place within the tolerance and in each part of the ranges, from 0 to 1.
-
-    Everything is at rest, neighbours among the balls are at opposite walls. The phases of one part
-    are moved against those of the others: few of them tell as much as there are parts.
+    Evenly spread, whatever their number, in the phase at which the shaker starts, place within the
+    tolerance, level and frequency (`evenly_spread`); `shift` moves all of them, so that a choice can
+    be judged by starts that it was not made with. With `nodes` each start is one run at each of
+    `Task.grid`, their phases moved against each other.
     """
     task.rig(b)  # refused, or warned of, once
-    grid = np.repeat(np.array(task.grid()), turns.size, axis=0)
-    again = len(grid) // turns.size
-    if within is not None:
-        low, high, _ = (np.repeat(part, turns.size, axis=0) for part in task.parts())
-        grid = low + np.tile(within, (again, 1)) * (high - low)
-    made = task.delivered(b, off)
-    turned = np.tile(turns, again) + np.repeat(golden(again, 0.0), turns.size)
-    base = np.column_stack([grid, 2.0 * np.pi * (turned % 1.0)])
+    at_nodes = nodes or not task.ranged
+    turns, off, *within = evenly_spread(numbers, np.full(2 if at_nodes else 4, shift)).T
+    if at_nodes:
+        grid = np.repeat(np.array(task.grid()), turns.size, axis=0)
+        weight, again = np.ones(len(grid)), len(task.grid())
+        turns = np.tile(turns, again) + np.repeat(golden(again, 0.0), turns.size)
+        off = np.tile(off, again)
+    else:
+        f, weight = task.spread(within[1])
+        grid = np.column_stack([task.level_at(within[0]), f])
+    base = np.column_stack([grid, 2.0 * np.pi * (turns % 1.0)])
     walls = np.broadcast_to(-((-1.0) ** np.arange(len(task.masses))), (len(grid), len(task.masses)))
-    return task.runs(np.tile(made, again), base, walls)
+    return task.runs(task.delivered(b, off), base, walls, weight=weight)
 
 
-def centre_starts(task: Task, b: float, *, phases: int) -> Runs:
+def centre_starts(task: Task, b: float, numbers: range) -> Runs:
     """Oscillator at rest, balls at rest in the middle of their cavities."""
-    walls = wall_starts(task, b, phases=phases)
+    walls = wall_starts(task, b, numbers)
     middle = walls.balls.copy()
     middle[..., 3] = 0.0
     return replace(walls, balls=middle)
@@ -440,8 +409,8 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
     """Random starts: oscillator anywhere within its bare response, balls anywhere, rig uncertain.
 
     The state (x, x'/w0) lies uniformly in the disc of the bare amplitude, each ball rests uniformly
-    in its cavity, the shaker is at any phase of its cycle, level and frequency lie uniformly in
-    their ranges, and what has a standard error is drawn from its normal distribution: evenly spread
+    in its cavity, the shaker is at any phase of its cycle, the level lies uniformly in
+    its range, the frequency in the band as `Task.spread` has it, and what has a standard error is drawn from its normal distribution: evenly spread
     over all of that (`evenly_spread`, moved at random), so that fewer starts tell as much. The same
     seed gives the same draws at every b, so that clearances are compared under like starts; those
     numbered from `first` on.
@@ -459,8 +428,7 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
     u = np.full((starts, varies.size), 0.5)
     u[:, varies] = evenly_spread(range(first, first + starts), shift)
     level, frequency, radius, angle, turn = u[:, :5].T
-    G = task.levels[0] + level * (task.levels[1] - task.levels[0])
-    f = task.frequencies[0] + frequency * (task.frequencies[1] - task.frequencies[0])
+    G, (f, weight) = task.level_at(level), task.spread(frequency)
     values = np.column_stack([
         *(np.full(starts, one) for one in (o.M, o.c1, o.k1)), G, f,
         *(np.full(starts, one) for one in (*task.masses, *task.r)),
@@ -480,4 +448,5 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
         state=np.column_stack([size * np.cos(turned), size * np.sin(turned) * np.sqrt(k1 / M)]),
         m=drawn[:, 5 : 5 + n],
         r=np.minimum(drawn[:, 5 + n :], 1.0),
+        weight=weight,
     )

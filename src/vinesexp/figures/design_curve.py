@@ -32,7 +32,7 @@ def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
         Inches; the names of the clearances stay apart.
     """
     found = advice.found
-    b, from_rest = 1e3 * found.grid, 1e3 * advice.task.average(found.rest.mean)
+    b, from_rest = 1e3 * found.grid, 1e3 * found.rest.average(found.rest.mean)
     low, middle, high = 1e3 * np.percentile(found.random.mean, [10, 50, 90], axis=1)
     bare, absorber = 1e3 * advice.bare, 1e3 * advice.den_hartog.amplitude
     figure, (axis, share) = new_figure(2, 1, height=height, sharex=True, height_ratios=[3, 1])
@@ -56,7 +56,7 @@ def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
         [], [], [], color=random, alpha=0.3, label="random starts: 10 to 90 %, median"
     )
     axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
-    share.plot(b, 100.0 * found.random.captured.mean(axis=1), color=random)
+    share.plot(b, 100.0 * found.random.share, color=random)
     share.set(xlabel="clearance b (mm)", ylabel="captured (%)", ylim=(0.0, 105.0))
     _plain_ticks(share, b)
     return figure

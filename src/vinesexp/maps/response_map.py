@@ -141,7 +141,7 @@ class MapGrid:
         host, level, frequency = _host(here), here["G"], here["frequency"]
         task = Task(host, (here["m"],), (here["r"],), (level, level), (frequency, frequency))
         if self.kind == "wall":
-            return wall_starts(task, here["b"], phases=self.starts)
+            return wall_starts(task, here["b"], range(self.starts))
         return random_starts(task, here["b"], starts=self.starts, seed=self.seed)
 
 
