@@ -21,13 +21,13 @@ TASK = Task(TABLE_2, (0.032,), (0.6,), levels=(G, G), frequencies=(TABLE_2.f0,) 
 @pytest.mark.slow
 def test_a_law_of_no_size_changes_nothing_and_one_of_some_size_does() -> None:
     b = 0.030
-    plain = responses(wall_starts(TASK, b, phases=2))
+    plain = responses(wall_starts(TASK, b, range(2)))
     tiny = replace(TASK, damping=WeakDamping(quadratic=1e-9), friction=1e-9)
-    assert responses(wall_starts(tiny, b, phases=2)).mean == pytest.approx(plain.mean, rel=2e-3)
+    assert responses(wall_starts(tiny, b, range(2))).mean == pytest.approx(plain.mean, rel=2e-3)
     law = replace(TASK, damping=WeakDamping(quadratic=5.0))
     assert law.largest_bare() < 0.8 * TASK.largest_bare()
     stiff = replace(TASK, friction=2.0)  # holds the ball to its floor: it moves with the mass
-    held = responses(wall_starts(stiff, b, phases=2))
+    held = responses(wall_starts(stiff, b, range(2)))
     assert held.mean.mean() > 1.2 * plain.mean.mean()
 
 
@@ -52,7 +52,7 @@ def test_several_balls_and_laws_are_reckoned_to_take_more_work() -> None:
     pair = Task(TABLE_2, (0.016,) * 2, (0.6,) * 2, (G, G), (8.0, 8.0), ratios=(1.0, 1.0))
     law = replace(TASK, friction=0.02)
     one, two, rough = (
-        float(responses(wall_starts(task, 0.02, phases=2)).work.mean())
+        float(responses(wall_starts(task, 0.02, range(2))).work.mean())
         for task in (TASK, pair, law)
     )
     assert one < two < rough

@@ -21,7 +21,7 @@ def test_a_base_far_from_resonance_gives_the_bare_motion_while_the_ball_is_not_m
     rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.03, r=0.6)])
     base = Harmonic(amplitude=0.25e-3, frequency=ratio * rig.oscillator.f0)
     task = Task(rig.oscillator, (0.032,), (0.6,), (base.amplitude,) * 2, (base.frequency,) * 2)
-    found = responses(centre_starts(task, 0.03, phases=1), workers=1)
+    found = responses(centre_starts(task, 0.03, range(1)), workers=1)
     expected = base.amplitude * bare_gain(rig.oscillator, base.frequency)
     assert float(found.mean[0]) == pytest.approx(expected, rel=0.1 if ratio > 100.0 else 0.05)
     assert expected < float(found.largest[0]) < 3.0 * expected
@@ -37,7 +37,7 @@ def test_capture_that_takes_long_is_waited_for() -> None:
     w0, b = 2.0 * math.pi * 12.0, 16.6e-3
     o = Oscillator(M=2.0, c1=0.04 * w0, k1=2.0 * w0**2)
     task = Task(o, (0.04,), (0.8,), (0.3e-3,) * 2, (12.0,) * 2)
-    runs = wall_starts(task, b, phases=16)
+    runs = wall_starts(task, b, range(16))
     soon, late = responses(runs), watched(runs, starts=16)
     assert soon.captured.mean() < 0.6
     assert late.captured.mean() > 0.9

@@ -64,7 +64,7 @@ def test_theory_alone_prints_no_clearance_at_which_balls_are_never_struck() -> N
 
 def test_starts_are_spread_over_what_a_workshop_delivers() -> None:
     task = Task(OSCILLATOR, (0.032,), (0.6,), (2.5e-4,) * 2, (7.862,) * 2, tolerance=0.02)
-    walls = np.array([run.rig.nes[0].b for run in wall_starts(task, 0.03, phases=40)])
+    walls = np.array([run.rig.nes[0].b for run in wall_starts(task, 0.03, range(40))])
     anywhere = np.array([run.rig.nes[0].b for run in random_starts(task, 0.03, starts=40, seed=1)])
     for b in (walls, anywhere):
         assert np.abs(b / 0.03 - 1.0).max() <= 0.02

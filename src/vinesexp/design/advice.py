@@ -45,11 +45,11 @@ NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
 #: Random starts that a clearance is judged by: as many as it was compared by, and as the standard
 #: error of the captured share needs, within these, as far as the budget goes.
 JUDGED, SHARE_ERROR = (100, AFRESH), 0.025
-#: Starts from rest of a clearance that is judged, least and most, of one excitation and over
-#: ranges; random ones at the least.
-FROM_REST, OVER_RANGES, FEWEST = (3, 48), (16, AFRESH), 16
-#: Starts of what is shown beside: from rest, of one excitation and over ranges; random ones.
-SHOWN, SHOWN_RANGES, SHOWN_RANDOM = (2, 8), (16, 64), (2, 20)
+#: Phases from rest of a clearance that is judged, random starts at the least; phases at the least,
+#: in each part of the ranges and of the one excitation.
+PHASES, FEWEST, FEWEST_PHASES = 48, 16, (1, 3)
+#: Starts of what is shown beside: most phases from rest; least and most random ones.
+SHOWN = 8, (2, 20)
 #: Share of the work that looking for a jump may take where few starts leave it in doubt.
 CLIFFS = 0.15
 #: Draws of the starts with which the error of a percentile is found.
@@ -417,10 +417,11 @@ def advise(
     found = search(task, ends=ends, marks=marks, seed=seed, budget=budget)
     shown = {found.least_mean, found.least_max, found.robust}
     every = (*shown, *([] if asked is None else [asked]))
-    many = _judging(found, JUDGING * budget / len(every), task.ranged)
+    fewest = FEWEST_PHASES[0 if task.ranged else 1]
+    many = _judging(found, JUDGING * budget / len(every), fewest)
     judged = {b: judge(task, b, many, seed + 2) for b in every}
     found = replace(found, robust=_surest([judged[b] for b in shown], judged[found.robust]).b)
-    beside = _shown_beside(found, BESIDE * budget, task.ranged)
+    beside = _shown_beside(found, BESIDE * budget, min(fewest, 2))
     unchanged, changed = changes(task, found.robust, beside, seed=seed + 3)
     return Advice(
         task=task,
@@ -449,13 +450,12 @@ def advise(
     )
 
 
-def _judging(found: Found, share: float, ranged: bool) -> Starts:
+def _judging(found: Found, share: float, fewest: int) -> Starts:
     """Starts by which one clearance is judged, of a share of the work (s)."""
     needed = int(found.captured * (1.0 - found.captured) / SHARE_ERROR**2)
     wanted = min(max(found.race.starts, needed, JUDGED[0]), JUDGED[1])
-    rest, ends = (0.15, OVER_RANGES) if ranged else (0.3, FROM_REST)  # ranges: at their nodes too
     return Starts(
-        affordable(rest * share, found.work[0], ends),
+        affordable(0.3 * share, found.work[0], (fewest, PHASES)),
         affordable(0.7 * share, found.work[1], (min(FEWEST, wanted), wanted)),
     )
 
@@ -473,12 +473,12 @@ def _surest(others: Iterable[Judged], best: Judged) -> Judged:
     return min(better, key=lambda one: one.random_p90, default=best)
 
 
-def _shown_beside(found: Found, share: float, ranged: bool) -> Starts:
+def _shown_beside(found: Found, share: float, fewest: int) -> Starts:
     """Starts of one of the clearances or changes around the robust one."""
     one = 0.5 * share / max(4 * len(CHANGES), 2 * len(STEPS))
     return Starts(
-        affordable(one, found.work[0], SHOWN_RANGES if ranged else SHOWN),
-        affordable(one, found.work[1], SHOWN_RANDOM),
+        affordable(one, found.work[0], (fewest, SHOWN[0])),
+        affordable(one, found.work[1], SHOWN[1]),
     )
 
 
@@ -499,14 +499,13 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     from_rest = wall_starts(task, b, many, shift=0.4)
     rest = worst = watched(from_rest, starts=len(from_rest))
     if task.ranged:
-        each = range(max(starts.phases // len(task.grid()), 1))
-        at_nodes = wall_starts(task, b, each, shift=0.4, nodes=True)
+        at_nodes = wall_starts(task, b, many, shift=0.4, nodes=True)
         worst = watched(at_nodes, starts=len(at_nodes))
     drawn = random_starts(task, b, starts=starts.random, seed=seed)
     anywhere = watched(drawn, starts=len(drawn))
     means, weight = anywhere.mean, anywhere.weight
     beyond = means >= weighted_percentile(means[np.newaxis], weight[np.newaxis])
-    centre = responses(centre_starts(task, b, many if task.ranged else range(2)))
+    centre = responses(centre_starts(task, b, range(2)))
     return Judged(
         b=b,
         rest_mean=float(rest.average(rest.mean)),

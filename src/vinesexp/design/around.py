@@ -8,8 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.best_clearance import WORSE, Found, Tried, weighted_percentile
-from vinesexp.design.ensemble import responses, together
+from vinesexp.design.best_clearance import (
+    WORSE,
+    Found,
+    Tried,
+    mean_of,
+    mean_over,
+    weighted_percentile,
+)
+from vinesexp.design.ensemble import Responses, responses, together
 from vinesexp.design.task import (
     Task,
     random_starts,
@@ -67,7 +74,9 @@ def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int, most: float) -
     those of a first look; more are run, for about `most` seconds of work, where they do not tell.
     """
     exact = replace(task, tolerance=0.0)
-    walls = Tried(lambda at, numbers: wall_starts(exact, at, numbers), watch=False)
+    walls = Tried(
+        lambda at, numbers: wall_starts(exact, at, numbers), exact.conditions(), watch=False
+    )
     anywhere = Tried(
         lambda at, numbers: random_starts(
             exact, at, starts=len(numbers), seed=seed, first=numbers.start
@@ -79,16 +88,20 @@ def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int, most: float) -
     anywhere.ask(every, starts.random)
 
     def seen(at: float, more: int) -> list[tuple[FloatArray, FloatArray]] | None:
-        rest, drawn = more * starts.phases, more * starts.random
+        every_start = (walls, more * starts.phases), (anywhere, more * starts.random)
         if more > 1 and walls.spent + anywhere.spent > most:
             return None
-        walls.ask((b, at), rest)
-        anywhere.ask((b, at), drawn)
-        both = [[tried.of(one, n) for one in (b, at)] for tried, n in ((walls, rest), (anywhere, drawn))]
-        means = [[one.mean[0] * one.weight[0] / one.weight[0].mean() for one in pair] for pair in both]
-        return [(before, there) for before, there in means]
+        for tried, n in every_start:
+            tried.ask((b, at), n)
+        return [(_parts(tried.of(b, n)), _parts(tried.of(at, n))) for tried, n in every_start]
 
     return Cliffs(_side(seen, b, -1.0), _side(seen, b, 1.0))
+
+
+def _parts(found: Responses) -> FloatArray:
+    """What each start adds to the mean amplitude, times their number, m."""
+    weight = found.weight.mean(axis=0)
+    return np.asarray(mean_of(found)[0] * weight / weight.mean())
 
 
 Seen = Callable[[float, int], list[tuple[FloatArray, FloatArray]] | None]
@@ -183,8 +196,10 @@ def changes(task: Task, b: float, starts: Starts, *, seed: int) -> tuple[Changed
         Changed(
             name=name,
             change=change,
-            rest_mean=float(at_walls.average(at_walls.mean)),
-            random_p90=float(weighted_percentile(*np.array([[anywhere.mean], [anywhere.weight]]))[0]),
+            rest_mean=mean_over(at_walls),
+            random_p90=float(
+                weighted_percentile(*np.array([[anywhere.mean], [anywhere.weight]]))[0]
+            ),
             captured=float(anywhere.share),
             bare=case.mean_bare(),
         )
@@ -269,7 +284,7 @@ def _tried(task: Task, b: float, *, phases: int) -> tuple[FloatArray, FloatArray
         at = replace(task, levels=(float(level),) * 2)
         runs = wall_starts(at, b, range(phases))
         rest = responses(runs)
-        left = rest.average(rest.mean) / rest.average(at.bare_of(runs))
+        left = mean_over(rest) / np.average(at.bare_of(runs), weights=runs.weight)
         rows.append((float(left), float(rest.share)))
     left, captured = np.array(rows, dtype=np.float64).T
     return levels, left, captured

@@ -51,10 +51,9 @@ NARROWER = 0.97
 #: against a jump at the end of a long slope. Not closer where the steps differ by less than FLAT.
 STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 4, 0.004
 #: Starts from rest and random starts of a clearance, least and most, in the scan; then the same in
-#: the first round of a contest. Over ranges more of them, for a mean and at each of their nodes.
+#: the first round of a contest. Over ranges a start from rest is one in every part of them.
 SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
-SCAN_RANGES, FIRST_RANGES = (16, 96), (32, 256)
-SCAN_NODES, FIRST_NODES = (1, 8), (2, 16)
+SCAN_PARTS, FIRST_PARTS = (1, 8), (2, 16)
 #: In a narrow cavity a ball may chatter to rest and act as a dead mass: its runs take DEAR times as
 #: long as the median of all, of more than CHATTER impacts a cycle and ball. Such a clearance has to
 #: be better by LITTLE to be looked at closer, and none is tried for safety. A dead mass does the
@@ -156,8 +155,13 @@ class Criterion:
 
 
 def mean_of(found: Responses) -> FloatArray:
-    """Mean amplitudes, m."""
-    return found.mean
+    """Mean amplitude of each start over all conditions, m; shape (1, starts)."""
+    return np.average(found.mean, axis=-2, weights=found.weight, keepdims=True)
+
+
+def mean_over(found: Responses) -> float:
+    """Mean amplitude over all runs, m."""
+    return float(np.average(found.mean, weights=found.weight))
 
 
 def largest_of(found: Responses) -> FloatArray:
@@ -240,7 +244,7 @@ class Tried:
         """
         if self.tolerance == 0.0:
             found = self.of(b, n)
-            return found, _resampled(found.weight[0], [(0, n)], seed)
+            return found, _resampled(found.weight.mean(axis=0), [(0, n)], seed)
         reach = self.tolerance * (1.0 + 1e-9)
         near = [c for c in self.found if abs(c / b - 1.0) < 2.0 * reach]
         made = np.concatenate([self.made[c] for c in near])
@@ -249,7 +253,9 @@ class Tried:
             density += (np.abs(made / c - 1.0) <= reach) * (self.made[c].size / c)
         few = [self.found[c] for c in near]
         every = few[0].each(lambda *all_of: np.concatenate(all_of, axis=-1), *few[1:])
-        weights = np.where(np.abs(made / b - 1.0) <= reach, every.weight[0] / density, 0.0)
+        weights = np.where(
+            np.abs(made / b - 1.0) <= reach, every.weight.mean(axis=0) / density, 0.0
+        )
         rows = _resampled(weights, [(self._place(c), self.made[c].size) for c in near], seed)
         return every.each(lambda values: values[..., weights > 0.0]), rows[:, weights > 0.0]
 
@@ -533,7 +539,12 @@ def curve_of(starts: Tried, criterion: Criterion, n: int) -> Curve:
     """What a criterion says of every clearance by at most n starts, dear ones with a handicap."""
     b = sorted(starts.found)
     some = [starts.of(c, n) for c in b]
-    value = np.array([float(criterion.rule(criterion.take(v), v.weight[:1])[0]) for v in some])
+    value = np.array(
+        [
+            float(criterion.rule(criterion.take(v), v.weight.mean(axis=0, keepdims=True))[0])
+            for v in some
+        ]
+    )
     dear = starts.dear(b)
     return Curve(np.array(b), value * np.where(dear, 1.0 + LITTLE, 1.0), dear)
 
@@ -546,11 +557,10 @@ def far_enough(grid: FloatArray, starts: Tried, n: int) -> FloatArray:
     """
     runs = starts.draw(float(grid[-1]), range(n))
     runs.balls[..., B_B] *= AWAY
-    alone, ratio = responses(runs), float(grid[1] / grid[0])
-    bare = float(alone.average(alone.mean))
+    bare, ratio = mean_over(responses(runs)), float(grid[1] / grid[0])
     for _ in range(0, FARTHEST, FURTHER):
         starts.look(grid.tolist(), n)
-        left = [one.average(one.mean).mean() for one in (starts.of(b, n) for b in grid.tolist())]
+        left = [mean_over(starts.of(b, n)) for b in grid.tolist()]
         if min(left) <= (1.0 + MEETS) * bare:
             break
         grid = np.append(grid, grid[-1] * ratio ** np.arange(1.0, FURTHER + 1.0))
@@ -658,7 +668,7 @@ def search(
         def draw(b: float, numbers: range) -> Runs:
             return wall_starts(task, b, numbers, shift=shift, nodes=nodes)
 
-        return Tried(draw, len(task.grid()) if nodes else 1, shift > 0.0, tolerance)
+        return Tried(draw, task.conditions(nodes), shift > 0.0, tolerance)
 
     def anywhere(seed: int) -> Callable[[float, range], Runs]:
         return lambda b, numbers: random_starts(
@@ -669,22 +679,22 @@ def search(
     rest.ask(ends[-1:], 1)
     coarse = affordable(SCANS * budget, rest.work(ends[-1]), COARSE)
     grid = wide_enough(np.geomspace(*ends, coarse), rest)
-    grid = far_enough(grid, rest, (SCAN_RANGES if task.ranged else SCAN_REST)[0])
+    in_scan, in_first = (SCAN_PARTS, FIRST_PARTS) if task.ranged else (SCAN_REST, FIRST_REST)
+    grid = far_enough(grid, rest, in_scan[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
     mean, largest = Criterion(mean_of, worst_of), Criterion(largest_of, worst_of)
     # over ranges the largest is that at their nodes, the mean that of any levels within
-    looks = [(False, [mean, largest], SCAN_REST, FIRST_REST)]
-    if task.ranged:
-        looks = [
-            (False, [mean], SCAN_RANGES, FIRST_RANGES), (True, [largest], SCAN_NODES, FIRST_NODES)
-        ]  # fmt: skip
+    looks = [(False, [mean]), (True, [largest])] if task.ranged else [(False, [mean, largest])]
     shares = [SCANS, *[CONTESTS] * (2 // len(looks))] * len(looks) + [SCANS, ROBUST]
     purse = Allowance(budget * sum(shares), shares, every)
     won: list[Race] = []
     work, scans = [], []
-    for nodes, criteria, in_scan, in_first in looks:
-        first, starts = from_rest(0.0, True) if nodes else rest, from_rest(0.25, nodes, task.tolerance)
+    for nodes, criteria in looks:
+        first, starts = (
+            from_rest(0.0, True) if nodes else rest,
+            from_rest(0.25, nodes, task.tolerance),
+        )
         every += [first, starts] if nodes else [starts]
         curves, scan = scanned(grid, first, criteria, ends=in_scan, most=purse.next())
         scans.append(scan)
@@ -693,7 +703,7 @@ def search(
             hopes = one.lowest()
             few = affordable(contest.purse.left, in_first[0] * first.work(hopes[0]), (2, FINALISTS))
             won.append(contest.won([*hopes[:few], *contest.known()], in_first))
-            work.append(starts.work(won[-1].b) / starts.conditions)
+            work.append(starts.work(won[-1].b))
     [curve], random_scan = scanned(
         grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=purse.next()
     )

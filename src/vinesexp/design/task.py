@@ -1,10 +1,10 @@
 """What is designed for: a rig, its uncertainty, the excitation, and the starts it is tried from.
 
 A resonance is narrow beside the band that one sweeps: evenly spaced frequencies would miss it, and
-with it all that a ball is for. So whatever is a mean over a band, or a percentile, is of frequencies
-that crowd where the motion is large, each of which counts for so much of the band as it stands for
-(`Task.spread`): from rest, of random starts, and of the bare motion. The largest is looked for at a
-few frequencies and levels themselves (`Task.grid`).
+with it all that a ball is for. So whatever is a mean or a percentile over a band is one over
+frequencies that crowd where the motion is large, each of which counts for so much of the band as it
+stands for (`Task.spread`): from rest, of random starts, and of the bare motion. The largest is
+looked for at a few frequencies and levels themselves (`Task.grid`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtri
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import FloatArray
 from vinesexp.design.ensemble import VISCOUS, Runs
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, WeakDamping
@@ -124,6 +124,8 @@ def _crowded(
 #: after it is off by the square of this.
 CHATTER = 1e-4
 
+#: Parts of a band, each met by as many starts.
+PARTS = 20
 #: Frequencies of which a mean of the bare motion is made, in closed form and by simulation.
 FINE, FEW = 600, 16
 
@@ -259,6 +261,10 @@ class Task(OpenRig):
         """Whether there are several levels or frequencies."""
         return self.levels[0] < self.levels[1] or self.frequencies[0] < self.frequencies[1]
 
+    def conditions(self, nodes: bool = False) -> int:
+        """How many runs a start from rest is (`wall_starts`)."""
+        return PARTS if self.ranged and not nodes else len(self.grid())
+
     def level_at(self, places: FloatArray) -> FloatArray:
         """Base amplitudes (m) at places from 0 to 1 of the range."""
         return np.asarray(self.levels[0] + places * (self.levels[1] - self.levels[0]))
@@ -376,25 +382,25 @@ def wall_starts(
 ) -> Runs:
     """Oscillator at rest, balls at their walls, neighbours at opposite ones; by numbered starts.
 
-    Evenly spread, whatever their number, in the phase at which the shaker starts, place within the
-    tolerance, level and frequency (`evenly_spread`); `shift` moves all of them, so that a choice can
-    be judged by starts that it was not made with. With `nodes` each start is one run at each of
-    `Task.grid`, their phases moved against each other.
+    Evenly spread, whatever their number, in the phase at which the shaker starts and in the place
+    within the tolerance (`evenly_spread`); `shift` moves all of them, so that a choice can be
+    judged by starts that it was not made with. Over ranges each start is one run in every part of the band
+    (`PARTS`), with `nodes` one at each of `Task.grid`; their phases and levels are moved against
+    each other: few starts tell as much as there are parts.
     """
     task.rig(b)  # refused, or warned of, once
-    at_nodes = nodes or not task.ranged
-    turns, off, *within = evenly_spread(numbers, np.full(2 if at_nodes else 4, shift)).T
-    if at_nodes:
-        grid = np.repeat(np.array(task.grid()), turns.size, axis=0)
-        weight, again = np.ones(len(grid)), len(task.grid())
-        turns = np.tile(turns, again) + np.repeat(golden(again, 0.0), turns.size)
-        off = np.tile(off, again)
+    turns, off, level, place = evenly_spread(numbers, np.full(4, shift)).T
+    again = task.conditions(nodes)
+    turned, higher = evenly_spread(range(again), np.zeros(2)).T[..., np.newaxis]
+    if task.ranged and not nodes:
+        f, weight = task.spread((np.arange(again)[:, np.newaxis] + place).ravel() / again)
+        grid = np.column_stack([task.level_at((level + higher).ravel() % 1.0), f])
     else:
-        f, weight = task.spread(within[1])
-        grid = np.column_stack([task.level_at(within[0]), f])
-    base = np.column_stack([grid, 2.0 * np.pi * (turns % 1.0)])
+        grid = np.repeat(np.array(task.grid()), len(numbers), axis=0)
+        weight = np.ones(len(grid))
+    base = np.column_stack([grid, 2.0 * np.pi * ((turns + turned) % 1.0).ravel()])
     walls = np.broadcast_to(-((-1.0) ** np.arange(len(task.masses))), (len(grid), len(task.masses)))
-    return task.runs(task.delivered(b, off), base, walls, weight=weight)
+    return task.runs(np.tile(task.delivered(b, off), again), base, walls, weight=weight)
 
 
 def centre_starts(task: Task, b: float, numbers: range) -> Runs:
@@ -409,11 +415,11 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
     """Random starts: oscillator anywhere within its bare response, balls anywhere, rig uncertain.
 
     The state (x, x'/w0) lies uniformly in the disc of the bare amplitude, each ball rests uniformly
-    in its cavity, the shaker is at any phase of its cycle, the level lies uniformly in
-    its range, the frequency in the band as `Task.spread` has it, and what has a standard error is drawn from its normal distribution: evenly spread
-    over all of that (`evenly_spread`, moved at random), so that fewer starts tell as much. The same
-    seed gives the same draws at every b, so that clearances are compared under like starts; those
-    numbered from `first` on.
+    in its cavity, the shaker is at any phase of its cycle, the level lies uniformly in its range,
+    the frequency in the band as `Task.spread` has it, and what has a standard error is drawn from
+    its normal distribution: evenly spread over all of that (`evenly_spread`, moved at random), so
+    that fewer starts tell as much. The same seed gives the same draws at every b, so that
+    clearances are compared under like starts; those numbered from `first` on.
     """
     task.rig(b)  # refused, or warned of, once
     o, n, error = task.oscillator, len(task.masses), task.std_errors
