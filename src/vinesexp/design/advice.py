@@ -31,8 +31,8 @@ from vinesexp.design.best_clearance import (
     search,
     weighted_percentile,
 )
-from vinesexp.design.ensemble import cut_short, responses, slow_time, watched
-from vinesexp.design.task import Task, centre_starts, mean_of_cycle, random_starts, wall_starts
+from vinesexp.design.ensemble import cut_short, mean_of_cycle, responses, slow_time, watched
+from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Release, Sweep
 from vinesexp.rig import Oscillator
@@ -505,7 +505,7 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     anywhere = watched(drawn, starts=len(drawn))
     means, weight = anywhere.mean, anywhere.weight
     beyond = means >= weighted_percentile(means[np.newaxis], weight[np.newaxis])
-    centre = responses(centre_starts(task, b, range(2)))
+    centre = responses(centre_starts(task, b, range(4)))
     return Judged(
         b=b,
         rest_mean=float(rest.average(rest.mean)),

@@ -13,13 +13,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.special import betainc
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.design.ensemble import B_B, Responses, Runs, responses, together, watched
-from vinesexp.design.task import Task, random_starts, wall_starts
+from vinesexp.design.task import STRETCH, Task, random_starts, wall_starts
 
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
 #: shares of its parts: each scan, each contest from rest, that of random starts, judging, and each
@@ -81,8 +82,6 @@ SURE = 0.01
 ENOUGH = 1600
 #: Starts by which what is chosen is judged afresh, at most: they show the share no better.
 AFRESH = 400
-#: Starts from those of one clearance to those of the next.
-STRETCH = 2 * ENOUGH
 #: So many of those that may be better than the best by that are given more starts.
 FIELD = 8
 #: Clearances nearer to each other than this share are the same.
@@ -113,12 +112,12 @@ def weighted_percentile(values: FloatArray, weights: FloatArray) -> FloatArray:
     return np.asarray(values[0, order[np.minimum(at, order.size - 1)]])
 
 
-def cautious(values: FloatArray, weights: FloatArray) -> FloatArray:
+def cautious(values: FloatArray, weights: FloatArray, safety: float = 1.0) -> FloatArray:
     """What the percentile is on the average, as far as few starts tell; as `weighted_percentile`.
 
     It jumps where a tenth of the starts is lost, and few starts do not tell the share: each start
     counts by the probability that the percentile of AFRESH other starts is there (Harrell and
-    Davis, Biometrika 69, 1982), one standard error of the share known here on the safe side, up to
+    Davis, Biometrika 69, 1982), `safety` standard errors of the share on the safe side, up to
     half a start from the last. However well the share is known, who tries the clearance again
     should not find a tenth lost. Of clearances that all lose more than a tenth the one that loses
     least is then preferred, where a percentile would say nothing.
@@ -134,7 +133,8 @@ def cautious(values: FloatArray, weights: FloatArray) -> FloatArray:
     whole = below[:, -1:]
     known = TELL * whole**2 / (weights**2).sum(axis=1, keepdims=True)
     share = PERCENTILE / 100.0
-    share = np.minimum(share + np.sqrt(share * (1.0 - share) / known), 1.0 - 0.5 * TELL / known)
+    error = np.sqrt(share * (1.0 - share) / known)
+    share = np.minimum(share + safety * error, 1.0 - 0.5 * TELL / known)
     n = 1.0 / (1.0 / known + 1.0 / (TELL * AFRESH))
     where = betainc((n + 1.0) * share, (n + 1.0) * (1.0 - share), np.minimum(below / whole, 1.0))
     return np.asarray(np.diff(where, axis=1, prepend=0.0) @ sorted_)
@@ -244,7 +244,7 @@ class Tried:
         """
         if self.tolerance == 0.0:
             found = self.of(b, n)
-            return found, _resampled(found.weight.mean(axis=0), [(0, n)], seed)
+            return found, _resampled(found.weight.mean(axis=0), np.arange(n), seed)
         reach = self.tolerance * (1.0 + 1e-9)
         near = [c for c in self.found if abs(c / b - 1.0) < 2.0 * reach]
         made = np.concatenate([self.made[c] for c in near])
@@ -253,11 +253,11 @@ class Tried:
             density += (np.abs(made / c - 1.0) <= reach) * (self.made[c].size / c)
         few = [self.found[c] for c in near]
         every = few[0].each(lambda *all_of: np.concatenate(all_of, axis=-1), *few[1:])
-        weights = np.where(
-            np.abs(made / b - 1.0) <= reach, every.weight.mean(axis=0) / density, 0.0
-        )
-        rows = _resampled(weights, [(self._place(c), self.made[c].size) for c in near], seed)
-        return every.each(lambda values: values[..., weights > 0.0]), rows[:, weights > 0.0]
+        inside = np.flatnonzero(np.abs(made / b - 1.0) <= reach)
+        numbers = np.concatenate([np.arange(self.made[c].size) for c in near])[inside]
+        told = every.each(lambda values: values[..., inside])
+        weights = told.weight.mean(axis=0) / density[inside]
+        return told, _resampled(weights, numbers, seed)
 
     def work(self, b: float) -> float:
         """What a start took at a clearance, under all conditions, s."""
@@ -277,14 +277,20 @@ class Tried:
         return cheap
 
 
-def _resampled(weights: FloatArray, blocks: list[tuple[int, int]], seed: int) -> FloatArray:
-    """The weights, and draws of them: of each stretch of starts the same at any clearance."""
-    signs = [
-        np.random.default_rng([seed, place]).integers(0, 2, (n, RESAMPLED), dtype=np.int8)
-        for place, n in blocks
-    ]
-    moved = 1.0 + (2.0 * np.concatenate(signs).T - 1.0) / math.sqrt(TELL)
-    return np.concatenate([weights[np.newaxis], weights * moved])
+def _resampled(weights: FloatArray, numbers: IntArray, seed: int) -> FloatArray:
+    """The weights, and draws of them: for starts of one number the same at any clearance.
+
+    What starts of one number have in common, as their frequency, then tells nothing against a
+    difference between clearances; and what they have not in common counts in full.
+    """
+    return np.concatenate([weights[np.newaxis], weights * _factors(seed)[:, numbers]])
+
+
+@lru_cache(maxsize=4)
+def _factors(seed: int) -> FloatArray:
+    """What the starts of each number count for in every draw."""
+    signs = np.random.default_rng(seed).integers(0, 2, (RESAMPLED, STRETCH), dtype=np.int8)
+    return np.asarray(1.0 + (2.0 * signs - 1.0) / math.sqrt(TELL))
 
 
 @dataclass
@@ -704,8 +710,10 @@ def search(
             few = affordable(contest.purse.left, in_first[0] * first.work(hopes[0]), (2, FINALISTS))
             won.append(contest.won([*hopes[:few], *contest.known()], in_first))
             work.append(starts.work(won[-1].b))
+    # over a range the percentile does not jump
+    chosen = partial(cautious, safety=0.0) if task.ranged else cautious
     [curve], random_scan = scanned(
-        grid, random, [Criterion(mean_of, cautious)], ends=SCAN_RANDOM, most=purse.next()
+        grid, random, [Criterion(mean_of, chosen)], ends=SCAN_RANDOM, most=purse.next()
     )
     hopes = curve_of(random, Criterion(mean_of, weighted_percentile), SCAN_RANDOM[1]).lowest()
     random = Tried(anywhere(seed + 1), tolerance=task.tolerance)
@@ -714,7 +722,7 @@ def search(
     # the others compete too, and what is a little safer: no best is called so beside a better one
     others = [share * one.b for one in won for share in (1.0, NARROWER)]
     safer = [b for b in (share * lowest[0] for share in SAFER) if not curve.is_dear(b)]
-    robust_rule = Criterion(mean_of, weighted_percentile, cautious)
+    robust_rule = Criterion(mean_of, weighted_percentile, chosen)
     contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
     robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
     share = float(random.found[robust.b].share[0])

@@ -14,7 +14,7 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
@@ -62,6 +62,8 @@ WORK_LANES, WORK_ALONE, WORK_FRICTION, WORK_LAW = (
     (4e-4, 5e-7, 1e-6, 2e-6, 0.0), (4e-4, 5e-6, 3e-6, 1e-6, 0.0),
 )  # fmt: skip
 TABLE = 2.8e-5
+#: So many starts that are next to each other in frequency say whether one of them may be captured.
+NEIGHBOURS = 10
 #: Bytes of a run in memory, with what is found of it.
 RUN_SIZE = 600.0
 #: A loop of fewer lanes takes hardly less: not so few runs are shared out over several cores.
@@ -94,6 +96,23 @@ class Run:
 #: Columns of `Runs.values` and, of every ball, of `Runs.balls`; SI.
 V_M, V_C, V_K, V_G, V_F, V_PHASE, V_X0, V_V0 = range(8)
 B_M, B_B, B_R, B_Y0 = range(4)
+
+
+def bare_gains(M: FloatArray, c1: FloatArray, k1: FloatArray, frequency: FloatArray) -> FloatArray:
+    """`bare_gain` of many oscillators."""
+    w0 = np.sqrt(k1 / M)
+    w = 2.0 * np.pi * frequency / w0
+    z = c1 / (M * w0) * w
+    with np.errstate(divide="ignore"):  # undamped at resonance: infinite
+        gain = np.hypot(1.0, z) / np.hypot((1.0 - w) * (1.0 + w), z)
+    return np.asarray(gain * mean_of_cycle(w))
+
+
+def mean_of_cycle(w: FloatArray) -> FloatArray:
+    """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
+    angle = (np.arange(64) + 0.5) * (np.pi / 64)
+    size = np.hypot(np.sin(angle), np.asarray(w)[..., np.newaxis] * np.cos(angle))
+    return np.asarray(size.mean(axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +169,12 @@ class Runs(Sequence[Run]):
         return self.friction == 0.0 and self.damping == VISCOUS
 
     @property
+    def bare(self) -> FloatArray:
+        """Mean amplitude of the oscillator alone where c1 is its only damping, m."""
+        M, c1, k1, G, f, *_ = self.values.T
+        return np.asarray(G * bare_gains(M, c1, k1, f))
+
+    @property
     def pace(self) -> FloatArray:
         """Frequency of base or oscillator, whichever is faster, Hz."""
         own = np.sqrt(self.values[:, V_K] / self.values[:, V_M]) / (2.0 * math.pi)
@@ -201,13 +226,15 @@ class Responses:
     @property
     def share(self) -> FloatArray:
         """Share that is captured, over the last axis."""
-        return self.average(self.captured)
+        return self.average(self.captured.astype(np.float64))
 
     def each(self, change: Callable[..., FloatArray], *others: Responses) -> Responses:
         """The same change of every array; with those of others, if any."""
-        names = [one.name for one in fields(self) if one.name != "balls"]
-        changed = {n: change(*(getattr(one, n) for one in (self, *others))) for n in names}
-        return replace(self, **changed)
+        mean, largest, impacts, work, step, weight = (
+            change(*(getattr(one, name) for one in (self, *others)))
+            for name in ("mean", "largest", "impacts_per_cycle", "work", "step", "weight")
+        )
+        return Responses(mean, largest, impacts, work, step, weight, self.balls)
 
     def joined(self, more: Responses) -> Responses:
         """These runs and more of them, along the last axis."""
@@ -323,25 +350,36 @@ def watched(runs: Runs, *, starts: int) -> Responses:
     """Responses of clearances with `starts` runs each, watched until capture is settled.
 
     Beside the end of the captured response capture can take many times the slow time. Where some
-    starts of a clearance are captured, or the amplitude of some is more than `STEADY` times the
-    least, those not captured and those of large amplitude are run again for as long as
-    `longest_watch` says; and the others as long if that captured one more, since a capture can be
-    lost again. So all starts of a clearance are judged at one time: of a modulated motion that is
-    now beyond `STEADY` and now not, no start has several chances. A start that is lost is lost
-    after the same time at any clearance, however many others are.
+    starts of a clearance are captured, or the amplitude of some is, beside the bare one, more than
+    `STEADY` times the least, those not captured and those of large amplitude are run again for as
+    long as `longest_watch` says; and the others as long if that captured one more, since a capture
+    can be lost again. So all starts of a clearance are judged at one time: of a modulated motion
+    that is now beyond `STEADY` and now not, no start has several chances. A start that is lost is
+    lost after the same time at any clearance, however many others are. Over a band that holds for
+    the starts which are near each other in frequency: what is captured elsewhere tells nothing.
     """
     found = responses(runs)
     most = _most_watch(runs[0].rig, runs[0].base.frequency)
-    captured: BoolArray = np.asarray(found.captured.reshape(-1, starts))
-    mean = found.mean.reshape(captured.shape)
-    large = mean > STEADY * mean.min(axis=1, keepdims=True)
-    unlike = (captured | large).any(axis=1, keepdims=True)
-    late = (~captured | large) & unlike
+    of = _beside_each_other(runs, starts)
+    captured, left = found.captured, found.mean / runs.bare
+    least = np.full(of.max() + 1, np.inf)
+    np.minimum.at(least, of, left)
+    large = left > STEADY * least[of]
+    late = (~captured | large) & np.isin(of, of[captured | large])
     if most > 1.0 and late.any():
         _again(found, runs, np.flatnonzero(late), most)
-        more = (found.captured.reshape(captured.shape) & late).any(axis=1, keepdims=True)
+        more = np.isin(of, of[found.captured & late])
         _again(found, runs, np.flatnonzero(~late & more), most)
     return found
+
+
+def _beside_each_other(runs: Runs, starts: int) -> IntArray:
+    """Which lot of starts each run is in: of one clearance, and over a band near in frequency."""
+    f = runs.values[:, V_F].reshape(-1, starts)
+    lots = np.zeros(f.shape, dtype=np.intp)
+    if np.ptp(f) > 0.0:
+        lots[:] = np.argsort(np.argsort(f, axis=1), axis=1) // NEIGHBOURS
+    return np.asarray(np.ravel(lots + np.arange(len(f))[:, np.newaxis] * starts))
 
 
 def _again(found: Responses, runs: Runs, which: IntArray, watch: float) -> None:

@@ -11,11 +11,12 @@ import numpy as np
 from vinesexp.design.advice import JUDGED, WORTH, Advice, Judged
 from vinesexp.design.around import JUMP, STEPS, Side
 from vinesexp.design.best_clearance import MATTERS, Race
+from vinesexp.design.ensemble import mean_of_cycle
 from vinesexp.design.inputs import BEYOND, Given
 from vinesexp.design.predictions import Theory
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
-from vinesexp.design.task import Task, mean_of_cycle
+from vinesexp.design.task import Task
 from vinesexp.excitation import WeakDamping
 from vinesexp.rig import UNHEARD_OF
 from vinesexp.theory.multiple import gaps

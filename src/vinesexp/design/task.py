@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.ensemble import VISCOUS, Runs
+from vinesexp.design.ensemble import VISCOUS, Runs, bare_gains
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
@@ -34,23 +34,6 @@ def bare_gain(oscillator: Oscillator, frequency: float) -> float:
     """
     M, c1, k1 = np.array([oscillator.M, oscillator.c1, oscillator.k1])
     return float(bare_gains(M, c1, k1, np.array(frequency)))
-
-
-def bare_gains(M: FloatArray, c1: FloatArray, k1: FloatArray, frequency: FloatArray) -> FloatArray:
-    """`bare_gain` of many oscillators."""
-    w0 = np.sqrt(k1 / M)
-    w = 2.0 * np.pi * frequency / w0
-    z = c1 / (M * w0) * w
-    with np.errstate(divide="ignore"):  # undamped at resonance: infinite
-        gain = np.hypot(1.0, z) / np.hypot((1.0 - w) * (1.0 + w), z)
-    return np.asarray(gain * mean_of_cycle(w))
-
-
-def mean_of_cycle(w: FloatArray) -> FloatArray:
-    """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
-    angle = (np.arange(64) + 0.5) * (np.pi / 64)
-    size = np.hypot(np.sin(angle), np.asarray(w)[..., np.newaxis] * np.cos(angle))
-    return np.asarray(size.mean(axis=-1))
 
 
 #: Levels of a range.
@@ -125,7 +108,7 @@ def _crowded(
 CHATTER = 1e-4
 
 #: Parts of a band, each met by as many starts.
-PARTS = 20
+PARTS = 24
 #: Frequencies of which a mean of the bare motion is made, in closed form and by simulation.
 FINE, FEW = 600, 16
 
@@ -143,6 +126,11 @@ def golden(n: int, shift: float = 0.5) -> FloatArray:
     return np.asarray((np.arange(float(n)) + shift) * GOLDEN % 1.0)
 
 
+#: Starts from those of one clearance to those of the next, where each has its own. Levels and
+#: frequencies are the same again: by others of them clearances would not compare.
+STRETCH = 3200
+
+
 @lru_cache(maxsize=32)
 def _steps(dimensions: int) -> FloatArray:
     """Steps that never meet again in so many dimensions: powers of 1/p, p^(dimensions + 1) = p + 1.
@@ -158,13 +146,15 @@ def _steps(dimensions: int) -> FloatArray:
     return p ** -np.arange(1.0, dimensions + 1.0)
 
 
-def evenly_spread(numbers: range, shift: FloatArray) -> FloatArray:
+def evenly_spread(numbers: range, shift: FloatArray, alike: int = 0) -> FloatArray:
     """Numbered points of the unit cube, evenly spread whatever their number; one row each.
 
     A sequence of low discrepancy (Roberts, The unreasonable effectiveness of quasirandom sequences,
-    2018), moved by `shift`, which has as many entries as the cube has dimensions.
+    2018), moved by `shift`, which has as many entries as the cube has dimensions. The first `alike`
+    of these are the same in every `STRETCH` of numbers.
     """
     j = np.array(numbers, dtype=np.float64)[:, np.newaxis]
+    j = np.where(np.arange(shift.size) < alike, j % STRETCH, j)
     return np.asarray((j * _steps(shift.size) + shift) % 1.0)
 
 
@@ -326,10 +316,8 @@ class Task(OpenRig):
 
     def bare_of(self, runs: Runs) -> FloatArray:
         """What the oscillator of each run would do without its balls (m)."""
-        if self.damping == VISCOUS:
-            M, c1, k1, G, f, *_ = runs.values.T
-            return np.asarray(G * bare_gains(M, c1, k1, f))
-        return np.full(len(runs), self.mean_bare())
+        viscous = self.damping == VISCOUS
+        return runs.bare if viscous else np.full(len(runs), self.mean_bare())
 
     def runs(
         self, b: FloatArray, base: FloatArray, places: FloatArray, *,
@@ -384,12 +372,12 @@ def wall_starts(
 
     Evenly spread, whatever their number, in the phase at which the shaker starts and in the place
     within the tolerance (`evenly_spread`); `shift` moves all of them, so that a choice can be
-    judged by starts that it was not made with. Over ranges each start is one run in every part of the band
-    (`PARTS`), with `nodes` one at each of `Task.grid`; their phases and levels are moved against
-    each other: few starts tell as much as there are parts.
+    judged by starts that it was not made with. Over ranges each start is one run in every part of
+    the band (`PARTS`), with `nodes` one at each of `Task.grid`; their phases and levels are moved
+    against each other: few starts tell as much as there are parts.
     """
     task.rig(b)  # refused, or warned of, once
-    turns, off, level, place = evenly_spread(numbers, np.full(4, shift)).T
+    level, place, turns, off = evenly_spread(numbers, np.full(4, shift), 2).T
     again = task.conditions(nodes)
     turned, higher = evenly_spread(range(again), np.zeros(2)).T[..., np.newaxis]
     if task.ranged and not nodes:
@@ -432,7 +420,7 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
     )
     shift = np.random.default_rng(seed).uniform(size=np.count_nonzero(varies))
     u = np.full((starts, varies.size), 0.5)
-    u[:, varies] = evenly_spread(range(first, first + starts), shift)
+    u[:, varies] = evenly_spread(range(first, first + starts), shift, int(varies[:2].sum()))
     level, frequency, radius, angle, turn = u[:, :5].T
     G, (f, weight) = task.level_at(level), task.spread(frequency)
     values = np.column_stack([
