@@ -58,8 +58,8 @@ PER_IMPACT = 0.3e-6
 #: tabulated for another oscillator or frequency than that of the run before. By these a search
 #: shares out its time; counted, not measured, so that an answer is the same anywhere.
 WORK_LANES, WORK_ALONE, WORK_FRICTION, WORK_LAW = (
-    (1e-5, 4e-8, 4.5e-8, 0.0, 3.8e-7), (2e-5, 5e-8, 0.0, 3e-7, 6e-8),
-    (4e-4, 5e-7, 1e-6, 2e-6, 0.0), (4e-4, 5e-6, 3e-6, 1e-6, 0.0),
+    (1e-5, 4e-8, 4.5e-8, 0.0, 3.8e-7), (1e-4, 1.2e-7, 0.0, 3e-7, 7e-8),
+    (5.7e-4, 3.2e-6, 0.0, 2.4e-6, 0.0), (6.5e-4, 8e-6, 1.4e-6, 6e-7, 0.0),
 )  # fmt: skip
 TABLE = 2.8e-5
 #: So many starts that are next to each other in frequency say whether one of them may be captured.
