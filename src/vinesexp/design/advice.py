@@ -82,8 +82,8 @@ _PER_CYCLE = 6
 
 #: Error of the absorber's frequency that the comparison includes.
 DETUNING = 0.05
-#: Over a band: evenly spread, and on either side of each resonance, down to a part of its width.
-_FREQUENCIES, _NEAR = 41, 60
+#: Frequencies over a band.
+_FREQUENCIES = 201
 #: Least damping ratio of the numerically optimal one.
 LEAST_DAMPING = 1e-4
 
@@ -154,34 +154,15 @@ def den_hartog(ratio: float) -> tuple[float, float]:
     return 1.0 / (1.0 + ratio), math.sqrt(3.0 * ratio / (8.0 * (1.0 + ratio)))
 
 
-def _frequencies(task: Task) -> FloatArray:
-    """Frequencies (Hz) over a band, close where the oscillator resonates, alone or loaded."""
-    low, high = task.frequencies
-    if low == high:
-        return np.array([low])
-    o = task.oscillator
-    away = np.geomspace(max(0.1 * o.zeta, 1e-6), 1.0, _NEAR)
-    near = np.outer([o.f0, o.f0 / math.sqrt(1.0 + task.eps)], 1.0 + np.array([*-away, 0.0, *away]))
-    inside = near[(near > low) & (near < high)]
-    return np.unique([*np.linspace(low, high, _FREQUENCIES), *inside])
-
-
-def _mean_over(frequency: FloatArray, gain: FloatArray) -> float:
-    """Mean over the band of a gain at some frequencies."""
-    if frequency.size == 1:
-        return float(gain[0])
-    return float(np.trapezoid(gain, frequency) / np.ptp(frequency))
-
-
 def _rated(task: Task, tuning: float, zeta: float) -> Absorber:
-    mass, frequency = sum(task.masses), _frequencies(task)
+    mass, (frequency, weight) = sum(task.masses), task.spread(np.linspace(0.0, 1.0, _FREQUENCIES))
     worst, mean = [], []
     for off in (1.0, 1.0 - DETUNING, 1.0 + DETUNING):
         gain = host_gain(
             task.oscillator, mass=mass, tuning=tuning * off, zeta=zeta, frequency=frequency
         )
         worst.append(task.levels[1] * float(gain.max()))
-        mean.append(float(np.mean(task.levels)) * _mean_over(frequency, gain))
+        mean.append(float(np.mean(task.levels) * np.average(gain, weights=weight)))
     return Absorber(tuning, zeta, worst[0], max(worst), mean[0], max(mean))
 
 
@@ -372,9 +353,7 @@ class Advice:
 
         The same as an absorber that is far too stiff.
         """
-        task, stiff, frequency = self.task, {"tuning": 1e6, "zeta": 0.0}, _frequencies(self.task)
-        gain = host_gain(task.oscillator, mass=sum(task.masses), frequency=frequency, **stiff)
-        return float(np.mean(task.levels)) * _mean_over(frequency, gain)
+        return _rated(self.task, 1e6, 0.0).mean
 
     @property
     def random_gain(self) -> float:

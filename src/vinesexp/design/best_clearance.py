@@ -42,9 +42,10 @@ CLOSER, MINIMA = (1, 7), (2, 1)
 #: Candidates of each criterion in a contest.
 FINALISTS = 6
 #: Few starts of the scan do not meet a jump, or make too much of it: of the robust criterion few of
-#: the lowest are candidates, by the percentile of these starts and by that which is expected, and
-#: clearances ever narrower than the lowest (shares of it), which lose fewer starts.
-LOWEST, SAFER = 3, (0.9, 0.8, 0.7, 0.6, 0.5)
+#: the lowest are candidates, by the percentile that is expected and by one HOPE standard errors of
+#: the share lower, of which one start that is lost takes none off; and clearances ever narrower
+#: than the lowest (shares of it), which lose fewer starts.
+LOWEST, HOPE, SAFER = 3, 2.0, (0.9, 0.8, 0.7, 0.6, 0.5)
 #: And this share of what is best from rest, which often stands against a jump.
 NARROWER = 0.97
 #: Beside the best the least is looked for in steps of these shares of it, either way, and again
@@ -715,7 +716,8 @@ def search(
     [curve], random_scan = scanned(
         grid, random, [Criterion(mean_of, chosen)], ends=SCAN_RANDOM, most=purse.next()
     )
-    hopes = curve_of(random, Criterion(mean_of, weighted_percentile), SCAN_RANDOM[1]).lowest()
+    hope = Criterion(mean_of, partial(cautious, safety=-HOPE))
+    hopes = curve_of(random, hope, SCAN_RANDOM[1]).lowest()
     random = Tried(anywhere(seed + 1), tolerance=task.tolerance)
     lowest = curve.lowest()
 

@@ -114,6 +114,8 @@ FINE, FEW = 600, 16
 
 #: Steps of this share of a turn never meet again: evenly spread, whatever their number.
 GOLDEN = 0.6180339887498949
+#: Nor do these, which have nothing to do with those.
+SILVER = 0.41421356237309515
 
 
 def _middles(n: int) -> FloatArray:
@@ -377,16 +379,17 @@ def wall_starts(
     against each other: few starts tell as much as there are parts.
     """
     task.rig(b)  # refused, or warned of, once
-    level, place, turns, off = evenly_spread(numbers, np.full(4, shift), 2).T
+    place, turns, off = evenly_spread(numbers, np.full(3, shift), 1).T
+    level = (np.array(numbers) % STRETCH * GOLDEN + shift) % 1.0
     again = task.conditions(nodes)
-    turned, higher = evenly_spread(range(again), np.zeros(2)).T[..., np.newaxis]
+    turned, higher = (np.arange(again) * step for step in (GOLDEN, SILVER))
     if task.ranged and not nodes:
         f, weight = task.spread((np.arange(again)[:, np.newaxis] + place).ravel() / again)
-        grid = np.column_stack([task.level_at((level + higher).ravel() % 1.0), f])
+        grid = np.column_stack([task.level_at((level + higher[:, np.newaxis]).ravel() % 1.0), f])
     else:
         grid = np.repeat(np.array(task.grid()), len(numbers), axis=0)
         weight = np.ones(len(grid))
-    base = np.column_stack([grid, 2.0 * np.pi * ((turns + turned) % 1.0).ravel()])
+    base = np.column_stack([grid, 2.0 * np.pi * ((turns + turned[:, np.newaxis]) % 1.0).ravel()])
     walls = np.broadcast_to(-((-1.0) ** np.arange(len(task.masses))), (len(grid), len(task.masses)))
     return task.runs(np.tile(task.delivered(b, off), again), base, walls, weight=weight)
 
