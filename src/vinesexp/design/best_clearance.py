@@ -60,7 +60,7 @@ SCAN_PARTS, FIRST_PARTS = (1, 8), (2, 16)
 #: long as the median of all, of more than CHATTER impacts a cycle and ball. Such a clearance has to
 #: be better by LITTLE to be looked at closer, and none is tried for safety. A dead mass does the
 #: same from any start and at any clearance: in the scan one start is enough, and none is narrower
-#: than EDGE of them.
+#: than the widest of EDGE of them.
 DEAR, CHATTER, LITTLE, EDGE = 5.0, 6.0, 0.01, 4
 #: Percentile of the mean amplitude over random starts that the robust clearance makes least.
 PERCENTILE = 90.0
@@ -575,15 +575,15 @@ def far_enough(grid: FloatArray, starts: Tried, n: int) -> FloatArray:
 
 
 def wide_enough(grid: FloatArray, starts: Tried) -> FloatArray:
-    """The grid without the narrow cavities in which the ball acts as a dead mass."""
+    """The grid without the narrow cavities in which the ball acts as a dead mass, but for one."""
     narrow = grid.size // 2
     starts.ask(grid[narrow:].tolist(), 1)
     while narrow > 0:
         narrow = max(narrow - EDGE, 0)
         starts.ask(grid[narrow : narrow + EDGE].tolist(), 1)
         if starts.dear(grid[narrow:].tolist())[:EDGE].all():
-            break
-    return grid[narrow:]
+            return grid[narrow + EDGE - 1 :]
+    return grid
 
 
 def scanned(
@@ -685,7 +685,7 @@ def search(
     every = [random := Tried(anywhere(seed), 1, False), rest := from_rest(0.0, False)]
     rest.ask(ends[-1:], 1)
     coarse = affordable(SCANS * budget, rest.work(ends[-1]), COARSE)
-    grid = wide_enough(np.geomspace(*ends, coarse), rest)
+    grid = wide_enough(np.geomspace(*ends, coarse), random)
     in_scan, in_first = (SCAN_PARTS, FIRST_PARTS) if task.ranged else (SCAN_REST, FIRST_REST)
     grid = far_enough(grid, rest, in_scan[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
@@ -723,7 +723,8 @@ def search(
 
     # the others compete too, and what is a little safer: no best is called so beside a better one
     others = [share * one.b for one in won for share in (1.0, NARROWER)]
-    safer = [b for b in (share * lowest[0] for share in SAFER) if not curve.is_dear(b)]
+    safer = [share * b for b in (lowest[0], hopes[0]) for share in SAFER]
+    safer = [b for b in safer if not curve.is_dear(b)]
     robust_rule = Criterion(mean_of, weighted_percentile, chosen)
     contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
     robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
