@@ -488,7 +488,7 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     return Judged(
         b=b,
         rest_mean=float(rest.average(rest.mean)),
-        rest_max=float(task.worst(worst.largest)),
+        rest_max=float(worst.largest.reshape(task.conditions(True), -1).mean(axis=1).max()),
         random_mean=float(anywhere.average(means)),
         random_p90=float(means[beyond].min()),
         random_error=float(weighted_percentile(means[np.newaxis], _resampled(weight)).std()),

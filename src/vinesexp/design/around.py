@@ -11,7 +11,8 @@ from vinesexp.arrays import FloatArray
 from vinesexp.design.best_clearance import (
     WORSE,
     Found,
-    Tried,
+    anywhere,
+    from_rest,
     mean_of,
     mean_over,
     weighted_percentile,
@@ -74,22 +75,14 @@ def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int, most: float) -
     those of a first look; more are run, for about `most` seconds of work, where they do not tell.
     """
     exact = replace(task, tolerance=0.0)
-    walls = Tried(
-        lambda at, numbers: wall_starts(exact, at, numbers), exact.conditions(), watch=False
-    )
-    anywhere = Tried(
-        lambda at, numbers: random_starts(
-            exact, at, starts=len(numbers), seed=seed, first=numbers.start
-        ),
-        watch=False,
-    )
+    walls, drawn = from_rest(exact, watch=False), anywhere(exact, seed, watch=False)
     every = [b, *(b * (1.0 + way * step) for way in (-1.0, 1.0) for step in STEPS)]
     walls.ask(every, starts.phases)
-    anywhere.ask(every, starts.random)
+    drawn.ask(every, starts.random)
 
     def seen(at: float, more: int) -> list[tuple[FloatArray, FloatArray]] | None:
-        every_start = (walls, more * starts.phases), (anywhere, more * starts.random)
-        if more > 1 and walls.spent + anywhere.spent > most:
+        every_start = (walls, more * starts.phases), (drawn, more * starts.random)
+        if more > 1 and walls.spent + drawn.spent > most:
             return None
         for tried, n in every_start:
             tried.ask((b, at), n)

@@ -278,6 +278,26 @@ class Tried:
         return cheap
 
 
+def from_rest(
+    task: Task, *, shift: float = 0.0, nodes: bool = False, watch: bool = True
+) -> Tried:  # fmt: skip
+    """Starts from rest (`wall_starts`); those of a scan are not watched and the same everywhere."""
+
+    def draw(b: float, numbers: range) -> Runs:
+        return wall_starts(task, b, numbers, shift=shift, nodes=nodes)
+
+    return Tried(draw, task.conditions(nodes), watch, task.tolerance if watch else 0.0)
+
+
+def anywhere(task: Task, seed: int, *, watch: bool = True) -> Tried:
+    """Random starts; those of a scan are not watched and the same everywhere."""
+
+    def draw(b: float, numbers: range) -> Runs:
+        return random_starts(task, b, starts=len(numbers), seed=seed, first=numbers.start)
+
+    return Tried(draw, 1, watch, task.tolerance if watch else 0.0)
+
+
 def _resampled(weights: FloatArray, numbers: IntArray, seed: int) -> FloatArray:
     """The weights, and draws of them: for starts of one number the same at any clearance.
 
@@ -671,38 +691,54 @@ def search(
         Work that the answer may take, s.
     """
 
-    def from_rest(shift: float, nodes: bool, tolerance: float = 0.0) -> Tried:
-        def draw(b: float, numbers: range) -> Runs:
-            return wall_starts(task, b, numbers, shift=shift, nodes=nodes)
-
-        return Tried(draw, task.conditions(nodes), shift > 0.0, tolerance)
-
-    def anywhere(seed: int) -> Callable[[float, range], Runs]:
-        return lambda b, numbers: random_starts(
-            task, b, starts=len(numbers), seed=seed, first=numbers.start
-        )
-
-    every = [random := Tried(anywhere(seed), 1, False), rest := from_rest(0.0, False)]
+    random, rest = anywhere(task, seed, watch=False), from_rest(task, watch=False)
     rest.ask(ends[-1:], 1)
     coarse = affordable(SCANS * budget, rest.work(ends[-1]), COARSE)
     grid = wide_enough(np.geomspace(*ends, coarse), random)
-    in_scan, in_first = (SCAN_PARTS, FIRST_PARTS) if task.ranged else (SCAN_REST, FIRST_REST)
-    grid = far_enough(grid, rest, in_scan[0])
+    grid = far_enough(grid, rest, (SCAN_PARTS if task.ranged else SCAN_REST)[0])
     grid = far_enough(grid, random, SCAN_RANDOM[0])
     grid = np.unique(np.concatenate([grid, [m for m in marks if grid[0] < m < grid[-1]]]))
+    looks = 2 if task.ranged else 1
+    shares = [SCANS, *[CONTESTS] * (2 // looks)] * looks + [SCANS, ROBUST]
+    purse = Allowance(budget * sum(shares), shares, [random, rest])
+    won, work, scan = _from_rest(task, grid, rest, purse, seed)
+    # over a range the percentile does not jump
+    chosen = partial(cautious, safety=0.0) if task.ranged else cautious
+    [curve], random_scan = scanned(
+        grid, random, [Criterion(mean_of, chosen)], ends=SCAN_RANDOM, most=purse.next()
+    )
+    hope = Criterion(mean_of, partial(cautious, safety=-HOPE))
+    lowest, hopes = curve.lowest(), curve_of(random, hope, SCAN_RANDOM[1]).lowest()
+    # the others compete too, and what is a little safer: no best is called so beside a better one
+    others = [share * one.b for one in won for share in (1.0, NARROWER)]
+    safer = [share * b for b in (lowest[0], hopes[0]) for share in SAFER]
+    safer = [b for b in safer if not curve.is_dear(b)]
+    robust_rule = Criterion(mean_of, weighted_percentile, chosen)
+    random = anywhere(task, seed + 1)
+    contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
+    robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
+    share = float(random.found[robust.b].share[0])
+    best = won[0].b, won[1].b, robust.b
+    return Found(
+        *best, scan, random_scan, robust, share, grid, (work, random.work(robust.b))
+    )  # fmt: skip
+
+
+def _from_rest(
+    task: Task, grid: FloatArray, rest: Tried, purse: Allowance, seed: int
+) -> tuple[list[Race], float, Responses]:
+    """The contests of least mean and least largest; the work of a start (s); the scan of means.
+
+    Over ranges the largest is that at their nodes, the mean that of any levels within.
+    """
     mean, largest = Criterion(mean_of, worst_of), Criterion(largest_of, worst_of)
-    # over ranges the largest is that at their nodes, the mean that of any levels within
-    looks = [(False, [mean]), (True, [largest])] if task.ranged else [(False, [mean, largest])]
-    shares = [SCANS, *[CONTESTS] * (2 // len(looks))] * len(looks) + [SCANS, ROBUST]
-    purse = Allowance(budget * sum(shares), shares, every)
-    won: list[Race] = []
-    work, scans = [], []
-    for nodes, criteria in looks:
-        first, starts = (
-            from_rest(0.0, True) if nodes else rest,
-            from_rest(0.25, nodes, task.tolerance),
-        )
-        every += [first, starts] if nodes else [starts]
+    in_scan, in_first = (SCAN_PARTS, FIRST_PARTS) if task.ranged else (SCAN_REST, FIRST_REST)
+    won, work, scans = [], [], []
+    for criteria in ([mean], [largest]) if task.ranged else ([mean, largest],):
+        nodes = mean not in criteria
+        first = from_rest(task, nodes=True, watch=False) if nodes else rest
+        starts = from_rest(task, shift=0.25, nodes=nodes)
+        purse.tried += [first, starts] if nodes else [starts]
         curves, scan = scanned(grid, first, criteria, ends=in_scan, most=purse.next())
         scans.append(scan)
         for criterion, one in zip(criteria, curves, strict=True):
@@ -711,24 +747,4 @@ def search(
             few = affordable(contest.purse.left, in_first[0] * first.work(hopes[0]), (2, FINALISTS))
             won.append(contest.won([*hopes[:few], *contest.known()], in_first))
             work.append(starts.work(won[-1].b))
-    # over a range the percentile does not jump
-    chosen = partial(cautious, safety=0.0) if task.ranged else cautious
-    [curve], random_scan = scanned(
-        grid, random, [Criterion(mean_of, chosen)], ends=SCAN_RANDOM, most=purse.next()
-    )
-    hope = Criterion(mean_of, partial(cautious, safety=-HOPE))
-    hopes = curve_of(random, hope, SCAN_RANDOM[1]).lowest()
-    random = Tried(anywhere(seed + 1), tolerance=task.tolerance)
-    lowest = curve.lowest()
-
-    # the others compete too, and what is a little safer: no best is called so beside a better one
-    others = [share * one.b for one in won for share in (1.0, NARROWER)]
-    safer = [share * b for b in (lowest[0], hopes[0]) for share in SAFER]
-    safer = [b for b in safer if not curve.is_dear(b)]
-    robust_rule = Criterion(mean_of, weighted_percentile, chosen)
-    contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
-    robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
-    share = float(random.found[robust.b].share[0])
-    best = won[0].b, won[1].b, robust.b
-    spent = max(work), random.work(robust.b)
-    return Found(*best, scans[0], random_scan, robust, share, grid, spent)
+    return won, max(work), scans[0]

@@ -283,11 +283,6 @@ class Task(OpenRig):
         part = np.clip(np.searchsorted(below, places, side="right") - 1, 0, f.size - 2)
         return found, np.diff(f)[part] / np.diff(below)[part] / (high - low)
 
-    def worst(self, values: FloatArray) -> FloatArray:
-        """Mean over the phases of `wall_starts` at the nodes, the largest of these; last axis."""
-        shaped = values.reshape(*values.shape[:-1], len(self.grid()), -1)
-        return np.asarray(shaped.mean(axis=-1).max(axis=-1))
-
     def bare(self, level: float, frequency: float) -> float:
         """Amplitude hypot(x, x'/w0) of the oscillator alone, its mean over a cycle (m)."""
         if self.damping == VISCOUS:
@@ -300,10 +295,6 @@ class Task(OpenRig):
         low, high = self.frequencies
         inside = min(max(self.oscillator.f0, low), high)
         return max(self.bare(self.levels[1], f) for f in (low, inside, high))
-
-    def middle(self) -> tuple[float, float]:
-        """Greatest level and middle frequency."""
-        return self.levels[1], 0.5 * sum(self.frequencies)
 
     def mean_bare(self) -> float:
         """The mean of `bare` over the ranges (m)."""
@@ -435,7 +426,11 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
     oscillator, G, f = drawn[:, :3], drawn[:, 3], drawn[:, 4]
     M, c1, k1 = oscillator.T
     plain = task.damping == VISCOUS
-    bare = G * bare_gains(M, c1, k1, f) if plain else task.bare(*task.middle())
+    bare = (
+        G * bare_gains(M, c1, k1, f)
+        if plain
+        else task.bare(task.levels[1], 0.5 * sum(task.frequencies))
+    )
     size, turned = bare * np.sqrt(radius), 2.0 * np.pi * angle
     return task.runs(
         task.delivered(b, u[:, 5 + n]),
