@@ -273,7 +273,7 @@ class Task(OpenRig):
         >>> task = Task(o, (0.032,), (0.6,), levels=(1e-4, 1e-4), frequencies=(7.0, 9.0))
         >>> frequency, weight = task.spread((np.arange(200) + 0.5) / 200)
         >>> [round(float(one), 2) for one in frequency[::40]], round(float(weight.mean()), 3)
-        ([7.01, 7.57, 7.79, 7.86, 8.06], 1.0)
+        ([7.01, 7.58, 7.82, 7.94, 8.31], 1.0)
         """
         low, high = self.frequencies
         if low == high:
