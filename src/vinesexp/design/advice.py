@@ -484,7 +484,7 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     anywhere = watched(drawn, starts=len(drawn))
     means, weight = anywhere.mean, anywhere.weight
     beyond = means >= weighted_percentile(means[np.newaxis], weight[np.newaxis])
-    centre = responses(centre_starts(task, b, range(4)))
+    centre = responses(centre_starts(task, b, range(1 if task.ranged else 4)))
     return Judged(
         b=b,
         rest_mean=float(rest.average(rest.mean)),
