@@ -50,11 +50,13 @@ def _site(full: Made, results: Path) -> Path:
 def _design_sheet(page: Path) -> None:
     """Every part of the sheet, with made-up numbers."""
     some = np.linspace(0.004, 0.007, 9) * np.ones((30, 1))
-    tried = SimpleNamespace(mean=some, captured=0.5 * np.ones((30, 9)))
+    tried = SimpleNamespace(
+        mean=some, share=np.full(30, 0.5), weight=np.ones((30, 9)),
+        average=lambda values: values.mean(axis=1),
+    )  # fmt: skip
     one = SimpleNamespace(b=0.03)
     advice = SimpleNamespace(
         found=SimpleNamespace(grid=np.linspace(0.01, 0.06, 30), rest=tried, random=tried),
-        task=SimpleNamespace(average=lambda values: values.mean(axis=1)),
         least_mean=SimpleNamespace(b=0.033), least_max=one, robust=one, asked=None,
         bare=0.019, den_hartog=SimpleNamespace(amplitude=0.012), published=0.034, exact=0.0339,
     )  # fmt: skip

@@ -1,0 +1,18 @@
+"""Figure of a design: what is drawn of its starts."""
+
+import numpy as np
+import pytest
+
+from vinesexp.figures.design_curve import _percentiles
+
+
+def test_a_start_counts_for_what_it_stands_for():
+    """Over a band most starts are at the resonance, which is a small part of it."""
+    values = np.concatenate(
+        [np.full((1, 900), 9.0), np.linspace(1.0, 2.0, 100)[np.newaxis]], axis=1
+    )
+    weights = np.concatenate([np.full((1, 900), 0.05 / 900), np.full((1, 100), 0.95 / 100)], axis=1)
+    low, middle, high = _percentiles(values, weights)
+    assert (low[0], middle[0]) == pytest.approx((1.1, 1.53), abs=0.02)
+    assert high[0] < 2.0
+    assert _percentiles(values, np.ones((1, 1000)))[1, 0] == 9.0
