@@ -18,7 +18,7 @@ from vinesexp.identification.estimate import (
     Estimate,
     is_known,
 )
-from vinesexp.identification.joint.observations import begins_later
+from vinesexp.identification.joint.observations import begins_later, off_stated
 from vinesexp.identification.joint.over_amplitude import (
     NO_LAW,
     Law,
@@ -855,7 +855,7 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
     o = answer.observed
     rows = []
     for (record, number), (name, stated) in o.clearances.items():
-        terms = {name: 1.0, "clearance offset": 1.0, "clearance scale": stated}
+        terms = off_stated(name, stated)
         item = "clearance" if number == 0 else f"clearance of ball {number}"
         rows.append(_input(answer, item, (record,), "mm", 1e3, stated, terms, log=False))
     for level, name in o.levels.items():

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from vinesexp.arrays import FloatArray
-from vinesexp.identification.joint.observations import Observed
+from vinesexp.identification.joint.observations import Observed, off_stated
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
     Direction,
@@ -440,13 +440,14 @@ def all_possible(found: Posterior, chosen: Sequence[Cause], observed: Observed) 
     def below_zero(sums: Mapping[str, float], constant: float = 0.0) -> bool:
         """Whether a sum that causes move is less than nothing."""
         moved = {k: sum(f * t.get(n, 0.0) for n, f in sums.items()) for k, t in known.items()}
+        if not any(moved.values()):
+            return False
         value, error = found.of({**sums, **moved}, constant)
-        return any(moved.values()) and value < -_ERRORS * error
+        return value < -_ERRORS * error
 
     changes = (known[c.key] for c in chosen if c.about == "friction" and c.kind in _OF_TESTS)
     sums = [({"friction": 1.0, name: 1.0}, 0.0) for terms in changes for name in terms]
-    for name, stated in observed.clearances.values():
-        sums.append(({name: 1.0, "clearance offset": 1.0, "clearance scale": stated}, stated))
+    sums += [(off_stated(*one), one[1]) for one in observed.clearances.values()]
     if any(below_zero(*one) for one in sums):
         return False
     return all(possible(cause, *found.of({cause.key: 1.0})) for cause in chosen if cause.direction)

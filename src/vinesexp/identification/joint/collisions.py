@@ -84,7 +84,6 @@ _OF_NORMAL = 0.831
 _SETTLED = 30  # steps towards that scale, each of which leaves less than half of what is off
 _TINY = 1e-9
 _SLOWEST = 0.02  # of the usual speed: slower ones, which noise may turn, count as this one
-_MEDIAN = 0.6745  # of the absolute value of a normal variable
 _LEAST, _APART_AT_MOST = 0.4, 8  # of the variance of independent collisions; of their number
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
@@ -589,7 +588,7 @@ def _of_sums(own: FloatArray, z: FloatArray) -> FloatArray:
     of the other the other way. As if each were for itself where there are too few to tell. What
     changes along a record moves collisions farther apart than neighbours are.
     """
-    wide = max(1.0, _median(np.abs(z[z != 0.0])) / _MEDIAN)
+    wide = max(1.0, 1.4826 * _median(np.abs(z[z != 0.0])))
     alone = wide**2 * (own**2).sum(axis=1)
     z = np.clip(z / wide, -4.0, 4.0)
     power, lags = float(z @ z), z.size // _APART_AT_MOST

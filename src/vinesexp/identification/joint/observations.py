@@ -147,6 +147,11 @@ class Observed:
         )
 
 
+def off_stated(name: str, stated: float) -> dict[str, float]:
+    """By what a clearance, m, differs from the stated one, as a sum of unknowns; `name` its own."""
+    return {name: 1.0, "clearance offset": 1.0, "clearance scale": stated}
+
+
 @dataclass
 class _Builder:
     """Collects unknowns and blocks."""
