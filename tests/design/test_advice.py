@@ -158,7 +158,7 @@ def test_a_band_is_judged_over_its_frequencies_and_levels() -> None:
     assert task.largest_bare() == pytest.approx(task.bare(G, TABLE_2.f0))
     low, high = task.bare(0.15e-3, 7.7), task.bare(G, TABLE_2.f0)
     assert low < task.mean_bare() < 0.8 * high
-    assert task_at(8.0).mean_bare() == pytest.approx(task_at(8.0).largest_bare(), rel=1e-12)
+    assert task_at(8.0).mean_bare() == task_at(8.0).largest_bare()
 
 
 @pytest.mark.parametrize("band", [(7.2, 8.4), (7.9, 9.0), (5.0, 12.0), (20.0, 40.0)])
@@ -216,7 +216,7 @@ def test_den_hartog_levels_the_two_peaks_of_an_undamped_host() -> None:
     task = Task(host, (mu,), (0.5,), levels=(1.0, 1.0), frequencies=(0.8 * f0, 1.2 * f0))
     found = equal_mass_den_hartog(task)
     assert (found.tuning, found.zeta) == den_hartog(mu)
-    assert found.amplitude == pytest.approx(np.sqrt(1.0 + 2.0 / mu), rel=0.08)
+    assert found.amplitude == pytest.approx(np.sqrt(1.0 + 2.0 / mu), rel=0.06)
     best = equal_mass_optimal(task)
     assert best.detuned <= found.detuned
     assert found.detuned > found.amplitude

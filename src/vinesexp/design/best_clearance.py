@@ -99,8 +99,10 @@ def means_of(values: FloatArray, weights: FloatArray) -> FloatArray:
     return np.asarray(weights @ values.T / weights.sum(axis=1, keepdims=True))
 
 
-def weighted_percentile(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """`percentile` of values (1, starts) under each row of weights (draws, starts), m.
+def weighted_percentile(
+    values: FloatArray, weights: FloatArray, percent: float = PERCENTILE
+) -> FloatArray:
+    """A percentile of values (1, starts) under each row of weights (draws, starts), m.
 
     Examples
     --------
@@ -109,7 +111,7 @@ def weighted_percentile(values: FloatArray, weights: FloatArray) -> FloatArray:
     """
     order = np.argsort(values[0])
     below = np.cumsum(weights[:, order], axis=1)
-    at = (below < PERCENTILE / 100.0 * below[:, -1:]).sum(axis=1)
+    at = (below < percent / 100.0 * below[:, -1:]).sum(axis=1)
     return np.asarray(values[0, order[np.minimum(at, order.size - 1)]])
 
 

@@ -299,8 +299,9 @@ class Task(OpenRig):
     def mean_bare(self) -> float:
         """The mean of `bare` over the ranges (m)."""
         viscous, o = self.damping == VISCOUS, self.oscillator
-        f, weight = self.spread(_middles(FINE if viscous else FEW))
-        levels = self.level_at(_middles(1 if viscous else LEVELS))
+        (low, high), (least, most) = self.frequencies, self.levels
+        f, weight = self.spread(_middles((FINE if viscous else FEW) if low < high else 1))
+        levels = self.level_at(_middles(1 if viscous or least == most else LEVELS))
         if viscous:
             M, c1, k1 = np.array([o.M, o.c1, o.k1])
             return float(levels[0] * np.average(bare_gains(M, c1, k1, f), weights=weight))
