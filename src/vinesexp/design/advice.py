@@ -109,7 +109,12 @@ class Absorber:
 
 
 def host_gain(
-    oscillator: Oscillator, *, mass: float, tuning: float, zeta: float, frequency: FloatArray
+    oscillator: Oscillator,
+    *,
+    mass: float,
+    tuning: float | FloatArray,
+    zeta: float,
+    frequency: FloatArray,
 ) -> FloatArray:
     """Mean over a cycle of hypot(x, x'/w0) with the absorber, for base motion of amplitude 1.
 
@@ -118,8 +123,10 @@ def host_gain(
     oscillator : Oscillator
     mass : float
         Of the absorber, kg.
-    tuning, zeta : float
-        Its frequency over the oscillator's, its damping ratio.
+    tuning : float or ndarray
+        Its frequency over the oscillator's; an array has to fit that of frequencies.
+    zeta : float
+        Its damping ratio.
     frequency : ndarray
         Hz.
 
@@ -155,14 +162,14 @@ def den_hartog(ratio: float) -> tuple[float, float]:
 
 
 def _rated(task: Task, tuning: float, zeta: float) -> Absorber:
-    mass, (frequency, weight) = sum(task.masses), task.spread(np.linspace(0.0, 1.0, _FREQUENCIES))
-    worst, mean = [], []
-    for off in (1.0, 1.0 - DETUNING, 1.0 + DETUNING):
-        gain = host_gain(
-            task.oscillator, mass=mass, tuning=tuning * off, zeta=zeta, frequency=frequency
-        )
-        worst.append(task.levels[1] * float(gain.max()))
-        mean.append(float(np.mean(task.levels) * np.average(gain, weights=weight)))
+    one = task.frequencies[0] == task.frequencies[1]
+    frequency, weight = task.spread(np.linspace(0.0, 1.0, 1 if one else _FREQUENCIES))
+    off = np.array([[1.0], [1.0 - DETUNING], [1.0 + DETUNING]])
+    gain = host_gain(
+        task.oscillator, mass=sum(task.masses), tuning=tuning * off, zeta=zeta, frequency=frequency
+    )
+    worst = (task.levels[1] * gain.max(axis=1)).tolist()
+    mean = (np.mean(task.levels) * np.average(gain, axis=1, weights=weight)).tolist()
     return Absorber(tuning, zeta, worst[0], max(worst), mean[0], max(mean))
 
 

@@ -306,7 +306,12 @@ def _resampled(weights: FloatArray, numbers: IntArray, seed: int) -> FloatArray:
     What starts of one number have in common, as their frequency, then tells nothing against a
     difference between clearances; and what they have not in common counts in full.
     """
-    return np.concatenate([weights[np.newaxis], weights * _factors(seed)[:, numbers]])
+    rows = np.empty((1 + RESAMPLED, weights.size))
+    rows[0] = weights
+    # clipping is no change to numbers that are all inside, and spares a copy
+    np.take(_factors(seed), numbers, axis=1, out=rows[1:], mode="clip")
+    rows[1:] *= weights
+    return rows
 
 
 @lru_cache(maxsize=4)
