@@ -200,6 +200,22 @@ class Made(Tried):
         return 0.0
 
 
+@pytest.mark.parametrize("percent", [10.0, 90.0])
+def test_the_percentile_of_many_starts_is_the_start_where_that_share_of_the_weight_is_reached(
+    percent: float,
+) -> None:
+    """Only starts near the percentile of one draw are looked at: every other draw has it there."""
+    rng = np.random.default_rng(3)
+    values, weights = rng.uniform(size=(1, 2000)), rng.lognormal(0.0, 1.0, 2000)
+    draws = weights * (1.0 + rng.choice([-0.7, 0.7], (100, 2000)))
+    order = np.argsort(values[0])
+    shares = np.cumsum(draws[:, order], axis=1) / draws.sum(axis=1, keepdims=True)
+    reached = [np.flatnonzero(row >= percent / 100.0)[0] for row in shares]
+    found = weighted_percentile(values, draws, percent)
+    assert len(set(found.tolist())) > 10
+    assert (found == values[0, order[reached]]).all()
+
+
 def test_starts_of_neighbours_tell_of_a_clearance_what_its_own_would() -> None:
     """Weighted, starts of unlike numbers on either side are spread as those that are delivered."""
     b, near = 0.02, (0.0197, 0.0199, 0.0202, 0.0203)

@@ -66,6 +66,8 @@ DEAR, CHATTER, LITTLE, EDGE = 5.0, 6.0, 0.01, 4
 PERCENTILE = 90.0
 #: Draws of the weights of the starts with which the error of a value is found.
 RESAMPLED = 100
+#: No draw is farther from another than so many of its standard errors, or so.
+DRAWN = 10.0
 #: Evenly spread starts tell as much as so many times as many independent ones: the standard error
 #: of a mean or a share is 0.5 to 0.8 times theirs (docs/decisions.md).
 TELL = 2
@@ -104,14 +106,23 @@ def weighted_percentile(
 ) -> FloatArray:
     """A percentile of values (1, starts) under each row of weights (draws, starts), m.
 
+    The rows of many starts have to be draws of the same weights (`_resampled`).
+
     Examples
     --------
     >>> weighted_percentile(np.array([[3.0, 1.0, 2.0]]), np.array([[1.0, 1.0, 1.0], [1, 30, 1]]))
     array([3., 1.])
     """
-    order = np.argsort(values[0])
-    below = np.cumsum(weights[:, order], axis=1)
-    at = (below < percent / 100.0 * below[:, -1:]).sum(axis=1)
+    order, share = np.argsort(values[0]), percent / 100.0
+    # All rows are draws of the same weights: only starts near the percentile of one can be it.
+    known = np.cumsum(weights[0, order])
+    reach = DRAWN * math.sqrt(float((weights[0] ** 2).sum()))
+    first, last = np.searchsorted(known, share * known[-1] + reach * np.array([-1.0, 1.0]))
+    before = np.zeros(order.size)
+    before[order[:first]] = 1.0
+    below = np.cumsum(weights[:, order[first : last + 1]], axis=1)
+    left = share * weights.sum(axis=1) - weights @ before
+    at = first + np.count_nonzero(below < left[:, np.newaxis], axis=1)
     return np.asarray(values[0, order[np.minimum(at, order.size - 1)]])
 
 
@@ -658,7 +669,8 @@ class Found:
     rest, random : runs of the scan, one row for each clearance of `grid`: from rest, anywhere.
     race : contest of the robust clearances.
     captured : share of its starts that the robust clearance captures.
-    work : what a start took around the clearances found: from rest, and random; s.
+    work : what a start took, s: from rest, on the average of the three clearances found, and random
+        at the robust one. A start from rest was not tried there: it is taken to be a random one.
     """
 
     least_mean: float
@@ -708,7 +720,7 @@ def search(
     looks = 2 if task.ranged else 1
     shares = [SCANS, *[CONTESTS] * (2 // looks)] * looks + [SCANS, ROBUST]
     purse = Allowance(budget * sum(shares), shares, [random, rest])
-    won, work, scan = _from_rest(task, grid, rest, purse, seed)
+    won, works, scan = _from_rest(task, grid, rest, purse, seed)
     # over a range the percentile does not jump
     chosen = partial(cautious, safety=0.0) if task.ranged else cautious
     [curve], random_scan = scanned(
@@ -725,15 +737,14 @@ def search(
     contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
     robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
     share = float(random.found[robust.b].share[0])
-    best = won[0].b, won[1].b, robust.b
-    return Found(
-        *best, scan, random_scan, robust, share, grid, (work, random.work(robust.b))
-    )  # fmt: skip
+    best, work = (won[0].b, won[1].b, robust.b), random.work(robust.b)
+    at_rest = float(np.mean([*works, task.conditions() * work]))
+    return Found(*best, scan, random_scan, robust, share, grid, (at_rest, work))
 
 
 def _from_rest(
     task: Task, grid: FloatArray, rest: Tried, purse: Allowance, seed: int
-) -> tuple[list[Race], float, Responses]:
+) -> tuple[list[Race], list[float], Responses]:
     """The contests of least mean and least largest; the work of a start (s); the scan of means.
 
     Over ranges the largest is that at their nodes, the mean that of any levels within.
@@ -754,4 +765,4 @@ def _from_rest(
             few = affordable(contest.purse.left, in_first[0] * first.work(hopes[0]), (2, FINALISTS))
             won.append(contest.won([*hopes[:few], *contest.known()], in_first))
             work.append(starts.work(won[-1].b))
-    return won, max(work), scans[0]
+    return won, work, scans[0]
