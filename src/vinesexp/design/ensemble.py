@@ -391,6 +391,8 @@ def _beside_each_other(runs: Runs, starts: int) -> IntArray:
 
 def _again(found: Responses, runs: Runs, which: IntArray, watch: float) -> None:
     """Some runs watched longer, in the place of what they were."""
+    if which.size == 0:
+        return
     later = responses(runs[which], watch=watch)
     found.mean[which], found.largest[which] = later.mean, later.largest
     found.impacts_per_cycle[which] = later.impacts_per_cycle
@@ -462,16 +464,15 @@ def responses(
                 out[:3, k] = _one(runs[k], *spans[k].tolist())
 
     full = alone.size + -(-side_by_side.size // FULL)
-    threads = min(workers or os.cpu_count() or 1, full)
-    if threads <= 1:
-        share(0, 1)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                for task in [pool.submit(share, i, threads) for i in range(threads)]:
-                    task.result()
-            finally:  # an interrupt ends the other threads too
-                stop.set()
+    threads = max(min(workers or os.cpu_count() or 1, full), 1)
+    with ThreadPoolExecutor(max(threads - 1, 1)) as pool:  # none is started before it has work
+        try:
+            others = [pool.submit(share, i, threads) for i in range(1, threads)]
+            share(0, threads)
+            for task in others:
+                task.result()
+        finally:  # an interrupt ends the other threads too
+            stop.set()
     tables = np.empty(len(runs))
     tables[order] = np.append(True, (np.diff(rigs[order], axis=0) != 0.0).any(axis=1)) & runs.plain
     work = TABLE * tables + _work(runs, lanes, spans[:, 1], out[2], out[3])
