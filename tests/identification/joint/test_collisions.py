@@ -330,7 +330,7 @@ def test_r_of_a_soft_wall_with_a_damper_is_one_of_a_slow_ball():
 @pytest.mark.parametrize(("hertz", "power"), [(1.5, -0.12), (1.0, 0.05)])
 def test_a_faster_ball_touches_a_wall_for_a_shorter_time_unless_its_spring_is_linear(hertz, power):
     """A damper, which stops a faster ball more, makes its contact longer by some of it."""
-    c = collisions(0.0, beat=0.5, count=200, soft=SOFT, touch=2e-3, hertz=hertz)
+    c = collisions(0.0, beat=0.5, count=120, soft=SOFT, touch=2e-3, hertz=hertz)
     speed = np.abs(c.flights.v_before - c.flights.u_before)
     assert speed.max() > 4.0 * speed.min()
     names = ("r", "fade", "contact", "spring")
