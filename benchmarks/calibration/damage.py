@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 from scipy.signal import butter, lfilter, sosfilt
 
 Channels = dict[str, NDArray[np.float64]]
@@ -24,8 +23,7 @@ def damaged(
     ----------
     damage : mapping
         ``lost`` (samples of all channels, in the middle third), ``lost one`` (of the acceleration
-        alone), ``second clock`` (relative, of the acceleration), ``base wanders`` (m, of its
-        sensor), ``base late`` (s),
+        alone), ``base wanders`` (m, of its sensor), ``base late`` (s),
         ``beside the table`` (this share of the base is missing),
         ``coupled`` (corner of displacement and acceleration, Hz), ``dropouts`` (so many),
         ``knocks`` (so many),
@@ -41,8 +39,6 @@ def damaged(
             shorter = _without(found["acceleration"], much, 0.45)
             found = {role: x[: shorter.size] for role, x in found.items()}
             found["acceleration"] = shorter
-        elif what == "second clock":
-            found["acceleration"] = _by_clock(found["acceleration"], much)
         elif what == "base wanders":
             t = np.arange(found["base"].size) / rate
             found["base"] = found["base"] + much * np.sin(
@@ -87,11 +83,6 @@ def damaged(
 def _without(x: NDArray[np.float64], count: float, at: float) -> NDArray[np.float64]:
     first = round(at * x.size)
     return np.delete(x, slice(first, first + round(count)))
-
-
-def _by_clock(x: NDArray[np.float64], ratio: float) -> NDArray[np.float64]:
-    at = np.arange(x.size) * (1.0 + ratio)
-    return np.asarray(map_coordinates(x, [at[at < x.size - 1]], order=3, mode="nearest"))
 
 
 def _dropped(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -14,6 +15,7 @@ from benchmarks.calibration.scene import Scene, Test
 from benchmarks.robustness.measuring import measured
 from benchmarks.robustness.motion import STEP, FloatArray, move
 from benchmarks.robustness.motion import Path as Motion
+from scipy.interpolate import CubicSpline
 
 _BEFORE = 4.0  # s at rest before a release, for a slow corner of the accelerometer
 _SETTLE = 110.0  # cycles of a periodic test before its record begins
@@ -48,10 +50,15 @@ def write_campaign(scene: Scene, folder: Path) -> dict[str, Moved]:
         rng = np.random.default_rng([scene.seed, 2029, number])
         path, start = _moved(test)
         sensors = test.sensors
-        channels = measured(
-            path, sensors, start=start, rng=rng, frequency=test.drive.frequency or 8.0
+        damage = dict(test.damage)
+        record = partial(
+            measured, sensors=sensors, start=start, rng=rng, frequency=test.drive.frequency or 8.0
         )
-        channels, rate = damaged(channels, sensors.rate, dict(test.damage), rng)
+        channels = record(path)
+        if second := damage.pop("second clock", 0.0):
+            own = record(_by_clock(path, second, start))
+            channels["acceleration"] = own["acceleration"] / (1.0 + second)
+        channels, rate = damaged(channels, sensors.rate, damage, rng)
         _write(folder / "raw", test, channels, rate * (1.0 + scene.clock))
         late = path.x[round(start / STEP) :]
         moved[test.name] = Moved(math.sqrt(2.0) * float(late.std()), path.speed)
@@ -125,6 +132,17 @@ def _moved(test: Test) -> tuple[Motion, float]:
         np.concatenate([rest, path.base]), path.time + _BEFORE, path.side, path.jump, path.speed,
     )  # fmt: skip
     return held, _BEFORE - test.held
+
+
+def _by_clock(path: Motion, ratio: float, start: float) -> Motion:
+    """A motion as a recorder sees it whose seconds are longer by `ratio`, from `start` on."""
+    t = STEP * np.arange(path.v.size)
+    own = start + (t - start) * (1.0 + ratio)
+    jumped = np.concatenate([[0.0], np.cumsum(path.jump)])
+    smooth = path.v - jumped[np.searchsorted(path.time, t, side="right")]
+    seen = CubicSpline(t, smooth)(np.minimum(own, t[-1]))
+    seen += jumped[np.searchsorted(path.time, own, side="right")]
+    return replace(path, v=seen, time=start + (path.time - start) / (1.0 + ratio))
 
 
 def _dropped(test: Test) -> Motion:

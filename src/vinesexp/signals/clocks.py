@@ -488,10 +488,14 @@ def _between_channels(view: RecordView, record: Record, frequency: float) -> Cor
         f"{role} comes from a recorder whose clock differs by {100.0 * law.slope:+.4g} +- "
         f"{100.0 * law.slope_error:.1g} % from that of the other channels: the lag between "
         f"acceleration and displacement drifts by {1e3 * law.slope * length:.3g} ms over the "
-        "record; it is resampled to their clock"
+        "record; it is brought to their clock"
     )
     check = Check(record.id, "clock", "warning", detail)
-    return Correction([check], {role: _on_clock(view, role, law.slope)})
+    # Polynomials through samples do not follow an impact, so the acceleration keeps its own.
+    moved = [one for one in view.roles if (one == role) == (role == "displacement")]
+    streams = {one: _on_clock(view, one, 1.0 - law.slope) for one in moved}
+    own = rate * (1.0 - law.slope) if role == "acceleration" else None
+    return Correction([check], streams, sample_rate=own)
 
 
 def _lost_at(
@@ -633,14 +637,11 @@ def mend_clocks(path: Path, record: Record) -> list[Check]:
     return checks
 
 
-def _on_clock(view: RecordView, role: str, ratio: float) -> Iterator[FloatArray]:
-    """A channel of another recorder at the times of the others, its seconds shorter by `ratio`."""
-    # Its sample i was taken at i (1 + ratio) of theirs; a displacement comes late by the lag.
-    slow = 1.0 + (-ratio if role == "displacement" else ratio)
-    count = int((view.n - 1) * slow) + 1
-    resampler = Resampler(0.0, 1.0, min(count, view.n))
+def _on_clock(view: RecordView, role: str, interval: float) -> Iterator[FloatArray]:
+    """A channel at the times of another recorder, of which its own samples are `interval` apart."""
+    resampler = Resampler(0.0, 1.0, min(int((view.n - 1) * interval) + 1, view.n))
     uneven = (
-        (slow * np.arange(first, first + x.size, dtype=np.float64), x[:, np.newaxis])
+        (interval * np.arange(first, first + x.size, dtype=np.float64), x[:, np.newaxis])
         for first, x in view.blocks(role)
     )
     for block in resampler.blocks(uneven):

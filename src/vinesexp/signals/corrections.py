@@ -31,6 +31,8 @@ class Correction:
         Role to blocks of samples, SI, of the channels that change; empty: nothing is written.
     start : float, optional
         Time of the first sample, s; default: as it is.
+    sample_rate : float, optional
+        Hz, where all channels are brought to other times; default: as it is.
     without : tuple of str
         Roles of channels that the record is better without.
     """
@@ -38,6 +40,7 @@ class Correction:
     checks: Sequence[Check]
     streams: Mapping[str, Iterator[FloatArray]] = field(default_factory=dict)
     start: float | None = None
+    sample_rate: float | None = None
     without: tuple[str, ...] = ()
 
 
@@ -79,7 +82,7 @@ def _write_anew(path: Path, view: RecordView, found: Correction) -> None:
     roles = [role for role in view.roles if role not in found.without]
     streams = {role: found.streams.get(role) or samples_of(view, role) for role in roles}
     with RecordWriter(
-        path, sample_rate=view.sample_rate,
+        path, sample_rate=found.sample_rate or view.sample_rate,
         start=view.start if found.start is None else found.start,
         quantities={role: view.quantity(role) for role in roles},
         attributes={k: v for k, v in view.attributes.items()

@@ -138,7 +138,7 @@ def collisions(pull, *, missed=0, **how):
     )  # fmt: skip
     known = np.ones((3, here.size), dtype=bool)
     return Collisions(flights, x[here], x[here - 1], x[here + 1], W**2,
-                      np.zeros((6, here.size)), 0.8, known, np.ones(3),
+                      np.zeros((6, here.size)), np.linspace(-1.0, 1.0, here.size), 0.8, known, np.ones(3),
                       (np.zeros((0, 1)),) * 3, np.zeros((3, 0)))  # fmt: skip
 
 
@@ -146,7 +146,8 @@ def as_observed(c):
     """They as they are made of an impact table."""
     rows = np.zeros(c.flights.index.max() + 1)
     rows[c.flights.index] = c.x
-    return collisions_of(c.flights, SimpleNamespace(x_m=rows), omega2=W**2, base=c.base)
+    impacts = SimpleNamespace(x_m=rows, time_s=np.arange(float(rows.size)))
+    return collisions_of(c.flights, impacts, omega2=W**2, base=c.base)
 
 
 def left(c, **effects):

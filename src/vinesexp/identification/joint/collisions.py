@@ -28,9 +28,10 @@ A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of 
 with the r of this impact: there the motions before and after meet if they are continued.
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
-displacement, slopes whose change reads off by a share, velocities on either side of an impact off
-by a share of the jump, a displacement x + even x^2 + odd x^3 in the place of x, as lasers near
-the ends of their range show it, and x - beside x_e, as a sensor on the table shows it (beside = 1).
+displacement and a drift of it from the middle of the record to its ends, slopes whose change reads
+off by a share, velocities on either side of an impact off by a share of the jump, a displacement
+x + even x^2 + odd x^3 in the place of x, as lasers near the ends of their range show it, and
+x - beside x_e, as a sensor on the table shows it (beside = 1).
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ Numbers = NDArray[Any]
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "beside", "spring",
+    "odd", "beside", "spring", "drift",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -114,6 +115,8 @@ class Collisions:
         Square of the circular frequency of the motion, 1/s^2.
     base : array (6, n)
         Displacement of the base at these three times, m, and its velocity, m/s; 0 where it rests.
+    course : array (n,)
+        Time of the impact, from -1 at the first of the record to 1 at the last.
     speed : float
         m/s; r is that at this relative speed where it depends on it.
     known : bool array (3, n)
@@ -132,6 +135,7 @@ class Collisions:
     x_after: FloatArray
     omega2: float
     base: FloatArray
+    course: FloatArray
     speed: float
     known: BoolArray
     scatter: FloatArray
@@ -139,7 +143,7 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: Numbers) -> Numbers:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (21, ..., 1).
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (22, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
@@ -147,7 +151,8 @@ class Collisions:
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
         wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:19]
-        beside, spring = p[19:]
+        beside, spring, drift = p[19:]
+        late = late + drift * self.course
         scale = np.exp(-g_x)
 
         def straight(x: FloatArray, base: FloatArray) -> tuple[Numbers, Numbers]:
@@ -263,8 +268,9 @@ class Collisions:
         own = (self.x[chosen], self.x_before[chosen], self.x_after[chosen])
         none = np.zeros((0, int(chosen.sum())))
         return Collisions(
-            self.flights.keep(chosen), *own, self.omega2, self.base[:, chosen], self.speed,
-            self.known[:, chosen], self.scatter, (none, none, none), np.zeros((3, 0)),
+            self.flights.keep(chosen), *own, self.omega2, self.base[:, chosen],
+            self.course[chosen], self.speed, self.known[:, chosen], self.scatter,
+            (none, none, none), np.zeros((3, 0)),
         )  # fmt: skip
 
     @cached_property

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.identification.average import weighted_mean
+from vinesexp.identification.average import each_beside, weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import FIRST_SWING, INTEGRATED, Estimate
 from vinesexp.identification.flights import Flights, flights_of
@@ -64,6 +64,8 @@ _READING = 7e-4
 #: Lateness of the displacement that no channel shows, s, and as a share of the pulse, whose centre
 #: a template finds only so well; records that make a mean of lags.
 _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
+#: The same that two recorders drift apart by in half a record beside the slope that was taken out.
+_DRIFT = 1e-4
 #: The area of the pulse that a record learns is less sure than its noise alone would make it.
 _TEMPLATE = 1e-2
 _PULSE = 3.0
@@ -91,7 +93,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0, 1.0,
+    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0, 1.0, 1e-4,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -512,8 +514,9 @@ def _lateness(
 ) -> dict[str, tuple[float, float]]:
     """Lateness that is left in the displacement of each record, s, and its standard error.
 
-    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, and
-    their accelerometer one corner or none, which all records together know better.
+    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, or
+    lags that scatter about one where recorders have clocks of their own, and their accelerometer
+    one corner or none, which all records together know better.
     """
     rows = {(e.parameter, e.records[0]): e for e in found if e.method == "channels"}
     left: dict[str, tuple[float, float]] = {}
@@ -525,15 +528,18 @@ def _lateness(
         if len(hit) < _FEWEST_LAGS or not f0:
             continue
         lags = [rows["phase_lag", id] for id in hit]
-        lag, error = weighted_mean([e.value for e in lags], [max(e.std_error, _LATE) for e in lags])
+        lag, error = each_beside([e.value for e in lags], [max(e.std_error, _LATE) for e in lags])
         corners = [e for id in hit if (e := rows.get(("accelerometer_corner", id)))]
         if corners:
             corner, corner_error = weighted_mean(
                 [e.value for e in corners], [e.std_error for e in corners]
             )
             lead, lead_error = expected_lead(corner, corner_error, frequency=f0)
-            lag, error = lag - lead, math.hypot(error, lead_error)
-        left |= {id: (lag - rows["channel_lag", id].value, error) for id in hit}
+            lag, error = lag - lead, np.hypot(error, lead_error)
+        left |= {
+            id: (own - rows["channel_lag", id].value, own_error)
+            for id, own, own_error in zip(hit, lag.tolist(), error.tolist(), strict=True)
+        }
     return left
 
 
@@ -599,6 +605,7 @@ def _group(
         *({name: 1.0, **changing.get(name, {})} for name in EFFECTS),
         {_beside(b, record): 1.0},
         {b.add("spring", 0.0, _SPRING): 1.0},
+        {b.own("drift", record, _DRIFT if both and record.more_files else 0.0): 1.0},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -722,8 +729,10 @@ def collisions_of(
         if usual.sum() >= max(_FEWEST, 0.5 * x.size):
             known[0] &= usual
     none = np.zeros((0, x.size))
+    first, last = impacts.time_s[[0, -1]]
+    course = (2.0 * impacts.time_s[flights.index] - first - last) / (last - first)
     return Collisions(
-        flights, x, before, after, omega2, base, float(np.median(speed)), known, np.ones(3),
+        flights, x, before, after, omega2, base, course, float(np.median(speed)), known, np.ones(3),
         (none, none, none), np.zeros((3, 0)),
     )  # fmt: skip
 
