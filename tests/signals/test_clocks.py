@@ -108,6 +108,17 @@ def test_a_base_that_beats_is_used_whole(tmp_path, depth):
     assert found is None or found[0].check != "base motion"
 
 
+@pytest.mark.parametrize("slow", [0.05, 0.15, 0.5])
+def test_a_shaker_that_starts_slowly_has_lost_no_samples(tmp_path, slow):
+    """Its phase turns as it starts; what is left is the steady part, and nothing else is said."""
+    t = np.arange(28_000) / RATE - 0.6
+    base = 1e-4 * np.where(t > 0.0, 1.0 - np.exp(-t / slow), 0.0) * np.sin(2.0 * np.pi * F * t)
+    check, begin, end = fault(tmp_path / "a.nc", base)
+    assert (check.check, check.outcome, end) == ("base motion", "ok", t.size)
+    assert 0.8 < 1.0 - np.exp(-t[begin] / slow) < 1.0
+    assert fault(tmp_path / "b.nc", base[begin:]) is None
+
+
 @pytest.mark.parametrize("at", [1 << 20, (1 << 20) - 3, 1_500_000])
 def test_a_long_displacement_is_looked_through_by_blocks(tmp_path, at):
     """A jump is found at the seam of two blocks too, in the memory of a block."""

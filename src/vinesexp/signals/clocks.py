@@ -230,6 +230,8 @@ def _errors(columns: FloatArray, rest: FloatArray) -> tuple[FloatArray, float]:
 def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Course, float] | None:
     """Phase of a driven channel, cycle by cycle, and the frequency that it is counted from.
 
+    While a base starts or stops, its phase is as unsure as its amplitude changes.
+
     Parameters
     ----------
     x : array (n,)
@@ -245,7 +247,9 @@ def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Course
     if found is None or not float(np.median(np.abs(found.first))) > 5.0 * found.noise:
         return None
     middle = found.every * (np.arange(found.phase.size) + 0.5)
-    return Course(np.asarray(middle), found.phase, found.every), found.frequency
+    level = np.abs(found.first)
+    weight = level / np.hypot(found.noise, np.gradient(level))
+    return Course(np.asarray(middle), found.phase, found.every, weight=weight), found.frequency
 
 
 def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float) -> Course | None:
@@ -388,11 +392,14 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
     if len(windows) < _FEWEST:
         return None
     moved = np.abs(sines_of_windows(windows, step, frequency)[0][:, 0])
-    moves = np.flatnonzero(moved > _STILL * float(np.quantile(moved, 0.9)))
-    begin, end = int(moves[0]), int(moves[-1]) + 1
-    # the cycle in which it is switched belongs to neither
-    begin = begin + 1 if begin > _SWITCHED else 0
-    end = end - 1 if len(windows) - end > _SWITCHED else len(windows)
+    moves = moved > _STILL * float(np.quantile(moved, 0.9))
+    full = moved > _STARTS * float(np.median(moved[moves]))
+    # a shaker takes some cycles to start; the cycle in which it is switched belongs to neither
+    begin, end = (
+        1 + int(np.argmax(full[::way])) if int(np.argmax(moves[::way])) > _SWITCHED else 0
+        for way in (1, -1)
+    )
+    end = len(windows) - end
     if (begin, end) == (0, len(windows)) or end - begin < _FEWEST:
         return None
     last = view.n if end == len(windows) else end * size * k
@@ -400,7 +407,8 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
     return _kept(view, record, begin * size * k, last, seen, ordinary=True)
 
 
-_STILL, _SWITCHED = 0.1, 2  # of its usual amplitude, below which a base is at rest; cycles
+#: Of its usual amplitude, below which a base is at rest, or starts or stops; cycles.
+_STILL, _STARTS, _SWITCHED = 0.1, 0.9, 2
 
 
 def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> Correction | None:

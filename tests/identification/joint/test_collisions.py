@@ -138,8 +138,8 @@ def collisions(pull, *, missed=0, **how):
     )  # fmt: skip
     known = np.ones((3, here.size), dtype=bool)
     return Collisions(flights, x[here], x[here - 1], x[here + 1], W**2,
-                      np.zeros((6, here.size)), np.linspace(-1.0, 1.0, here.size), 0.8, known, np.ones(3),
-                      (np.zeros((0, 1)),) * 3, np.zeros((3, 0)))  # fmt: skip
+                      np.zeros((6, here.size)), np.linspace(-1.0, 1.0, here.size), 0.8, known,
+                      np.ones(3), (np.zeros((0, 1)),) * 3, np.zeros((3, 0)))  # fmt: skip
 
 
 def as_observed(c):

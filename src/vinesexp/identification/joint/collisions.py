@@ -29,7 +29,8 @@ with the r of this impact: there the motions before and after meet if they are c
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
 displacement and a drift of it from the middle of the record to its ends, slopes whose change reads
-off by a share, velocities on either side of an impact off by a share of the jump, a displacement
+off by a share, areas of pulses that swell by a power of the speed, as faster balls touch shorter,
+velocities on either side of an impact off by a share of the jump, a displacement
 x + even x^2 + odd x^3 in the place of x, as lasers near the ends of their range show it, and
 x - beside x_e, as a sensor on the table shows it (beside = 1).
 """
@@ -56,7 +57,7 @@ Numbers = NDArray[Any]
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "beside", "spring", "drift",
+    "odd", "beside", "spring", "drift", "swells",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -143,7 +144,7 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: Numbers) -> Numbers:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (22, ..., 1).
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (23, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
@@ -151,7 +152,7 @@ class Collisions:
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
         wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:19]
-        beside, spring, drift = p[19:]
+        beside, spring, drift, swells = p[19:]
         late = late + drift * self.course
         scale = np.exp(-g_x)
 
@@ -170,7 +171,7 @@ class Collisions:
         way_before = x - x_before + late * (middle - v_previous)
         way_after = x_after - x + late * (v_next - middle)
         by_laser = here * f.jump_displacement * np.exp(-reading)
-        by_pulse = f.jump_acceleration * np.exp(-g_a)
+        by_pulse = f.jump_acceleration * np.exp(-g_a - swells * self._faster)
         of_laser, of_pulse = self._weights
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
@@ -208,7 +209,7 @@ class Collisions:
         gained = eps * (u_after - u_before)
         # in the units of the readings, whose noise it is: a gain of zero would else explain all, or
         # a ball that goes along with the mass: nothing is left of it to bounce
-        laser, pulse = np.exp(g_x), np.exp(g_a)
+        laser, pulse = np.exp(g_x), np.exp(g_a + swells * self._faster)
         plain = self._plain_speed / speed.mean(axis=-1, keepdims=True)
         return np.stack(
             [(after + own_r * before - moved) * plain,
@@ -281,6 +282,12 @@ class Collisions:
     def _plain_speed(self) -> float:
         """Mean relative speed of the ball by the stated clearance and no effect, m/s."""
         return float(np.abs(self.flights.v_before - self.flights.u_before).mean())
+
+    @cached_property
+    def _faster(self) -> FloatArray:
+        """Logarithm of the speed of each impact, by the stated clearance, over the usual one."""
+        speed = np.abs(self.flights.v_before - self.flights.u_before)
+        return np.log(np.maximum(speed / self.speed, _SLOWEST))
 
     @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray]:

@@ -66,6 +66,9 @@ _READING = 7e-4
 _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
 #: The same that two recorders drift apart by in half a record beside the slope that was taken out.
 _DRIFT = 1e-4
+#: Power of the speed with which the area of a pulse reads too large: the contact of a fast ball is
+#: shorter, and its pulse higher than one template shows it. By how much a record may differ.
+_SWELLS, _OWN_SWELLS = 0.05, 0.02
 #: The area of the pulse that a record learns is less sure than its noise alone would make it.
 _TEMPLATE = 1e-2
 _PULSE = 3.0
@@ -93,7 +96,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0, 1.0, 1e-4,
+    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0, 1.0, 1e-4, 0.1,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -606,6 +609,7 @@ def _group(
         {_beside(b, record): 1.0},
         {b.add("spring", 0.0, _SPRING): 1.0},
         {b.own("drift", record, _DRIFT if both and record.more_files else 0.0): 1.0},
+        {b.add("swells", 0.0, _SWELLS): 1.0, b.own("own swells", record, _OWN_SWELLS): 1.0},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
