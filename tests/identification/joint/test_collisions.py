@@ -282,6 +282,49 @@ def test_a_friction_is_found_though_r_changes_from_test_to_test(monkeypatch):
     assert near.at[LOCALS.index("friction")] == pytest.approx(2.0, rel=0.2)
 
 
+def quantities(**values):
+    """Local quantities: of a heavy mass and the ball of `collisions`, and `values`."""
+    p = np.zeros(len(LOCALS))
+    for name, value in ({"r": R, "b": B, "ln_eps": -30.0} | values).items():
+        p[LOCALS.index(name)] = value
+    return p[:, np.newaxis]
+
+
+def test_a_displacement_that_drifts_along_a_record_is_put_back():
+    """Two recorders drift apart by 20 us in half a record: x(t - d) in the place of x."""
+    c, drift = collisions(0.0, beat=0.6, count=60), 2e-5
+    d, f = drift * c.course, c.flights
+    x, x_before = c.x - d * f.v_before, c.x_before - d * f.v_previous
+    x_after = c.x_after - d * f.v_next
+    side = 2.0 * f.side * B
+    shown = replace(
+        c, x=x, x_before=x_before, x_after=x_after,
+        flights=replace(
+            f, v_before=f.v_before + d * W**2 * c.x,
+            u_before=(x - x_before - side) / f.time_before,
+            u_after=(x_after - x + side) / f.time_after,
+        ),
+    )  # fmt: skip
+    true, wrong, mended = (
+        one.rest(quantities(drift=by))[0] for one, by in ((c, 0.0), (shown, 0.0), (shown, drift))
+    )
+    assert np.abs(wrong - true).max() > 1e-4
+    assert np.abs(mended - true).max() < 2e-3 * np.abs(wrong - true).max()
+
+
+def test_areas_that_swell_with_the_speed_are_no_momentum():
+    """Pulses of fast balls are read 3 % too large beside those of balls half as fast."""
+    c, swells = collisions(0.0, beat=0.6, count=60), 0.045
+    f = replace(c.flights, jump_acceleration=np.linspace(0.01, 0.02, c.x.size))
+    faster = np.log(np.abs(f.v_before - f.u_before) / c.speed)
+    assert np.ptp(faster) > 0.5
+    plain = replace(c, flights=f).rest(quantities())
+    high = replace(f, jump_acceleration=f.jump_acceleration * np.exp(swells * faster))
+    found = replace(c, flights=high).rest(quantities(swells=swells))
+    assert found[2] == pytest.approx(plain[2] * np.exp(swells * faster), rel=1e-12)
+    assert found[:2] == pytest.approx(plain[:2], abs=1e-15)
+
+
 def test_a_sensor_on_the_table_lacks_the_base_in_all_places_and_velocities():
     c = collisions(0.0)
     rng = np.random.default_rng(8)
