@@ -193,3 +193,18 @@ def test_exchanged_laser_and_accelerometer_are_refused_where_impacts_tell(
     path = stored(tmp_path / "v.nc", {**channels, **other})
     with open_record(path) as view, pytest.raises(RecordError, match="exchange their columns"):
         agreement_of(view, frequency=F0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mass_held_before_its_release_is_not_taken_for_an_ac_coupling(tmp_path, seed):
+    """The integral from the hold on hardly changes after it, and goes with noise as any line."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(120_000) / RATE - rng.uniform(0.3, 0.5)
+    w, swing = 2.0 * np.pi * 5.19, 1.0 / (0.15 + 0.28e-2 * 2.0 * np.pi * 5.19 * np.maximum(t, 0.0))
+    x = 1e-3 * swing * np.cos(w * np.maximum(t, 0.0))
+    noise = np.stack([8e-6, 0.05] * rng.standard_normal((t.size, 2)), axis=1)
+    held = {
+        "displacement": x + noise[0],
+        "acceleration": np.where(t > 0.0, -(w**2) * x, 0.0) + noise[1],
+    }
+    assert mended(held, tmp_path, "ringdown")[1] == []

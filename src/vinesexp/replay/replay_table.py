@@ -1,8 +1,8 @@
 """replay.csv: every record beside its replays, number by number, and where they differ.
 
-Replays fall into groups by their regime. A record is compared with the group of its own regime
-where there is one, else with the nearest: which start it had is unknown. Measured and replayed
-motion are compared by the same functions.
+Replays fall into groups by their regime. A record is compared with the nearest: which start it had
+is unknown, and motions that have not settled bear this name or that. Measured and replayed motion
+are compared by the same functions.
 """
 
 from __future__ import annotations
@@ -258,7 +258,7 @@ def compared(
     still = per_cycle is not None and per_cycle < _STILL and len(record.clearance) == 1
     regime = _NO_IMPACT if still and row["regime"] else row.get("regime", "")
     moving = bool(per_cycle) and not still
-    groups = _groups(record, regime if steady else _VARYING, found, moving=moving, whole=near)
+    groups = _groups(record, found, steady=steady, moving=moving, whole=near)
     decisive = DECISIVE[record.test]
 
     def of(
@@ -292,14 +292,13 @@ def compared(
 
 
 def _groups(
-    record: Record, regime: str, found: Sequence[Measures], *, moving: bool, whole: bool
+    record: Record, found: Sequence[Measures], *, steady: bool, moving: bool, whole: bool
 ) -> list[list[Measures]]:
     """Replays that are alike; without those whose ball rests where the record's did not.
 
-    Periodic replays are alike by their regime, and those of the record's own count alone where
-    there are any; motions whose amplitude varies are one distribution, since where it is chaotic
-    a record may bear this name or that. A release depends on where the ball lay: each replay is
-    its own. A sweep goes through many regimes: its replays are one distribution.
+    Periodic replays are alike by their regime; motions whose amplitude varies are one distribution,
+    which a record whose own varies is of, and no other. A release depends on where the ball lay:
+    each replay is its own. A sweep goes through many regimes: its replays are one distribution.
     """
     meeting = [one for one in found if one.impacts_per_cycle >= _STILL]
     if moving and meeting:
@@ -311,8 +310,8 @@ def _groups(
     by_regime: dict[str, list[Measures]] = {}
     for one in found:
         by_regime.setdefault(one.regime if one.steady else _VARYING, []).append(one)
-    own = by_regime.get(regime)
-    return [own] if own else list(by_regime.values())
+    alike = [own for name, own in by_regime.items() if (name != _VARYING) == steady]
+    return alike or list(by_regime.values())
 
 
 def _number(

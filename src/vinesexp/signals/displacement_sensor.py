@@ -142,13 +142,13 @@ def _of_release(view: RecordView, frequency: float) -> float | None:
     """
     _, step, (x,) = coarse_channels(view, frequency, _POINTS, _DISPLACEMENT)
     k = max(1, round(1.0 / (step * frequency)))
-    middle, total = block_means(x, k), np.cumsum(x) * step
-    total = total[: middle.size * k].reshape(-1, k).mean(axis=1)
+    middle = block_means(x, k)
     size = 0.5 * np.ptp(x[: middle.size * k].reshape(-1, k), axis=1)
     if middle.size < _FEWEST:
         return None
     first = int(np.argmax(size))
-    middle, total = middle[first + 1 :], total[first + 1 :]
+    total = np.cumsum(x[first * k : middle.size * k]) * step  # of a mass that is held, y is 0
+    middle, total = middle[first + 1 :], total.reshape(-1, k).mean(axis=1)[1:]
     line = np.stack([np.ones(middle.size), total], axis=1)
     (release, w), rest, _, _ = np.linalg.lstsq(line, middle)
     explained = rest.size and rest[0] < _LEFT * float(((middle - middle.mean()) ** 2).sum())
