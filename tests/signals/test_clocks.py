@@ -111,7 +111,7 @@ def test_a_base_that_beats_is_used_whole(tmp_path, depth):
 @pytest.mark.parametrize("slow", [0.05, 0.15, 0.5])
 def test_a_shaker_that_starts_slowly_has_lost_no_samples(tmp_path, slow):
     """Its phase turns as it starts; what is left is the steady part, and nothing else is said."""
-    t = np.arange(28_000) / RATE - 0.6
+    t = np.arange(28_000) / RATE - 0.2
     base = 1e-4 * np.where(t > 0.0, 1.0 - np.exp(-t / slow), 0.0) * np.sin(2.0 * np.pi * F * t)
     check, begin, end = fault(tmp_path / "a.nc", base)
     assert (check.check, check.outcome, end) == ("base motion", "ok", t.size)

@@ -396,7 +396,7 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
     full = moved > _STARTS * float(np.median(moved[moves]))
     # a shaker takes some cycles to start; the cycle in which it is switched belongs to neither
     begin, end = (
-        1 + int(np.argmax(full[::way])) if int(np.argmax(moves[::way])) > _SWITCHED else 0
+        1 + int(np.argmax(full[::way])) if not moves[::way][0] else 0
         for way in (1, -1)
     )
     end = len(windows) - end
@@ -407,8 +407,8 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
     return _kept(view, record, begin * size * k, last, seen, ordinary=True)
 
 
-#: Of its usual amplitude, below which a base is at rest, or starts or stops; cycles.
-_STILL, _STARTS, _SWITCHED = 0.1, 0.9, 2
+#: Of its usual amplitude, below which a base is at rest, or starts or stops.
+_STILL, _STARTS = 0.1, 0.9
 
 
 def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> Correction | None:
