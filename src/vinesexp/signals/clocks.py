@@ -395,10 +395,7 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
     moves = moved > _STILL * float(np.quantile(moved, 0.9))
     full = moved > _STARTS * float(np.median(moved[moves]))
     # a shaker takes some cycles to start; the cycle in which it is switched belongs to neither
-    begin, end = (
-        1 + int(np.argmax(full[::way])) if not moves[::way][0] else 0
-        for way in (1, -1)
-    )
+    begin, end = (1 + int(np.argmax(full[::way])) if not moves[::way][0] else 0 for way in (1, -1))
     end = len(windows) - end
     if (begin, end) == (0, len(windows)) or end - begin < _FEWEST:
         return None

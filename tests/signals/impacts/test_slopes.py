@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import signal
 from tests.signals.contacts import coarsen, struck
 
 from vinesexp.signals.impacts.slopes import Forced, bent_forces, forced_motion, slope_changes
@@ -97,3 +98,32 @@ def test_the_bend_of_the_displacement_shows_when_an_impact_was():
     rest = found.shift + off
     assert np.nanstd(rest) < 0.2 * off.std()
     assert 0.5 < np.nanstd(rest / found.shift_error) < 2.0
+
+
+@pytest.mark.parametrize("noise", [1e-8, 2e-6])
+def test_jumps_behind_a_low_pass_that_looks_like_a_delay_are_whole(noise):
+    """Of first order at 300 Hz: the kinks are round, and the jumps were 0.5 % too small."""
+    rate, late = 5000.0, 1.0 / (2.0 * np.pi * 300.0)
+    t = np.arange(-200, round(8.0 * rate)) / rate
+    times = np.arange(0.51, 7.5, 0.47 / F)
+    jumps = JUMP * np.where(np.arange(times.size) % 2, -1.0, 1.0)
+    fine = t[0] + np.arange(20 * t.size) / (20.0 * rate)
+    x = 5e-3 * np.cos(W * fine) + struck(fine, times, jumps, w=W)
+    seen = signal.lfilter(*signal.bilinear([1.0], [late, 1.0], 20.0 * rate), x)[::20][200:]
+    coarse = coarsen(seen + noise * np.random.default_rng(2).standard_normal(seen.size), rate, F)
+    lag = np.arctan(W * late) / W  # by the phase of the oscillation
+
+    def off(**known):
+        found = slope_changes(replace(coarse, **known), times + lag, jumps, frequency=F)
+        return abs(float(np.nanmean(found.jump / jumps)) - 1.0)
+
+    assert off() > 4e-3
+    assert off(late=lag) < (1e-3 if noise < 1e-6 else 3e-3)
+
+
+@pytest.mark.parametrize("late", [2e-4, 5e-4, 1e-3])
+def test_a_pure_delay_is_not_taken_for_a_low_pass(late):
+    x, _, times, jumps = displacement(0.0)
+    coarse = coarsen(x + 1e-7 * np.random.default_rng(2).standard_normal(x.size), RATE, F)
+    found = slope_changes(replace(coarse, late=late), times, jumps, frequency=F)
+    assert abs(float(np.nanmean(found.jump / jumps)) - 1.0) < 1e-3

@@ -339,6 +339,7 @@ def _by_pulses(
         return found, slopes, 1.0
     x = coarse_displacement(record, motion)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
+    x = replace(x, late=max(lag, 0.0))
     knocked = np.zeros(found.time.size, dtype=bool)
     if len(clearance) == 1:
         knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)

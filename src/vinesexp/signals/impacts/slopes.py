@@ -31,6 +31,7 @@ _WINDOW = 0.35  # periods on either side of an impact; a longer one would hold t
 #: First guess of the oscillator's damping ratio, its standard error, and by how much of its own
 #: frequency the drive may be off.
 _DAMPING, _DAMPING_ERROR, _DETUNING_ERROR = 0.01, 0.01, 0.02
+_PROMPT, _ROUND = 1e-6, 0.5  # s: least lateness; share of it that is a low-pass, and its error
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record and beside gaps
 _LEAST = 6  # points to either side
 _AREA = 0.15  # share by which the area of a pulse may be off
@@ -45,12 +46,16 @@ class JumpResponse:
     """How the displacement answers a jump: exp(-rate s) sin(w_free s)/w_free.
 
     `w` is that of the oscillation around it, rad/s; `w_free` (None: the same) and `rate` (1/s) are
-    the oscillator's own; `common` is the relative error that they leave to all jumps alike.
+    the oscillator's own; `late`, s, is that of a sensor and `round` the share of it that is a
+    low-pass of first order, the rest a delay; `common` is the relative error that they leave to all
+    jumps alike.
     """
 
     w: float
     w_free: float | None = None
     rate: float = 0.0
+    late: float = 0.0
+    round: float = 0.0
     common: float = 0.0
 
     def bend(self, s: FloatArray, step: float) -> FloatArray:
@@ -58,8 +63,8 @@ class JumpResponse:
         w = self.w_free or self.w
         late = np.maximum(s, 0.0)
         value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
-        inside = np.abs(s) < 0.5 * step
-        return np.where(inside, (s + 0.5 * step) ** 2 / (2.0 * step), value)
+        kink = np.where(np.abs(s) < 0.5 * step, (s + 0.5 * step) ** 2 / (2.0 * step), value)
+        return kink + self.round * rounded(s, step, self.late) if self.round else kink
 
     def since(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity s after a unit jump."""
@@ -67,6 +72,21 @@ class JumpResponse:
         fall = np.exp(-self.rate * s)
         x = fall * np.sin(w * s) / w
         return x, fall * np.cos(w * s) - self.rate * x
+
+
+def rounded(s: FloatArray, step: float, late: float) -> FloatArray:
+    """What a low-pass of first order adds to a unit kink, averaged over `step`.
+
+    As late as it makes slow motions, the output is x + late exp(-(s + late)/late) after the kink,
+    and begins to bend by as much before it.
+    """
+
+    def area(s: FloatArray) -> FloatArray:
+        s = np.maximum(s, -late)
+        tail = 0.5 - np.exp(-(s + late) / late)
+        return np.asarray(0.5 * np.minimum(s, 0.0) ** 2 + late**2 * tail)
+
+    return (area(s + 0.5 * step) - area(s - 0.5 * step)) / step
 
 
 def smooth(s: FloatArray, w: float, *, full: bool) -> tuple[FloatArray, FloatArray]:
@@ -109,7 +129,8 @@ class Coarse:
     """Displacement as block means: `step` s apart, the first centred on `start` s.
 
     `missing` says which of them the sensor did not show; the values there are no measurement.
-    `forced` is what may move the mass beside its sine.
+    `forced` is what may move the mass beside its sine. By `late`, s, the sensor is late; that may
+    be a delay, or a low-pass.
     """
 
     values: FloatArray
@@ -117,6 +138,7 @@ class Coarse:
     start: float
     missing: BoolArray | None = None
     forced: tuple[Forced, ...] = ()
+    late: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -275,7 +297,7 @@ def slope_changes(
     True
     """
     k = times.size
-    response = JumpResponse(2.0 * math.pi * frequency)
+    response = JumpResponse(2.0 * math.pi * frequency, late=max(x.late, _PROMPT))
     out = SlopeChanges(*(np.full(k, np.nan) for _ in range(7)))
     half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
@@ -303,7 +325,7 @@ def slope_changes(
             if response.w_free is None:
                 # The longest windows there are show how the oscillator answers; twice converges.
                 for _ in range(2):
-                    response = _refined(windows, response)
+                    response = _refined(windows, response, x.step)
                     windows = _windows(x, response, *where)
             _solve(windows, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
@@ -398,8 +420,8 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
     return np.asarray(values - (values @ q) @ q.T)
 
 
-def _refined(windows: _Windows, response: JumpResponse) -> JumpResponse:
-    """Free frequency and decay as all windows together show them, from a wide first guess."""
+def _refined(windows: _Windows, response: JumpResponse, step: float) -> JumpResponse:
+    """Free frequency, decay and how round, as all windows together show them, from wide guesses."""
     bent = _out(windows.bend, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
     samples = _out(windows.samples, windows.q)
@@ -414,6 +436,7 @@ def _refined(windows: _Windows, response: JumpResponse) -> JumpResponse:
     for change in (
         -late * fall * np.sin(w * late),
         late * fall * np.cos(w * late) - fall * np.sin(w * late) / w,
+        rounded(windows.s, step, response.late),
     ):
         column = _out(change, windows.q)
         share = (column * bent).sum(axis=1, keepdims=True) / norm
@@ -422,13 +445,19 @@ def _refined(windows: _Windows, response: JumpResponse) -> JumpResponse:
     basis, share_of = np.stack(columns, axis=1), np.array(shares)
     freedom = rest.shape[1] - windows.q.shape[1] - 1
     noise = float((rest**2).sum()) / (rest.shape[0] * freedom)
-    guess = np.array([_DAMPING * response.w - response.rate, response.w - w])
-    weight = np.diag(noise / (np.array([_DAMPING_ERROR, _DETUNING_ERROR]) * response.w) ** 2)
+    guess = np.array([
+        _DAMPING * response.w - response.rate, response.w - w, _ROUND - response.round
+    ])  # fmt: skip
+    width = np.array([_DAMPING_ERROR * response.w, _DETUNING_ERROR * response.w, _ROUND])
+    weight = np.diag(noise / width**2)
     normal = basis.T @ basis + weight
     change = np.linalg.solve(normal, basis.T @ rest.ravel() + weight @ guess)
     covariance = noise * np.linalg.inv(normal)
     common = float(np.sqrt(share_of @ covariance @ share_of))
-    return JumpResponse(response.w, w + float(change[1]), response.rate + float(change[0]), common)
+    rate, free, share = np.array([response.rate, w, response.round]) + change
+    return replace(
+        response, w_free=float(free), rate=float(rate), round=float(share), common=common
+    )
 
 
 def _solve(
