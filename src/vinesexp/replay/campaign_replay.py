@@ -36,11 +36,13 @@ from vinesexp.replay.replay_table import (
     decay_time,
     is_steady,
     measures_of,
+    settled,
 )
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.signals.steady_part import from_rest
 from vinesexp.theory.regime_definitions import Regime
 
 _MOST = 60_000_000  # samples of a record
@@ -277,6 +279,7 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
         x = view.read("displacement", free, free + _MOST)
         time, amplitude = cycle_amplitudes(x, rate, f)
         length = (view.n - free) / rate
+        begins = view.start + free / rate
     known = np.isfinite(amplitude)
     if not known.any():
         return None
@@ -288,7 +291,10 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
     states: list[Begun | None] = []
     if record.clearance and record.test in ("periodic", "transient"):
         impacts = read_impacts(paths.impacts(record.id))
+        impacts = replace(impacts, time_s=impacts.time_s - begins)
         states.append(begun(impacts, record.clearance))
+        if record.test == "periodic" and states[0] is None and from_rest(amplitude[known]):
+            states = [released(impacts, record.clearance, x0=x0)]
         if record.test == "transient":  # whose decay is counted from its first cycle
             let_go = _from(record, amplitude[known], x0)
             states = [one for one in states if one is not None and one.time < 1.0 / f]
@@ -344,6 +350,9 @@ def _replayed(
     frequency = seen.frequency
     if drive.base is not None and base is not None and base.frequency is not None:
         frequency = base.frequency.value
+    counted = None
+    if record.test == "periodic":
+        counted = seen.length - settled(seen.time, seen.amplitude, seen.length)
     found = [
         measures
         for one in replays(
@@ -356,7 +365,9 @@ def _replayed(
             states=seen.states,
             still=still,
         )
-        for measures in measures_of(one, test=record.test, frequency=frequency, apart=apart)
+        for measures in measures_of(
+            one, test=record.test, frequency=frequency, apart=apart, counted=counted
+        )
     ]
     if not share:
         return found

@@ -19,7 +19,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import REPLAY, REPLAY_CYCLES
 from vinesexp.records.stored.tables import Row, Value, write_rows
-from vinesexp.replay.motions import Replayed
+from vinesexp.replay.motions import AS_RECORDED, Replayed
 from vinesexp.signals.means import cycle_amplitudes, time_to_level
 from vinesexp.signals.steady_part import steady_part
 from vinesexp.theory.regime_definitions import BY_FREQUENCY, Regime, activation_spells, regime_of
@@ -118,8 +118,21 @@ def decay_time(time: FloatArray, amplitude: FloatArray) -> float:
     return time_to_level(time[first:], amplitude[first:], level) - float(time[first])
 
 
+def settled(time: FloatArray, amplitude: FloatArray, length: float) -> float:
+    """When the response of a periodic test begins, s: as in regimes.csv, without its start."""
+    begin = _SETTLING * length
+    judged = time[time >= begin]
+    first = steady_part(amplitude[time >= begin]).first if judged.size else 0
+    return 0.5 * float(judged[first - 1] + judged[first]) if first else begin
+
+
 def measures_of(
-    replayed: Replayed, *, test: str, frequency: float, apart: bool = True
+    replayed: Replayed,
+    *,
+    test: str,
+    frequency: float,
+    apart: bool = True,
+    counted: float | None = None,
 ) -> list[Measures]:
     """The numbers of one replay, of each stretch of it that is as long as the record.
 
@@ -132,22 +145,31 @@ def measures_of(
     apart : bool
         Whether each ball has a regime of its own; else all impacts are judged together, as in a
         record whose impacts could not be attributed.
+    counted : float, optional
+        How long before its end the record's own response begins, s: where a replay begins as the
+        record did, the same cycles of both count.
     """
-    return [_of_stretch(replayed, begin, test, frequency, apart) for begin in replayed.begins]
+    return [
+        _of_stretch(replayed, begin, test, frequency, apart, counted) for begin in replayed.begins
+    ]
 
 
 def _of_stretch(
-    replayed: Replayed, begin: float, test: str, frequency: float, apart: bool
+    replayed: Replayed,
+    begin: float,
+    test: str,
+    frequency: float,
+    apart: bool,
+    counted: float | None,
 ) -> Measures:
     rate = _POINTS * frequency
     n = int(replayed.length * rate)
     x, _ = replayed.motion.at(begin + np.arange(n) / rate)
     time, amplitude = cycle_amplitudes(x, rate, frequency)
-    settling = _SETTLING * replayed.length if test == "periodic" else 0.0
+    settling = settled(time, amplitude, replayed.length) if test == "periodic" else 0.0
+    if counted is not None and replayed.start == AS_RECORDED:
+        settling = max(replayed.length - counted, 0.0)
     steady = amplitude[time >= settling]
-    if test == "periodic" and steady.size and (first := steady_part(steady).first):
-        settling = float(time[time >= settling][first]) - 0.5 / frequency
-        steady = steady[first:]
     mean = float(steady.mean()) if steady.size else float("nan")
     driven = test in ("periodic", "sweep")
     fallen = float("nan") if driven else decay_time(time, amplitude)
@@ -297,8 +319,9 @@ def _groups(
     """Replays that are alike; without those whose ball rests where the record's did not.
 
     Periodic replays are alike by their regime; motions whose amplitude varies are one distribution,
-    which a record whose own varies is of, and no other. A release depends on where the ball lay:
-    each replay is its own. A sweep goes through many regimes: its replays are one distribution.
+    which a record whose own varies is of, and no other. One that begins as the record shows alone
+    how a steady one got there. A release depends on where the ball lay: each replay is its own. A
+    sweep goes through many regimes: its replays are one distribution.
     """
     meeting = [one for one in found if one.impacts_per_cycle >= _STILL]
     if moving and meeting:
@@ -307,11 +330,14 @@ def _groups(
         return [list(found)]
     if record.test != "periodic":
         return [[one] for one in found]
-    by_regime: dict[str, list[Measures]] = {}
-    for one in found:
-        by_regime.setdefault(one.regime if one.steady else _VARYING, []).append(one)
-    alike = [own for name, own in by_regime.items() if (name != _VARYING) == steady]
-    return alike or list(by_regime.values())
+    groups: dict[str, list[Measures]] = {}
+    for i, one in enumerate(found):
+        name = one.regime if one.steady else _VARYING
+        if steady and one.start == AS_RECORDED:
+            name = f"{AS_RECORDED}, {i}"
+        groups.setdefault(name, []).append(one)
+    alike = [own for name, own in groups.items() if (name != _VARYING) == steady]
+    return alike or list(groups.values())
 
 
 def _number(
