@@ -26,7 +26,14 @@ from vinesexp.replay.motions import (
     released,
     replays,
 )
-from vinesexp.replay.replay_table import Measures, compared, decay_time, measures_of, replay_checks
+from vinesexp.replay.replay_table import (
+    Measures,
+    compared,
+    decay_time,
+    measures_of,
+    replay_checks,
+    settled,
+)
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, write_impacts
 from vinesexp.signals.means import cycle_amplitudes
@@ -62,7 +69,8 @@ def motion_of(record: Record, values=TABLE_2, duration=30.0, settle=20.0):
         count = regime_of(hits["time"], hits["side"], period=1 / F, start=settle + 0.2 * duration,
                           end=settle + duration)  # fmt: skip
         row |= {"regime": count.regime.value, "impacts_per_cycle": count.impacts_per_cycle}
-    row["amplitude_mean_m"] = float(swing[time > 0.2 * duration].mean())
+    begin = settled(time, swing, duration) if record.test == "periodic" else 0.2 * duration
+    row["amplitude_mean_m"] = float(swing[time > begin].mean())
     return x, impacts_in(motion, settle), row
 
 
@@ -79,19 +87,27 @@ def impacts_in(motion, since: float) -> Impacts:
     return Impacts(**columns)
 
 
-def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2, effects=()):
+def replayed(
+    folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2, effects=(),
+    first=0.0, **how,
+):  # fmt: skip
+    """Rows of replay.csv of records whose first sample is that of the time `first`, s."""
     regimes, paths = [], ResultPaths(folder)
     for record in records:
-        x, impacts, row = motion_of(record, truth)
-        write_impacts(paths.impacts(record.id), impacts)
+        x, impacts, row = motion_of(record, truth, **how)
+        write_impacts(paths.impacts(record.id), replace(impacts, time_s=impacts.time_s + first))
         regimes.append(row)
+        shown = {"displacement": x}
+        if how:
+            t = how["settle"] + np.arange(x.size) / RATE
+            shown["base"] = G * np.sin(2.0 * np.pi * F * t)
         for path in (paths.conditioned(record.id), paths.record(record.id)):
             path.parent.mkdir(parents=True, exist_ok=True)
             with RecordWriter(
-                path, sample_rate=RATE, quantities={"displacement": "displacement"},
-                attributes={"oscillation_hz": F},
+                path, sample_rate=RATE, start=first,
+                quantities=dict.fromkeys(shown, "displacement"), attributes={"oscillation_hz": F},
             ) as writer:  # fmt: skip
-                writer.append({"displacement": x})
+                writer.append(shown)
     known = Known(nes_mass=(Quantity(0.032),))
     campaign = Campaign(folder, "c", "C", known, {}, None, None, None, tuple(records))
     rows = [
@@ -156,6 +172,20 @@ def test_another_rig_does_not(tmp_path, wrong, record, words):
     (check,) = replay_checks(rows)
     assert (check.record, check.check, check.outcome) == (record.id, "replay", "warning")
     assert re.match(f"the identified rig does not reproduce this record: {words}", check.detail)
+
+
+@pytest.mark.parametrize("first", [0.0, 0.8624])
+def test_the_start_of_a_test_is_replayed_as_it_was(tmp_path, first):
+    """Also where the record was cut, so that its first sample is not that of the time 0."""
+    slow = TABLE_2 | {"c1": 0.3}  # whose start lasts 30 s
+    rows, _ = replayed(
+        tmp_path, [periodic(20.0)], truth=slow, identified=slow, first=first, settle=0.0,
+        duration=10.0,
+    )  # fmt: skip
+    amplitude = next(row for row in rows if row.quantity == "amplitude")
+    assert amplitude.outcome == "ok"
+    assert abs(amplitude.deviation) < 0.01
+    assert amplitude.starts.startswith("1 of ")
 
 
 def test_a_record_shows_how_it_begins():
