@@ -66,7 +66,7 @@ DEAR, CHATTER, LITTLE, EDGE = 5.0, 6.0, 0.01, 4
 PERCENTILE = 90.0
 #: Draws of the weights of the starts with which the error of a value is found.
 RESAMPLED = 100
-#: No draw is farther from another than so many of its standard errors, or so.
+#: Standard errors of one draw within which all others are.
 DRAWN = 10.0
 #: Evenly spread starts tell as much as so many times as many independent ones: the standard error
 #: of a mean or a share is 0.5 to 0.8 times theirs (docs/decisions.md).
