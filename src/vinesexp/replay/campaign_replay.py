@@ -42,7 +42,6 @@ from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.means import cycle_amplitudes
-from vinesexp.signals.steady_part import from_rest
 from vinesexp.theory.regime_definitions import Regime
 
 _MOST = 60_000_000  # samples of a record
@@ -293,8 +292,8 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
         impacts = read_impacts(paths.impacts(record.id))
         impacts = replace(impacts, time_s=impacts.time_s - begins)
         states.append(begun(impacts, record.clearance))
-        if record.test == "periodic" and states[0] is None and from_rest(amplitude[known]):
-            states = [released(impacts, record.clearance, x0=x0)]
+        if record.test == "periodic" and states[0] is None:
+            states = [released(impacts, record.clearance, x0=x0, v0=v0)]
         if record.test == "transient":  # whose decay is counted from its first cycle
             let_go = _from(record, amplitude[known], x0)
             states = [one for one in states if one is not None and one.time < 1.0 / f]

@@ -145,8 +145,10 @@ def begun(impacts: Impacts, clearance: Sequence[float]) -> Begun | None:
     return next((one for one in states if one is not None), None)
 
 
-def released(impacts: Impacts, clearance: Sequence[float], *, x0: float) -> Begun | None:
-    """How a release begins: the mass at x0, m, and each ball at rest where a wall first meets it.
+def released(
+    impacts: Impacts, clearance: Sequence[float], *, x0: float, v0: float = 0.0
+) -> Begun | None:
+    """How a record begins whose balls lie at rest where a wall first meets them.
 
     None where the record shows no impact of a ball.
 
@@ -155,7 +157,8 @@ def released(impacts: Impacts, clearance: Sequence[float], *, x0: float) -> Begu
     impacts : Impacts
     clearance : sequence of float
         Of each ball, m.
-    x0 : float
+    x0, v0 : float
+        Of the mass, m and m/s.
     """
     number = np.ones_like(impacts.nes) if len(clearance) == 1 else impacts.nes
     y = []
@@ -164,7 +167,7 @@ def released(impacts: Impacts, clearance: Sequence[float], *, x0: float) -> Begu
         if not own.size:
             return None
         y.append(float(impacts.x_m[own[0]] - b * impacts.side[own[0]]))
-    return Begun(0.0, x0, 0.0, tuple(y), (0.0,) * len(y))
+    return Begun(0.0, x0, v0, tuple(y), (0.0,) * len(y))
 
 
 def _state(
