@@ -202,7 +202,8 @@ def _aliased(scene: Scene, rng: np.random.Generator) -> Scene:
 
 
 def _filtered(scene: Scene, rng: np.random.Generator) -> Scene:
-    short = scene.with_sensors(rate=1e4).with_bodies(lambda body: replace(body, contact=1.5e-4))
+    steel = {"contact": 3e-4, "shorter": 0.2}  # seconds at the working speed; Hertz
+    short = scene.with_sensors(rate=1e4).with_bodies(lambda body: replace(body, **steel))
     return short.mapped(lambda t: t.suffers("filtered", 2.0))
 
 

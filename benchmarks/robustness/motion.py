@@ -3,7 +3,7 @@
 A step of fourth order leaves 1e-13 of the amplitude; an event is bisected on the step itself until
 its time is known to 1e-12 s. Between events the ball flies, slides on the floor in one direction,
 rests on the floor, or rests against a wall. A finite contact is a spring with a dashpot in the
-wall, its period and loss chosen for the contact's duration and restitution.
+wall, its period and loss chosen for the contact's duration, at its speed, and restitution.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def move(
             body.quadratic, body.coulomb, body.cubic, k_c, c_c, b if b is not None else 1e9,
             drive.amplitude, w, drive.amplitude * drive.second_share,
             2.0 * math.pi * drive.second_frequency, body.roll, body.pull,
-            math.pi * drive.drift, k_other, c_other, body.drag,
+            math.pi * drive.drift, k_other, c_other, body.drag, body.shorter, 0.0, 0.0,
         ]
     )  # fmt: skip
     if b is None:
@@ -151,8 +151,7 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         force += m * p[7] * sign
     if mode == _CONTACT:
         depth = sign * (x - s[2]) - p[14]
-        k_c, c_c = (p[12], p[13]) if sign > 0.0 else (p[22], p[23])
-        push = k_c * depth + c_c * sign * (v - u)
+        push = p[26] * depth + p[27] * sign * (v - u)
         force -= sign * push
         ball += sign * push / m
     if p[19] != 0.0 and mode == _FLY:  # the floor takes the ball along
@@ -266,7 +265,10 @@ def _after(t, s, mode, sign, p, k, hits, count):  # type: ignore[no-untyped-def]
         return _SLIDE, (-1.0 if k[0, 1] - p[8] > 0.0 else 1.0), count
     side = 1.0 if apart > 0.0 else -1.0
     before = side * (s[1] - s[3])
-    if p[12] > 0.0:
+    if p[12] > 0.0:  # of a fast ball a shorter one
+        faster = max(before / WORKING_SPEED, 1e-3) ** p[25]
+        k_c, c_c = (p[12], p[13]) if side > 0.0 else (p[22], p[23])
+        p[26], p[27] = k_c * faster**2, c_c * faster
         return _CONTACT, side, count
     s[2] = s[0] - side * (p[14] - 1e-14)
     r = (p[4] if side > 0.0 else p[5]) + p[6] * (before - WORKING_SPEED)

@@ -22,7 +22,8 @@ class Body:
     r_slope : change of r per m/s of relative speed, around `WORKING_SPEED`.
     friction : mu g of the ball on its floor, m/s^2.
     tilt : acceleration along the cavity that its slope gives the ball, m/s^2.
-    contact : duration of a contact, s; 0: an instant.
+    contact : duration of a contact at the working speed, s; 0: an instant.
+    shorter : power of the speed by which it is shorter: 1/5 of a ball on a plane.
     quadratic, coulomb, cubic : forces quadratic v |v|, coulomb sign(v), cubic x^3.
     roll : share of the floor's acceleration that a ball takes which rolls and does not slip: 2/7
         of a solid one.
@@ -40,6 +41,7 @@ class Body:
     friction: float = 0.0
     tilt: float = 0.0
     contact: float = 0.0
+    shorter: float = 0.0
     quadratic: float = 0.0
     coulomb: float = 0.0
     cubic: float = 0.0

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import stdtrit
 
-from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate
 from vinesexp.units import COVERAGE_95
 
@@ -39,31 +38,6 @@ def weighted_mean(values: Sequence[float], errors: Sequence[float]) -> tuple[flo
     >>> round(value, 3), error > 0.1
     (4.8, True)
     """
-    value, error, _ = _with_scatter(values, errors)
-    return value, error
-
-
-def each_beside(values: Sequence[float], errors: Sequence[float]) -> tuple[FloatArray, FloatArray]:
-    """The true values behind estimates of what should be one quantity, and their standard errors.
-
-    The common mean, and where the estimates scatter by more than their errors, as much of what each
-    is off by as that scatter makes likely.
-
-    Examples
-    --------
-    >>> each_beside([1.0, 1.1, 0.9], [0.1, 0.1, 0.1])[0].tolist()  # no more than their errors
-    [1.0, 1.0, 1.0]
-    >>> [round(v, 3) for v in each_beside([1.0, 2.0, 3.0], [0.1, 0.1, 0.1])[0].tolist()]
-    [1.01, 2.0, 2.99]
-    """
-    value, error, more = _with_scatter(values, errors)
-    v, e = np.asarray(values, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    own = more**2 / (more**2 + e**2)
-    return value + own * (v - value), np.hypot((1.0 - own) * error, np.sqrt(own) * e)
-
-
-def _with_scatter(values: Sequence[float], errors: Sequence[float]) -> tuple[float, float, float]:
-    """Mean, its standard error, and the further error of each with which they agree."""
     v = np.asarray(values, dtype=np.float64)
     e = np.maximum(np.asarray(errors, dtype=np.float64), _ROUNDING * np.abs(v) + 1e-300)
     freedom = v.size - 1
@@ -81,10 +55,10 @@ def _with_scatter(values: Sequence[float], errors: Sequence[float]) -> tuple[flo
 
     value, error, chi2 = mean(0.0)
     if not freedom or chi2 <= freedom + 1.64 * math.sqrt(2.0 * freedom) + 1.0:
-        return value, error, 0.0
+        return value, error
     more = float(brentq(lambda tau: mean(tau)[2] - freedom, 0.0, 2.0 * float(np.ptp(v))))
     value, error, _ = mean(more)
-    return value, error * max(1.0, float(stdtrit(freedom, 0.975)) / COVERAGE_95), more
+    return value, error * max(1.0, float(stdtrit(freedom, 0.975)) / COVERAGE_95)
 
 
 def mean_of(estimates: Sequence[Estimate], *, method: str) -> Estimate:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.identification.average import each_beside, weighted_mean
+from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import FIRST_SWING, INTEGRATED, Estimate
 from vinesexp.identification.flights import Flights, flights_of
@@ -517,9 +517,8 @@ def _lateness(
 ) -> dict[str, tuple[float, float]]:
     """Lateness that is left in the displacement of each record, s, and its standard error.
 
-    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, or
-    lags that scatter about one where recorders have clocks of their own, and their accelerometer
-    one corner or none, which all records together know better.
+    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, and
+    their accelerometer one corner or none, which all records together know better.
     """
     rows = {(e.parameter, e.records[0]): e for e in found if e.method == "channels"}
     left: dict[str, tuple[float, float]] = {}
@@ -531,18 +530,15 @@ def _lateness(
         if len(hit) < _FEWEST_LAGS or not f0:
             continue
         lags = [rows["phase_lag", id] for id in hit]
-        lag, error = each_beside([e.value for e in lags], [max(e.std_error, _LATE) for e in lags])
+        lag, error = weighted_mean([e.value for e in lags], [max(e.std_error, _LATE) for e in lags])
         corners = [e for id in hit if (e := rows.get(("accelerometer_corner", id)))]
         if corners:
             corner, corner_error = weighted_mean(
                 [e.value for e in corners], [e.std_error for e in corners]
             )
             lead, lead_error = expected_lead(corner, corner_error, frequency=f0)
-            lag, error = lag - lead, np.hypot(error, lead_error)
-        left |= {
-            id: (own - rows["channel_lag", id].value, own_error)
-            for id, own, own_error in zip(hit, lag.tolist(), error.tolist(), strict=True)
-        }
+            lag, error = lag - lead, math.hypot(error, lead_error)
+        left |= {id: (lag - rows["channel_lag", id].value, error) for id in hit}
     return left
 
 
