@@ -305,7 +305,7 @@ _ALL = [
     _every("records of 1.5 s", "short", _short),
     _every("knocks", "knocks", _suffer("knocks", 6.0, kinds=_BALLS)),
     _every("aliased accelerometer", "alias", _aliased),
-    _every("short contacts, filtered before sampling", "", _filtered),
+    _every("short contacts, filtered before sampling", "contact", _filtered),
     _every("held before release", "", _held),
     _every("laser loses its target 40 times", "dropouts", _suffer("dropouts", 40.0, kinds=_BALLS)),
     _every("release typed 1.2 times", "release",

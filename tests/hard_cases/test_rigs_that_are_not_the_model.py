@@ -71,7 +71,7 @@ def test_the_plain_rig_stays_plain():
     assert {row["verdict"] for row in found.inputs} <= {"ok", "not tested"}
 
 
-@pytest.mark.parametrize("friction", [0.3, 1.0])
+@pytest.mark.parametrize("friction", [pytest.param(0.08, marks=pytest.mark.slow), 0.3, 1.0])
 def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
     found = consistent(body_friction=friction)
     assert set(effects(found)) == {"friction", "r_effective"}
@@ -82,7 +82,7 @@ def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("friction", [0.03, 0.05, 0.08])
+@pytest.mark.parametrize("friction", [0.03, 0.05])
 def test_what_is_too_weak_to_be_named_is_nothing_else(friction):
     """Of 0.05 m/s^2 a magnet was made: the scatter of few impacts was taken for half of itself."""
     found = consistent(body_friction=friction)
