@@ -40,6 +40,8 @@ MISTAKES = (
     "ball in its cavity in the ring-downs",
     "another ball after a record",
 )
+#: Of a ball of steel behind a filter nothing has to be named, but for its contact, which lasts.
+HARMLESS = ("short contacts, filtered before sampling",)
 
 #: A contact that rings where it moves no value is not named.
 UNNAMED = pytest.mark.xfail(reason="it moves no value, so that nothing asks for it", strict=True)
@@ -74,13 +76,13 @@ def test_the_mistake_is_named_or_among_rivals(campaigns, name):
     assert found["named"] or not found["causes"], [*found["warnings"], *found["verdicts"]]
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", [*MISTAKES, *HARMLESS])
 def test_no_cause_is_stated_that_is_not_there(campaigns, name):
     found = campaigns(name)
     assert not found["false"], found["warnings"]
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", [*MISTAKES, *HARMLESS])
 def test_no_interval_is_far_off_unless_something_is_not_explained(campaigns, name):
     found = campaigns(name)
     values = {name: found["values"][name] for name in found["far"]}
