@@ -605,7 +605,8 @@ def _group(
         {_beside(b, record): 1.0},
         {b.add("spring", 0.0, _SPRING): 1.0},
         {b.own("drift", record, _DRIFT if both and record.more_files else 0.0): 1.0},
-        {b.add("swells", 0.0, _SWELLS): 1.0, b.own("own swells", record, _OWN_SWELLS): 1.0},
+        {b.add("swells", 0.0, _SWELLS): 1.0, b.own("own swells", record, _OWN_SWELLS): 1.0}
+        if both else {},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
