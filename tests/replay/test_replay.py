@@ -178,7 +178,7 @@ def test_another_rig_does_not(tmp_path, wrong, record, words):
 def test_the_start_of_a_test_is_replayed_as_it_was(tmp_path, first):
     """Also where the record was cut, so that its first sample is not that of the time 0."""
     slow = TABLE_2 | {"c1": 0.3}  # whose start lasts 30 s
-    rows, _ = replayed(
+    rows, cycles = replayed(
         tmp_path, [periodic(20.0)], truth=slow, identified=slow, first=first, settle=0.0,
         duration=10.0,
     )  # fmt: skip
@@ -186,6 +186,11 @@ def test_the_start_of_a_test_is_replayed_as_it_was(tmp_path, first):
     assert amplitude.outcome == "ok"
     assert abs(amplitude.deviation) < 0.01
     assert amplitude.starts.startswith("1 of ")
+    grows = [row for row in cycles if row["time_s"] > 1.0]
+    assert len(grows) > 60
+    for row in grows:
+        assert row["replayed_low_m"] < 1.01 * row["measured_m"]
+        assert row["replayed_high_m"] > 0.99 * row["measured_m"]
 
 
 def test_a_record_shows_how_it_begins():

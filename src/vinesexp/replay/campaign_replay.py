@@ -349,9 +349,9 @@ def _replayed(
     frequency = seen.frequency
     if drive.base is not None and base is not None and base.frequency is not None:
         frequency = base.frequency.value
-    counted = None
+    settles = None
     if record.test == "periodic":
-        counted = seen.length - settled(seen.time, seen.amplitude, seen.length)
+        settles = settled(seen.time, seen.amplitude, seen.length)
     found = [
         measures
         for one in replays(
@@ -365,7 +365,7 @@ def _replayed(
             still=still,
         )
         for measures in measures_of(
-            one, test=record.test, frequency=frequency, apart=apart, counted=counted
+            one, test=record.test, frequency=frequency, apart=apart, settles=settles
         )
     ]
     if not share:
@@ -376,10 +376,10 @@ def _replayed(
 
 def _cycles(record: Record, motion: Recorded, found: Sequence[Measures]) -> list[dict[str, Value]]:
     """Amplitude over time, measured and over the replays of its regime on the same cycles."""
-    n = min(motion.time.size, *(one.cycles[0].size for one in found))
-    replayed = np.array([one.cycles[1][:n] for one in found])
-    over = (of(replayed, axis=0) for of in (np.median, np.min, np.max))
-    columns = (motion.time[:n], motion.amplitude[:n], *over)
+    replayed = np.array([np.interp(motion.time, *one.cycles, np.nan, np.nan) for one in found])
+    shown = np.isfinite(replayed).any(axis=0)
+    over = (of(replayed[:, shown], axis=0) for of in (np.nanmedian, np.nanmin, np.nanmax))
+    columns = (motion.time[shown], motion.amplitude[shown], *over)
     names = ("time_s", "measured_m", "replayed_m", "replayed_low_m", "replayed_high_m")
     return [
         {"record": record.id, **dict(zip(names, map(float, row), strict=True))}

@@ -290,12 +290,16 @@ def _led_in(samples: BaseSamples, sine: Harmonic, settle: float) -> tuple[Measur
 
 @dataclass(frozen=True)
 class Replayed:
-    """One replay: how it started, the motion, and the stretches of it that are the record, s."""
+    """One replay: how it started, the motion, and the stretches of it that are the record, s.
+
+    `since` is the time of the record at which such a stretch begins, s.
+    """
 
     start: str
     motion: Motion
     begins: tuple[float, ...]
     length: float
+    since: float = 0.0
 
 
 def replays(
@@ -348,7 +352,7 @@ def replays(
         start = _inside(state, rig)
         for base, length in _from_there(drive, state):
             motion = simulate(rig, base, start, duration=length, damping=damping)
-            found.append(Replayed(AS_RECORDED, motion, (0.0,), length))
+            found.append(Replayed(AS_RECORDED, motion, (0.0,), length, state.time))
     return found
 
 

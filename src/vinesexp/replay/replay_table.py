@@ -74,7 +74,7 @@ class Measures:
     amplitude, largest : mean and largest half swing of a cycle, m.
     impacts_per_cycle, regime, spells : as in regimes.csv.
     decay_time : s until the amplitude stays below a quarter of that of the first cycle.
-    cycles : time from the beginning (s) and half swing (m) of each cycle.
+    cycles : time from the beginning of the record (s) and half swing (m) of each cycle.
     steady : whether the amplitude stays the same from cycle to cycle (`is_steady`).
     """
 
@@ -132,7 +132,7 @@ def measures_of(
     test: str,
     frequency: float,
     apart: bool = True,
-    counted: float | None = None,
+    settles: float | None = None,
 ) -> list[Measures]:
     """The numbers of one replay, of each stretch of it that is as long as the record.
 
@@ -145,12 +145,12 @@ def measures_of(
     apart : bool
         Whether each ball has a regime of its own; else all impacts are judged together, as in a
         record whose impacts could not be attributed.
-    counted : float, optional
-        How long before its end the record's own response begins, s: where a replay begins as the
-        record did, the same cycles of both count.
+    settles : float, optional
+        When the record's own response begins, s: where a replay begins as the record did, the same
+        cycles of both count.
     """
     return [
-        _of_stretch(replayed, begin, test, frequency, apart, counted) for begin in replayed.begins
+        _of_stretch(replayed, begin, test, frequency, apart, settles) for begin in replayed.begins
     ]
 
 
@@ -160,15 +160,15 @@ def _of_stretch(
     test: str,
     frequency: float,
     apart: bool,
-    counted: float | None,
+    settles: float | None,
 ) -> Measures:
     rate = _POINTS * frequency
     n = int(replayed.length * rate)
     x, _ = replayed.motion.at(begin + np.arange(n) / rate)
     time, amplitude = cycle_amplitudes(x, rate, frequency)
     settling = settled(time, amplitude, replayed.length) if test == "periodic" else 0.0
-    if counted is not None and replayed.start == AS_RECORDED:
-        settling = max(replayed.length - counted, 0.0)
+    if settles is not None and replayed.start == AS_RECORDED:
+        settling = max(settles - replayed.since, 0.0)
     steady = amplitude[time >= settling]
     mean = float(steady.mean()) if steady.size else float("nan")
     driven = test in ("periodic", "sweep")
@@ -182,7 +182,7 @@ def _of_stretch(
         stretch = begin + settling, begin + end
         per_cycle, regime = _regimes(replayed, stretch, 1.0 / frequency, apart, test)
         spells = _spells(replayed, begin, 1.0 / frequency)
-    cycles = time, amplitude
+    cycles = replayed.since + time, amplitude
     still = is_steady(time, amplitude, replayed.length)
     return Measures(replayed.start, mean, per_cycle, regime, spells, fallen, cycles, largest, still)
 
