@@ -458,7 +458,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     Parameters
     ----------
     c : Collisions
-    p : array (21,)
+    p : array (23,)
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.
