@@ -230,7 +230,11 @@ def test_a_record_in_which_one_ball_of_three_moves_is_replayed(tmp_path):
     rig = rig_of(record, Model(TABLE_2, (0.032,)))
     base = LevelBase(Quantity(G), Quantity(F))
     drive = drive_of(record, rig, base=base, samples=None, length=20.0)
-    state = begun(motion_of(record)[1], record.clearance)
+    impacts = motion_of(record)[1]
+    later = begun(impacts, record.clearance, between=(0.2, 0.6))
+    assert later is not None
+    assert 6.0 < later.time < 7.0  # the first impact after a fifth of 30 s
+    state = begun(impacts, record.clearance)
     assert state is not None
     found = [
         one for one in replays(rig, drive, plain=rig, states=(state,)) if one.start == AS_RECORDED

@@ -46,6 +46,7 @@ from vinesexp.theory.regime_definitions import Regime
 
 _MOST = 60_000_000  # samples of a record
 _LONGEST = 300.0  # s of a record that are replayed
+_LATER = 0.2, 0.6  # of a record: between them a test is replayed from there as well
 #: Share by which every clearance is unknown, however well it was measured.
 _LEAST_OFF = 3e-3
 #: Standard uncertainties by which a clearance is moved where a record is near a change of regime.
@@ -292,8 +293,10 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
         impacts = read_impacts(paths.impacts(record.id))
         impacts = replace(impacts, time_s=impacts.time_s - begins)
         states.append(begun(impacts, record.clearance))
-        if record.test == "periodic" and states[0] is None:
-            states = [released(impacts, record.clearance, x0=x0, v0=v0)]
+        if record.test == "periodic":
+            # how long a ball floats that was hardly met is not known well enough
+            later = begun(impacts, record.clearance, between=_LATER)
+            states = [states[0] or released(impacts, record.clearance, x0=x0, v0=v0), later]
         if record.test == "transient":  # whose decay is counted from its first cycle
             let_go = _from(record, amplitude[known], x0)
             states = [one for one in states if one is not None and one.time < 1.0 / f]

@@ -119,8 +119,10 @@ _INSIDE = 0.999  # of the clearance, where errors of reading put a ball beyond i
 _PHASES = 8  # of a base that no channel shows
 
 
-def begun(impacts: Impacts, clearance: Sequence[float]) -> Begun | None:
-    """How a record begins, by its impacts; None where they do not show it.
+def begun(
+    impacts: Impacts, clearance: Sequence[float], *, between: tuple[float, float] = (0.0, _EARLY)
+) -> Begun | None:
+    """How a record begins, or goes on, by its impacts; None where they do not show it.
 
     Between two impacts a ball flies from wall to wall, and both are known: x - y = side b. One that
     meets no wall lies still in the middle.
@@ -131,6 +133,8 @@ def begun(impacts: Impacts, clearance: Sequence[float]) -> Begun | None:
         Of the whole record.
     clearance : sequence of float
         Of each ball, m.
+    between : tuple of float
+        Shares of the record between which the first such moment counts.
     """
     time, number = impacts.time_s, impacts.nes
     if len(clearance) == 1:
@@ -140,7 +144,8 @@ def begun(impacts: Impacts, clearance: Sequence[float]) -> Begun | None:
     firsts = [int(rows[0]) for rows in own if rows.size]
     if not firsts:
         return None
-    late = range(max(firsts), int(np.searchsorted(time, _EARLY * time[-1])))
+    first, last = np.searchsorted(time, np.array(between) * time[-1]).tolist()
+    late = range(max(*firsts, first), last)
     states = (_state(impacts, now, own, clearance) for now in late)
     return next((one for one in states if one is not None), None)
 
