@@ -32,12 +32,11 @@ from vinesexp.replay.replay_table import (
     decay_time,
     measures_of,
     replay_checks,
-    settled,
 )
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, write_impacts
 from vinesexp.signals.means import cycle_amplitudes
-from vinesexp.signals.steady_part import steady_part
+from vinesexp.signals.steady_part import steady_after, steady_part
 from vinesexp.theory.regime_definitions import regime_of
 from vinesexp.units import Quantity
 
@@ -69,7 +68,10 @@ def motion_of(record: Record, values=TABLE_2, duration=30.0, settle=20.0):
         count = regime_of(hits["time"], hits["side"], period=1 / F, start=settle + 0.2 * duration,
                           end=settle + duration)  # fmt: skip
         row |= {"regime": count.regime.value, "impacts_per_cycle": count.impacts_per_cycle}
-    begin = settled(time, swing, duration) if record.test == "periodic" else 0.2 * duration
+    begin = 0.2 * duration
+    if record.test == "periodic":
+        _, begin = steady_after(begin, time, swing, period=1.0 / F)
+        row["steady_from_s"] = begin
     row["amplitude_mean_m"] = float(swing[time > begin].mean())
     return x, impacts_in(motion, settle), row
 

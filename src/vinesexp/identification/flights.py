@@ -11,6 +11,7 @@ M = -m du/dx', r = -(x'_after - u_j)/(x'_before - u_{j-1}) (docs/theory.md: what
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +72,11 @@ class Flights:
     jump_displacement: FloatArray
     clearance: FloatArray
     pulse: FloatArray
+
+    @cached_property
+    def speed(self) -> FloatArray:
+        """Relative speed of each impact, by the stated clearance, m/s."""
+        return np.asarray(np.abs(self.v_before - self.u_before))
 
     def keep(self, chosen: NDArray[np.bool_]) -> Flights:
         return Flights(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -36,11 +37,10 @@ from vinesexp.replay.replay_table import (
     decay_time,
     is_steady,
     measures_of,
-    settled,
 )
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import FREE_FROM
-from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.theory.regime_definitions import Regime
 
@@ -248,7 +248,10 @@ def _beside(
         decay = decay_time(seen.time, seen.amplitude)
     steady = is_steady(seen.time, seen.amplitude, seen.length)
     still = row["regime"] == Regime.NO_IMPACT.value
-    found = _replayed(record, model, base, seen, apart, still=still)
+    again = partial(
+        _replayed, record, model, base, seen, apart, still=still, settles=row.get("steady_from_s")
+    )
+    found = again()
     rows = compared(record, row, decay, found, steady=steady)
     if record.test != "periodic" or len(record.clearance) != 1 or not _fails(rows):
         return found, rows
@@ -259,9 +262,9 @@ def _beside(
     )
     near = list(found)
     for share in (off, -off, 0.5 * off, -0.5 * off):
-        near += _replayed(record, model, base, seen, apart, still=still, share=share)
-    again = compared(record, row, decay, near, steady=steady, near=True)
-    return (found, rows) if _fails(again) else (near, again)
+        near += again(share=share)
+    beside = compared(record, row, decay, near, steady=steady, near=True)
+    return (found, rows) if _fails(beside) else (near, beside)
 
 
 def _fails(rows: Sequence[Compared]) -> bool:
@@ -292,17 +295,33 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
     if record.clearance and record.test in ("periodic", "transient"):
         impacts = read_impacts(paths.impacts(record.id))
         impacts = replace(impacts, time_s=impacts.time_s - begins)
-        states.append(begun(impacts, record.clearance))
         if record.test == "periodic":
-            # how long a ball floats that was hardly met is not known well enough
-            later = begun(impacts, record.clearance, between=_LATER)
-            states = [states[0] or released(impacts, record.clearance, x0=x0, v0=v0), later]
-        if record.test == "transient":  # whose decay is counted from its first cycle
+            states = _begun(impacts, record.clearance, x0, v0)
+        else:
             let_go = _from(record, amplitude[known], x0)
-            states = [one for one in states if one is not None and one.time < 1.0 / f]
-            states.append(released(impacts, record.clearance, x0=let_go))
+            states = _let_go(impacts, record.clearance, let_go, 1.0 / f)
     shown = tuple(state for state in states if state is not None)
     return Recorded(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base, shown)
+
+
+def _begun(
+    impacts: Impacts, clearance: Sequence[float], x0: float, v0: float
+) -> list[Begun | None]:
+    """How a periodic test begins, and how it goes on.
+
+    How long a ball floats that was hardly met is not known well enough.
+    """
+    first = begun(impacts, clearance) or released(impacts, clearance, x0=x0, v0=v0)
+    return [first, begun(impacts, clearance, between=_LATER)]
+
+
+def _let_go(
+    impacts: Impacts, clearance: Sequence[float], x0: float, period: float
+) -> list[Begun | None]:
+    """How a release begins, whose decay is counted from its first cycle."""
+    first = begun(impacts, clearance)
+    early = first if first is not None and first.time < period else None
+    return [early, released(impacts, clearance, x0=x0)]
 
 
 def _from(record: Record, amplitude: FloatArray, begins: float) -> float:
@@ -339,7 +358,7 @@ def _base(record: Record, bases: Mapping[str, Row], identified: Rows) -> LevelBa
 
 def _replayed(
     record: Record, model: Model, base: LevelBase | None, seen: Recorded, apart: bool, *,
-    still: bool, share: float = 0.0,
+    still: bool, settles: float | None = None, share: float = 0.0,
 ) -> list[Measures]:  # fmt: skip
     """Numbers of all replays, of cavities that are longer by a share."""
     rig, plain = (with_other_clearance(rig_of(record, one), share) for one in (model, model.plain))
@@ -352,9 +371,6 @@ def _replayed(
     frequency = seen.frequency
     if drive.base is not None and base is not None and base.frequency is not None:
         frequency = base.frequency.value
-    settles = None
-    if record.test == "periodic":
-        settles = settled(seen.time, seen.amplitude, seen.length)
     found = [
         measures
         for one in replays(

@@ -21,7 +21,7 @@ from vinesexp.records.stored.result_columns import REPLAY, REPLAY_CYCLES
 from vinesexp.records.stored.tables import Row, Value, write_rows
 from vinesexp.replay.motions import AS_RECORDED, Replayed
 from vinesexp.signals.means import cycle_amplitudes, time_to_level
-from vinesexp.signals.steady_part import steady_part
+from vinesexp.signals.steady_part import steady_after
 from vinesexp.theory.regime_definitions import BY_FREQUENCY, Regime, activation_spells, regime_of
 
 #: Shares by which a measured number may miss its replays: clearances are known no better.
@@ -118,14 +118,6 @@ def decay_time(time: FloatArray, amplitude: FloatArray) -> float:
     return time_to_level(time[first:], amplitude[first:], level) - float(time[first])
 
 
-def settled(time: FloatArray, amplitude: FloatArray, length: float) -> float:
-    """When the response of a periodic test begins, s: as in regimes.csv, without its start."""
-    begin = _SETTLING * length
-    judged = time[time >= begin]
-    first = steady_part(amplitude[time >= begin]).first if judged.size else 0
-    return 0.5 * float(judged[first - 1] + judged[first]) if first else begin
-
-
 def measures_of(
     replayed: Replayed,
     *,
@@ -146,8 +138,8 @@ def measures_of(
         Whether each ball has a regime of its own; else all impacts are judged together, as in a
         record whose impacts could not be attributed.
     settles : float, optional
-        When the record's own response begins, s: where a replay begins as the record did, the same
-        cycles of both count.
+        When the record's own response begins (`steady_from_s` of regimes.csv), s: where a replay
+        begins as the record did, the same cycles of both count.
     """
     return [
         _of_stretch(replayed, begin, test, frequency, apart, settles) for begin in replayed.begins
@@ -166,9 +158,11 @@ def _of_stretch(
     n = int(replayed.length * rate)
     x, _ = replayed.motion.at(begin + np.arange(n) / rate)
     time, amplitude = cycle_amplitudes(x, rate, frequency)
-    settling = settled(time, amplitude, replayed.length) if test == "periodic" else 0.0
+    settling = _SETTLING * replayed.length if test == "periodic" else 0.0
     if settles is not None and replayed.start == AS_RECORDED:
         settling = max(settles - replayed.since, 0.0)
+    elif test == "periodic" and (time >= settling).any():
+        _, settling = steady_after(settling, time, amplitude, period=1.0 / frequency)
     steady = amplitude[time >= settling]
     mean = float(steady.mean()) if steady.size else float("nan")
     driven = test in ("periodic", "sweep")

@@ -41,6 +41,7 @@ _FALSE_ALARMS = 1e-6  # of records without a fault in which one is found, were t
 _WHOLE = 0.25  # samples by which a step may be less than one and still be a lost one
 _DRIFTS = 1.0  # samples over the record that a second clock is worth
 _MOST = 8  # faults of one record that are looked for
+_EXACT = 1e-6  # rad: no phase is known better
 _ALIKE = 0.3  # rad: error of a phase up to which two channels move together
 _SHOWS = (0.5, 12.0)  # of the oscillation: where two recorders are compared
 _EDGE = 1.0  # periods at the ends of a record, over which a filter fades in
@@ -248,7 +249,8 @@ def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Course
         return None
     middle = found.every * (np.arange(found.phase.size) + 0.5)
     level = np.abs(found.first)
-    weight = level / np.hypot(found.noise, np.gradient(level))
+    unsure = np.hypot(found.noise, np.gradient(level))
+    weight = level / np.maximum(unsure, _EXACT * level.max())
     return Course(np.asarray(middle), found.phase, found.every, weight=weight), found.frequency
 
 
@@ -393,10 +395,15 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
         return None
     moved = np.abs(sines_of_windows(windows, step, frequency)[0][:, 0])
     moves = moved > _STILL * float(np.quantile(moved, 0.9))
+    if not moves.any():  # a channel that is off
+        return None
     full = moved > _STARTS * float(np.median(moved[moves]))
-    # a shaker takes some cycles to start; the cycle in which it is switched belongs to neither
-    begin, end = (1 + int(np.argmax(full[::way])) if not moves[::way][0] else 0 for way in (1, -1))
-    end = len(windows) - end
+
+    def left_out(way: int) -> int:
+        """Cycles at one end; that in which a shaker is switched is left out, too."""
+        return 0 if moves[::way][0] else 1 + int(np.argmax(full[::way]))
+
+    begin, end = left_out(1), len(windows) - left_out(-1)
     if (begin, end) == (0, len(windows)) or end - begin < _FEWEST:
         return None
     last = view.n if end == len(windows) else end * size * k

@@ -35,7 +35,7 @@ from vinesexp.signals.impacts.candidates import STRETCH, noise_of
 from vinesexp.signals.impacts.find import count_impacts, impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.means import cycles_from, time_to_level
-from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_part
+from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
 from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
     TELLING,
@@ -406,7 +406,7 @@ def shown_by_record(
     if not np.any(time >= begin):
         return shown
     if record.test == "periodic":
-        steady, begin = _steady(time, amplitude, begin, period)
+        steady, begin = steady_after(begin, time, amplitude, period=period)
         row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
         row["steady_from_s"] = begin
         row["waited_s"] = begin if from_rest(amplitude) else None
@@ -440,17 +440,6 @@ def shown_by_record(
         rows = (transition_row(record.id, one, decay, start=start, period=period) for one in series)
         shown["transitions"] += filter(None, rows)
     return shown
-
-
-def _steady(
-    time: FloatArray, amplitude: FloatArray, begin: float, period: float
-) -> tuple[SteadyPart, float]:
-    """The settled cycles after `begin`, and when they begin, s from the first sample."""
-    judged = time >= begin
-    found = steady_part(amplitude[judged])
-    if not found.first:
-        return found, begin
-    return found, float(time[judged][found.first] - 0.5 * period)
 
 
 #: A start that moves the mean by less is not worth a line.

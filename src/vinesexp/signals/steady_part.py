@@ -105,6 +105,25 @@ def steady_part(amplitude: FloatArray) -> SteadyPart:
     )
 
 
+def steady_after(
+    begin: float, time: FloatArray, amplitude: FloatArray, *, period: float
+) -> tuple[SteadyPart, float]:
+    """The settled cycles from `begin` on, and when they begin, s.
+
+    Parameters
+    ----------
+    begin : float
+        s; some cycle has to be later.
+    time, amplitude : arrays (n,)
+        Middle of each cycle, s, and its amplitude.
+    period : float
+        s.
+    """
+    judged = time >= begin
+    found = steady_part(amplitude[judged])
+    return found, float(time[judged][found.first] - 0.5 * period) if found.first else begin
+
+
 #: Below this share of the least that comes later, the amplitude at the first sample is a start.
 _AT_REST, _START = 0.5, 3
 

@@ -29,7 +29,7 @@ with the r of this impact: there the motions before and after meet if they are c
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
 displacement and a drift of it from the middle of the record to its ends, slopes whose change reads
-off by a share, areas of pulses that swell by a power of the speed, as faster balls touch shorter,
+off by a share, areas of pulses that go with a power of the speed, as faster balls touch shorter,
 velocities on either side of an impact off by a share of the jump, a displacement
 x + even x^2 + odd x^3 in the place of x, as lasers near the ends of their range show it, and
 x - beside x_e, as a sensor on the table shows it (beside = 1).
@@ -57,7 +57,7 @@ Numbers = NDArray[Any]
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "beside", "spring", "drift", "swells",
+    "odd", "beside", "spring", "drift", "pulse_power",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -150,9 +150,58 @@ class Collisions:
         r and in friction.
         """
         f = self.flights
-        r, ln_eps, g_x, g_a, reading, share, late, b = p[:8]
-        wall, slope, fade, rub, tilt, contact, roll, hollow, drag, even, odd = p[8:19]
-        beside, spring, drift, swells = p[19:]
+        r, ln_eps, b = p[0], p[1], p[7]
+        wall, slope, fade, rub, tilt, contact, roll, hollow, drag = p[8:17]
+        places, velocities, ways, jumps, reads = self._shown(p)
+        v_previous, v_before, v_after, v_next = velocities
+        T_before, T_after, s = f.time_before, f.time_after, f.side
+        per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * b
+        u_before = (ways[0] - across) * per_before
+        u_after = (ways[1] + across) * per_after
+        rolled_before = v_before - u_before - across * per_before
+        rolled_after = v_after - u_after + across * per_after
+        pulled = [-self.omega2 * place for place in places]
+        first = _Flight(s * b, ways[0], T_before, (v_previous, v_before), pulled[:2])
+        last = _Flight(-s * b, ways[1], T_after, (v_after, v_next), pulled[1:])
+        pulls = tilt, hollow, drag
+        _, slowed, spin = first.rubbed(rub, joined=self._joined)
+        ends = first.pulled(pulls)[1] + slowed
+        begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
+        law = r + 0.5 * wall * s, slope, fade
+        lasts, longer_before, longer_after = self._touched(
+            (contact, p[20]), law, (u_before, u_after), velocities, pulled
+        )
+        u_before = u_before + ends + longer_before + roll * rolled_before
+        u_after = u_after - begins + longer_after + roll * rolled_after
+        before, after = v_before - u_before, v_after - u_after
+        speed = before * np.sign(before.real)
+        own_r = self._restitution(law, speed / self.speed)
+        # the spring moves the mass on while they touch
+        moved = _DURING * (1.0 - own_r) * lasts * self.omega2 * places[1]
+        eps = np.exp(ln_eps)
+        gained = eps * (u_after - u_before)
+        # in the units of the readings, whose noise it is: a gain of zero would else explain all, or
+        # a ball that goes along with the mass: nothing is left of it to bounce
+        plain = self._plain_speed / speed.mean(axis=-1, keepdims=True)
+        by_laser, by_pulse = (
+            (jump + gained) * read for jump, read in zip(jumps, reads, strict=True)
+        )
+        return np.stack([(after + own_r * before - moved) * plain, by_laser, by_pulse])
+
+    def _shown(self, p: Numbers) -> tuple[Sequence[Numbers], ...]:
+        """What the sensors show of the mass, freed of their errors `p`.
+
+        Returns
+        -------
+        places : at the impact before, at this one, at the next, m.
+        velocities : after the impact before, before and after this one, before the next, m/s.
+        ways : from the impact before, and to the next, m.
+        jumps : of the velocity, by displacement and by acceleration, m/s.
+        reads : what these two sensors show for 1 m/s.
+        """
+        f = self.flights
+        g_x, g_a, reading, share, late = p[2:7]
+        even, odd, beside, _, drift, pulse_power = p[17:]
         late = late + drift * self.course
         scale = np.exp(-g_x)
 
@@ -168,53 +217,16 @@ class Collisions:
         v_previous = there * f.v_previous + beside * self.base[4]
         v_next = then * f.v_next + beside * self.base[5]
         middle = here * (f.v_before + 0.5 * f.jump) + beside * self.base[3]
-        way_before = x - x_before + late * (middle - v_previous)
-        way_after = x_after - x + late * (v_next - middle)
+        ways = x - x_before + late * (middle - v_previous), x_after - x + late * (v_next - middle)
+        reads = np.exp(g_x) * np.exp(reading), np.exp(g_a + pulse_power * self._faster)
         by_laser = here * f.jump_displacement * np.exp(-reading)
-        by_pulse = f.jump_acceleration * np.exp(-g_a - swells * self._faster)
+        by_pulse = f.jump_acceleration / reads[1]
         of_laser, of_pulse = self._weights
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
         middle = middle - late * self.omega2 * x + share * jump
-        v_before, v_after = middle - 0.5 * jump, middle + 0.5 * jump
-        T_before, T_after, s = f.time_before, f.time_after, f.side
-        per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * b
-        u_before = (way_before - across) * per_before
-        u_after = (way_after + across) * per_after
-        rolled_before = v_before - u_before - across * per_before
-        rolled_after = v_after - u_after + across * per_after
-        pulled = [-self.omega2 * place for place in (x_before, x, x_after)]
-        first = _Flight(s * b, way_before, T_before, (v_previous, v_before), pulled[:2])
-        last = _Flight(-s * b, way_after, T_after, (v_after, v_next), pulled[1:])
-        pulls = tilt, hollow, drag
-        _, slowed, spin = first.rubbed(rub, joined=self._joined)
-        ends = first.pulled(pulls)[1] + slowed
-        begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
-        law = r + 0.5 * wall * s, slope, fade
-        lasts, longer_before, longer_after = self._touched(
-            (contact, spring),
-            law,
-            (u_before, u_after),
-            (v_previous, v_before, v_after, v_next),
-            pulled,
-        )
-        u_before = u_before + ends + longer_before + roll * rolled_before
-        u_after = u_after - begins + longer_after + roll * rolled_after
-        before, after = v_before - u_before, v_after - u_after
-        speed = before * np.sign(before.real)
-        own_r = self._restitution(law, speed / self.speed)
-        # the spring moves the mass on while they touch
-        moved = _DURING * (1.0 - own_r) * lasts * self.omega2 * x
-        eps = np.exp(ln_eps)
-        gained = eps * (u_after - u_before)
-        # in the units of the readings, whose noise it is: a gain of zero would else explain all, or
-        # a ball that goes along with the mass: nothing is left of it to bounce
-        laser, pulse = np.exp(g_x), np.exp(g_a + swells * self._faster)
-        plain = self._plain_speed / speed.mean(axis=-1, keepdims=True)
-        return np.stack(
-            [(after + own_r * before - moved) * plain,
-             (by_laser + gained) * laser * np.exp(reading), (by_pulse + gained) * pulse]
-        )  # fmt: skip
+        velocities = v_previous, middle - 0.5 * jump, middle + 0.5 * jump, v_next
+        return (x_before, x, x_after), velocities, ways, (by_laser, by_pulse), reads
 
     def _restitution(self, law: Sequence[Numbers], faster: Numbers) -> Numbers:
         """r of each impact, by r of its wall at the usual speed and how it goes with the speed."""
@@ -281,13 +293,12 @@ class Collisions:
     @cached_property
     def _plain_speed(self) -> float:
         """Mean relative speed of the ball by the stated clearance and no effect, m/s."""
-        return float(np.abs(self.flights.v_before - self.flights.u_before).mean())
+        return float(self.flights.speed.mean())
 
     @cached_property
     def _faster(self) -> FloatArray:
         """Logarithm of the speed of each impact, by the stated clearance, over the usual one."""
-        speed = np.abs(self.flights.v_before - self.flights.u_before)
-        return np.log(np.maximum(speed / self.speed, _SLOWEST))
+        return np.log(np.maximum(self.flights.speed / self.speed, _SLOWEST))
 
     @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray]:
@@ -444,7 +455,7 @@ def rolls_from(f: Flights) -> FloatArray:
 
     One that rolled to a wall slips by 1 + r of its speed when it leaves.
     """
-    return _SLIPS / (1.0 + _SPIN) * np.abs(f.v_before - f.u_before) / f.time_before
+    return _SLIPS / (1.0 + _SPIN) * f.speed / f.time_before
 
 
 def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collisions:
@@ -483,7 +494,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         variance = _of_sums(own, np.where(good, off / scatter[k], 0.0))
         used = (member & good).sum(axis=1) > 0
         single = scatter[k] * np.sqrt(variance) / np.maximum(total, 1e-300)
-        size = np.abs(c.flights.v_before - c.flights.u_before if k == 0 else c.flights.jump)
+        size = c.flights.speed if k == 0 else np.abs(c.flights.jump)
         floor = _READ[k] * (member @ size) / member.sum(axis=1)
         sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
     return replace(c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma)

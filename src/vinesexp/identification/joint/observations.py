@@ -64,11 +64,11 @@ _READING = 7e-4
 #: Lateness of the displacement that no channel shows, s, and as a share of the pulse, whose centre
 #: a template finds only so well; records that make a mean of lags.
 _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
-#: The same that two recorders drift apart by in half a record beside the slope that was taken out.
+#: By which two recorders drift apart in half a record, s, beside the drift that was taken out.
 _DRIFT = 1e-4
 #: Power of the speed with which the area of a pulse reads too large: the contact of a fast ball is
 #: shorter, and its pulse higher than one template shows it. By how much a record may differ.
-_SWELLS, _OWN_SWELLS = 0.05, 0.02
+_PULSE_POWER, _OWN_PULSE_POWER = 0.05, 0.02
 #: The area of the pulse that a record learns is less sure than its noise alone would make it.
 _TEMPLATE = 1e-2
 _PULSE = 3.0
@@ -582,13 +582,8 @@ def _group(
     for name in EFFECTS:
         b.add(name, 0.0, 0.0)
     changing = {name: {b.own(f"own {name}", record, 0.0, ball=number): 1.0} for name in CHANGING}
-    lag, lag_error = b.late.get(record.id, (0.0, _LATE))
     loose = b.loose(record)
-    areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
-    durations = flights.pulse[np.isfinite(flights.pulse)]  # none where no pulse was believed
-    centre = _OF_PULSE * float(np.median(durations)) if both and durations.size else 0.0
-    leads = record.test == "periodic" and not integrated
-    early = {_coupling(b, record): -1.0 / collisions.omega2} if leads else {}
+    lag, late = _late(b, record, collisions, both=both, integrated=integrated)
     local = (
         {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         {ln_m: 1.0, "ln_M": -1.0,
@@ -597,16 +592,14 @@ def _group(
         jumps,
         reads,
         {b.add("share", 0.0, _SHARE): 1.0},
-        {b.add("late", 0.0, _LATE): 1.0,
-         b.own("own late", record, math.hypot(lag_error, centre), value=lag): 1.0, **early},
+        late,
         {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
          own: 1.0},
         *({name: 1.0, **changing.get(name, {})} for name in EFFECTS),
         {_beside(b, record): 1.0},
         {b.add("spring", 0.0, _SPRING): 1.0},
-        {b.own("drift", record, _DRIFT if both and record.more_files else 0.0): 1.0},
-        {b.add("swells", 0.0, _SWELLS): 1.0, b.own("own swells", record, _OWN_SWELLS): 1.0}
-        if both else {},
+        {b.own("drift", record, _DRIFT): 1.0} if both and record.more_files else {},
+        _power_of_pulses(b, record) if both else {},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -614,8 +607,9 @@ def _group(
     start = np.zeros(len(local))
     start[0], start[1], start[7] = 0.6, math.log(mass) - b.start["ln_M"], stated
     start[6] = lag
-    late = float(np.median(impacts.time_error_s[flights.index]))
-    collisions, b.alone[record.id, number] = with_own_errors(collisions, start, time_error=late)
+    error = float(np.median(impacts.time_error_s[flights.index]))
+    collisions, b.alone[record.id, number] = with_own_errors(collisions, start, time_error=error)
+    areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
     if areas.size >= _FEWEST:
         width = _of_template(areas, impacts.jump_acceleration_error_m_s[flights.index], collisions)
         jumps[b.own("own pulse", record, width, ball=number)] = 1.0
@@ -626,6 +620,29 @@ def _group(
         reads[b.own("own reading", record, width, ball=number)] = 1.0
     b.collisions[record.id, number] = collisions
     b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
+
+
+def _late(
+    b: _Builder, record: Record, collisions: Collisions, *, both: bool, integrated: bool
+) -> tuple[float, dict[str, float]]:
+    """Lateness of the displacement, s, that is expected in a record, and it as a sum of unknowns.
+
+    `both` channels show the impacts, or the displacement is the acceleration `integrated`.
+    """
+    lag, error = b.late.get(record.id, (0.0, _LATE))
+    pulse = collisions.flights.pulse
+    durations = pulse[np.isfinite(pulse)]  # none where no pulse was believed
+    centre = _OF_PULSE * float(np.median(durations)) if both and durations.size else 0.0
+    common = b.add("late", 0.0, _LATE)
+    late = {common: 1.0, b.own("own late", record, math.hypot(error, centre), value=lag): 1.0}
+    leads = record.test == "periodic" and not integrated
+    return lag, late | ({_coupling(b, record): -1.0 / collisions.omega2} if leads else {})
+
+
+def _power_of_pulses(b: _Builder, record: Record) -> dict[str, float]:
+    """Power of the speed with which areas of pulses read too large, as a sum of unknowns."""
+    own = b.own("own pulse power", record, _OWN_PULSE_POWER)
+    return {b.add("pulse power", 0.0, _PULSE_POWER): 1.0, own: 1.0}
 
 
 def _of_template(areas: FloatArray, errors: FloatArray, c: Collisions) -> float:
@@ -719,7 +736,7 @@ def collisions_of(
     both = np.isfinite(jump) & np.isfinite(flights.jump)
     sign = np.sign((jump[both] * flights.jump[both]).sum()) or 1.0
     flights = replace(flights, jump_acceleration=sign * jump)
-    speed = np.abs(flights.v_before - flights.u_before)
+    speed = flights.speed
     nothing = ~np.isfinite(flights.jump_displacement) & ~np.isfinite(jump)
     by_laser = np.where(nothing, flights.jump, flights.jump_displacement)
     flights = replace(flights, jump_displacement=by_laser)

@@ -31,7 +31,8 @@ _WINDOW = 0.35  # periods on either side of an impact; a longer one would hold t
 #: First guess of the oscillator's damping ratio, its standard error, and by how much of its own
 #: frequency the drive may be off.
 _DAMPING, _DAMPING_ERROR, _DETUNING_ERROR = 0.01, 0.01, 0.02
-_PROMPT, _ROUND = 1e-6, 0.5  # s: least lateness; share of it that is a low-pass, and its error
+#: s, by which a sensor is late at least that may be a low-pass; share of it that is, and its error.
+_PROMPT, _LOW_PASS = 1e-5, 0.5
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record and beside gaps
 _LEAST = 6  # points to either side
 _AREA = 0.15  # share by which the area of a pulse may be off
@@ -46,7 +47,7 @@ class JumpResponse:
     """How the displacement answers a jump: exp(-rate s) sin(w_free s)/w_free.
 
     `w` is that of the oscillation around it, rad/s; `w_free` (None: the same) and `rate` (1/s) are
-    the oscillator's own; `late`, s, is that of a sensor and `round` the share of it that is a
+    the oscillator's own; `late`, s, is that of the sensor and `low_pass` the share of it that is a
     low-pass of first order, the rest a delay; `common` is the relative error that they leave to all
     jumps alike.
     """
@@ -55,7 +56,7 @@ class JumpResponse:
     w_free: float | None = None
     rate: float = 0.0
     late: float = 0.0
-    round: float = 0.0
+    low_pass: float = 0.0
     common: float = 0.0
 
     def bend(self, s: FloatArray, step: float) -> FloatArray:
@@ -64,7 +65,7 @@ class JumpResponse:
         late = np.maximum(s, 0.0)
         value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
         kink = np.where(np.abs(s) < 0.5 * step, (s + 0.5 * step) ** 2 / (2.0 * step), value)
-        return kink + self.round * rounded(s, step, self.late) if self.round else kink
+        return kink + self.low_pass * rounded(s, step, self.late) if self.low_pass else kink
 
     def since(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity s after a unit jump."""
@@ -297,7 +298,8 @@ def slope_changes(
     True
     """
     k = times.size
-    response = JumpResponse(2.0 * math.pi * frequency, late=max(x.late, _PROMPT))
+    late = x.late if x.late > _PROMPT else 0.0
+    response = JumpResponse(2.0 * math.pi * frequency, late=late)
     out = SlopeChanges(*(np.full(k, np.nan) for _ in range(7)))
     half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
@@ -421,7 +423,10 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
 
 
 def _refined(windows: _Windows, response: JumpResponse, step: float) -> JumpResponse:
-    """Free frequency, decay and how round, as all windows together show them, from wide guesses."""
+    """Free frequency, decay and share of a low-pass, as all windows together show them.
+
+    From wide first guesses; a prompt sensor has no low-pass.
+    """
     bent = _out(windows.bend, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
     samples = _out(windows.samples, windows.q)
@@ -433,11 +438,10 @@ def _refined(windows: _Windows, response: JumpResponse, step: float) -> JumpResp
     w = response.w_free or response.w
     fall = np.exp(-response.rate * late) / w
     columns, shares = [], []
-    for change in (
-        -late * fall * np.sin(w * late),
-        late * fall * np.cos(w * late) - fall * np.sin(w * late) / w,
-        rounded(windows.s, step, response.late),
-    ):
+    by_rate = -late * fall * np.sin(w * late)
+    by_frequency = late * fall * np.cos(w * late) - fall * np.sin(w * late) / w
+    by_low_pass = [rounded(windows.s, step, response.late)] if response.late else []
+    for change in (by_rate, by_frequency, *by_low_pass):
         column = _out(change, windows.q)
         share = (column * bent).sum(axis=1, keepdims=True) / norm
         columns.append((jump * (column - bent * share)).ravel())
@@ -445,19 +449,17 @@ def _refined(windows: _Windows, response: JumpResponse, step: float) -> JumpResp
     basis, share_of = np.stack(columns, axis=1), np.array(shares)
     freedom = rest.shape[1] - windows.q.shape[1] - 1
     noise = float((rest**2).sum()) / (rest.shape[0] * freedom)
-    guess = np.array([
-        _DAMPING * response.w - response.rate, response.w - w, _ROUND - response.round
-    ])  # fmt: skip
-    width = np.array([_DAMPING_ERROR * response.w, _DETUNING_ERROR * response.w, _ROUND])
-    weight = np.diag(noise / width**2)
+    now = np.array([response.rate, w, response.low_pass])[: len(columns)]
+    usual = np.array([_DAMPING * response.w, response.w, _LOW_PASS])[: len(columns)]
+    error = np.array([_DAMPING_ERROR * response.w, _DETUNING_ERROR * response.w, _LOW_PASS])
+    weight = np.diag(noise / error[: len(columns)] ** 2)
     normal = basis.T @ basis + weight
-    change = np.linalg.solve(normal, basis.T @ rest.ravel() + weight @ guess)
+    change = np.linalg.solve(normal, basis.T @ rest.ravel() + weight @ (usual - now))
     covariance = noise * np.linalg.inv(normal)
     common = float(np.sqrt(share_of @ covariance @ share_of))
-    rate, free, share = np.array([response.rate, w, response.round]) + change
-    return replace(
-        response, w_free=float(free), rate=float(rate), round=float(share), common=common
-    )
+    rate, free, *low_pass = (now + change).tolist()
+    share = low_pass[0] if low_pass else 0.0
+    return replace(response, w_free=free, rate=rate, low_pass=share, common=common)
 
 
 def _solve(
