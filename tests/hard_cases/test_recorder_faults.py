@@ -15,7 +15,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, analyse, simulate
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.channel_agreement import compare_channels
-from vinesexp.signals.clocks import lag_over_time, law_of, mend_clocks
+from vinesexp.signals.clocks import drive_phase, lag_over_time, law_of, mend_clocks
 
 M, C1, K1, BALL, R = 4.7, 3.02, 1.147e4, 0.032, 0.6
 F, G, RATE, SECONDS = 7.862, 0.25e-3, 5000.0, 8.0
@@ -190,6 +190,12 @@ def test_a_second_recorder_is_brought_onto_the_clock_of_the_others(tmp_path, rat
     assert len(said) == 1
     other = "acceleration" if "base" in group else group[0]
     assert said[0].startswith(f"{other} comes from a recorder whose clock differs")
+    with open_record(tmp_path / "record.nc") as view:  # and the base keeps its time
+        (_, after), (_, before) = (
+            drive_phase(x, 1.0 / rate, frequency=F)
+            for x, rate in ((found["base"], view.sample_rate), (given["base"], RATE))
+        )
+    assert after == pytest.approx(before, rel=2e-5)
     early, late = (
         compare_channels(
             found["acceleration"][part], found["displacement"][part], 1.0 / RATE, frequency=F

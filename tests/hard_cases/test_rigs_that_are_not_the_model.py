@@ -9,6 +9,7 @@ import math
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.long
@@ -325,6 +326,28 @@ def test_a_record_in_another_range_of_the_amplifier_moves_no_other():
     assert holds(r_of(found), R)
     assert {row["verdict"] for row in found.inputs} <= {"ok", "not tested"}
     assert odd not in {row["record"] for row in found.inputs}
+
+
+def test_pulses_that_read_larger_the_faster_the_ball_are_no_effect_of_it():
+    """Behind a filter those of short contacts do: a contact that lasts explained them."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    estimates, campaign, tables = tables_of(departure())
+    usual = np.median(np.concatenate([np.abs(t.velocity_jump_m_s) for t in tables.values()]))
+    tables = {
+        name: replace(
+            t, jump_acceleration_m_s=t.jump_acceleration_m_s
+            * (np.abs(t.velocity_jump_m_s) / usual) ** 0.08,
+        )
+        for name, t in tables.items()
+    }  # fmt: skip
+    found = identify_campaign(estimates, campaign, tables)
+    assert found.checks == []
+    assert effects(found) == {}
+    assert holds(r_of(found), R)
+    assert {row["verdict"] for row in found.inputs} <= {"ok", "not tested"}
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter
-from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
+from vinesexp.replay.campaign_replay import Model, _begun, replay_campaign, rig_of
 from vinesexp.replay.motions import (
     AS_RECORDED,
     ON_ORBIT,
@@ -242,6 +242,7 @@ def test_a_record_in_which_one_ball_of_three_moves_is_replayed(tmp_path):
         one for one in replays(rig, drive, plain=rig, states=(state,)) if one.start == AS_RECORDED
     ]
     assert len(found) == 8  # phases of a base that no channel shows
+    assert _begun(impacts, record.clearance, 0.0, 0.0) == [state, later]
 
 
 @pytest.mark.parametrize("moves", [True, False])
