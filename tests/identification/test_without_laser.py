@@ -53,10 +53,25 @@ def test_r_and_M_lie_within_their_intervals(tmp_path, r, G, b, corner, across):
     assert abs(single.value - r) < 2.5 * single.std_error
     M = found.combined("M")
     assert abs(M.value - 4.7) < 2.5 * M.std_error < 0.4
+    assert_nothing_but_r(found, r)
     assert {c.check for c in found.checks} >= {"integrated"}
     corners = [e for e in found.estimates if e.parameter == "accelerometer_corner"]
     assert all(abs(e.value - corner) < 3.5 * e.std_error for e in corners)
     assert bool(corners) == (corner > 0.2)
+
+
+def assert_nothing_but_r(found, r):
+    """No cause is named, and the combined r holds the true one."""
+    assert not [c.detail for c in found.checks if c.check in ("cause", "either")]
+    combined = found.combined("r")
+    assert abs(combined.value - r) < 2.5 * combined.std_error < 0.02
+
+
+@pytest.mark.parametrize("seed", [2, 4])
+def test_a_phase_two_errors_off_is_no_effect_of_the_ball(tmp_path, seed):
+    # no ring-down says what f0 is: the phase of the sensor is unsure all the same
+    found = found_in(tmp_path, seed=seed, G=0.15, b=24)
+    assert_nothing_but_r(found, 0.6)
 
 
 def test_the_sensitivity_of_the_accelerometer_is_found_by_clearance_and_ball(tmp_path):

@@ -224,6 +224,14 @@ class _Builder:
     def has(self, record: Record, role: str) -> bool:
         return role in self.campaign.setup_of(record).channels
 
+    def oscillates(self, record: Record) -> float:
+        """Frequency of the motion in a record, Hz: f0, or where nothing shows it that of the base.
+
+        0 where neither is known.
+        """
+        own = self.start.get("ln_f0")
+        return float(np.mean(record.frequency or (0.0,))) if own is None else math.exp(own)
+
 
 def observe(
     found: Sequence[Estimate],
@@ -250,12 +258,11 @@ def observe(
     _decays(b, found)
     _start_tests(b, driven)
     _sensors(b, found, driven)
-    f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
-    b.late = _lateness(found, campaign, impacts, f0) | _phases(found, campaign, f0)
+    b.late = _lateness(b, found, impacts) | _phases(b, found)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if record.exclude or record.id not in impacts:
             continue
-        _flights(b, record, impacts[record.id], f0, driven.get(record.id))
+        _flights(b, record, impacts[record.id], driven.get(record.id))
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
             _base(b, record, found, driven.get(record.id))
@@ -459,11 +466,9 @@ def _start_tests(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
         b.start["aboard"] = math.exp(b.start["ln_M"]) * math.expm1(2.0 * off)
 
 
-def _flights(
-    b: _Builder, record: Record, impacts: Impacts, f0: float | None, driven: DrivenMotion | None
-) -> None:
+def _flights(b: _Builder, record: Record, impacts: Impacts, driven: DrivenMotion | None) -> None:
     """Collisions of every ball of a record."""
-    frequency = f0 or float(np.mean(record.frequency or (0.0,)))
+    frequency = b.oscillates(record)
     period = 1.0 / frequency if frequency else math.inf
     several = len(record.clearance) > 1
     integrated = not b.has(record, "displacement")
@@ -513,7 +518,7 @@ def _beside(b: _Builder, record: Record) -> str:
 
 
 def _lateness(
-    found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts], f0: float | None
+    b: _Builder, found: Sequence[Estimate], impacts: Mapping[str, Impacts]
 ) -> dict[str, tuple[float, float]]:
     """Lateness that is left in the displacement of each record, s, and its standard error.
 
@@ -522,13 +527,14 @@ def _lateness(
     """
     rows = {(e.parameter, e.records[0]): e for e in found if e.method == "channels"}
     left: dict[str, tuple[float, float]] = {}
-    for setup in {record.setup for record in campaign.records}:
-        hit = [
-            r.id for r in campaign.records
+    for setup in {record.setup for record in b.campaign.records}:
+        among = [
+            r for r in b.campaign.records
             if r.setup == setup and r.id in impacts and ("phase_lag", r.id) in rows
         ]  # fmt: skip
-        if len(hit) < _FEWEST_LAGS or not f0:
+        if len(among) < _FEWEST_LAGS or not (frequency := max(map(b.oscillates, among))):
             continue
+        hit = [record.id for record in among]
         lags = [rows["phase_lag", id] for id in hit]
         lag, error = weighted_mean([e.value for e in lags], [max(e.std_error, _LATE) for e in lags])
         corners = [e for id in hit if (e := rows.get(("accelerometer_corner", id)))]
@@ -536,15 +542,13 @@ def _lateness(
             corner, corner_error = weighted_mean(
                 [e.value for e in corners], [e.std_error for e in corners]
             )
-            lead, lead_error = expected_lead(corner, corner_error, frequency=f0)
+            lead, lead_error = expected_lead(corner, corner_error, frequency=frequency)
             lag, error = lag - lead, math.hypot(error, lead_error)
         left |= {id: (lag - rows["channel_lag", id].value, error) for id in hit}
     return left
 
 
-def _phases(
-    found: Sequence[Estimate], campaign: Campaign, f0: float | None
-) -> dict[str, tuple[float, float]]:
+def _phases(b: _Builder, found: Sequence[Estimate]) -> dict[str, tuple[float, float]]:
     """The same of a displacement that is the integral of the acceleration.
 
     Its sensor's phase at the oscillation, and what it shows of the base across its axis, a quarter
@@ -553,10 +557,12 @@ def _phases(
     swings = {e.records[0]: e.value for e in found if e.parameter == "working_amplitude"}
     left = {}
     for e in found:
-        if e.parameter == INTEGRATED and f0:
-            base = campaign.record(e.records[0]).base_amplitude or 0.0
-            across = ACROSS * base / swings.get(e.records[0], math.inf)
-            left[e.records[0]] = 0.0, math.hypot(e.value, across) / (2.0 * math.pi * f0)
+        if e.parameter != INTEGRATED:
+            continue
+        record = b.campaign.record(e.records[0])
+        across = ACROSS * (record.base_amplitude or 0.0) / swings.get(record.id, math.inf)
+        if frequency := b.oscillates(record):
+            left[record.id] = 0.0, math.hypot(e.value, across) / (2.0 * math.pi * frequency)
     return left
 
 
