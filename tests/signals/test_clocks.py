@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.records.stored.store import RECORDERS, RecordWriter, open_record
 from vinesexp.signals.clocks import Course, _error_of_phase, fault_of, law_of
 
 
@@ -139,3 +139,36 @@ def test_a_long_displacement_is_looked_through_by_blocks(tmp_path, at):
     assert found is not None
     assert "the displacement jumps" in found.checks[0].detail
     assert peak < 8.0 * 12 * (1 << 20)
+
+
+@pytest.mark.parametrize("later", [0.0, 1.0])
+@pytest.mark.parametrize("depth", [0.0, 0.4])
+def test_two_clocks_are_no_two_starts(tmp_path, later, depth):
+    """Of a steady motion with two clocks that parts are most alike which overlap the least."""
+    t, clock, rng = np.arange(14_000) / RATE, 1.5e-3, np.random.default_rng(1)
+
+    def moves(at):
+        swells = 1.0 + depth * np.sin(2.0 * np.pi * 0.31 * at + 0.4)
+        return 5e-3 * swells * np.sin(2.0 * np.pi * F * at + 0.3)
+
+    own, h = later + (1.0 + clock) * t, 1e-4
+    bends = (moves(own + h) - 2.0 * moves(own) + moves(own - h)) / h**2
+    quantities = {"displacement": "displacement", "acceleration": "acceleration"}
+    recorders = {RECORDERS: "displacement;acceleration"}
+    path = tmp_path / "a.nc"
+    with RecordWriter(path, sample_rate=RATE, quantities=quantities, attributes=recorders) as one:
+        one.append({
+            "displacement": moves(t) + 2e-6 * rng.standard_normal(t.size),
+            "acceleration": bends + 0.1 * rng.standard_normal(t.size),
+        })  # fmt: skip
+    with open_record(path) as view:
+        found = fault_of(view, Record("a", path, "periodic"), F)
+        assert found is not None
+        left = sum(x.size for x in found.streams["displacement"])
+    (check,) = found.checks
+    if later and depth:  # a steady motion shows no start
+        assert check.check == "start of recorders"
+        assert abs(t.size - left - later * RATE) < clock * t.size
+    else:
+        assert check.check == "clock"
+        assert f"{100.0 * clock:+.2g}" in check.detail

@@ -47,7 +47,6 @@ _SHOWS = (0.5, 12.0)  # of the oscillation: where two recorders are compared
 _EDGE = 1.0  # periods at the ends of a record, over which a filter fades in
 _OVERLAP = 0.5  # of the record, that two recorders share at least
 _MOVE_ALIKE, _AS_GOOD = 0.8, 1.5  # correlation; times what the best shift leaves
-_OTHER_CLOCK = 0.02  # of the correlation, that clocks leave of recorders that began together
 _SAME_MOTION = 1e-5  # of the correlation: a cycle that differs by less is the same
 _TOGETHER = 0.04  # periods: less may be a lag, or a filter
 _STARTED = "start of recorders"  # check
@@ -426,7 +425,34 @@ def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> C
     if not own or "acceleration" in own or "acceleration" not in view.roles:
         return None
     k, step, (a, x) = coarse_channels(view, frequency, _FINER, "acceleration", "displacement")
-    v_a, v_x = (_velocity(y, step, frequency, order) for y, order in ((a, -1), (x, 1)))
+    v_a = _velocity(a, step, frequency, -1)
+    # A steady motion of two clocks is most alike where the least of it overlaps.
+    law, t = law_of(lag_over_time(a, x, step, frequency=frequency)), step * np.arange(x.size)
+    slopes = [law.slope] if law is not None and law.slopes and law.straight else []
+    tried = (np.interp(t, (1.0 - slope) * t, x) for slope in (*slopes, 0.0))
+    shifts = (_best_shift(v_a, _velocity(one, step, frequency, 1)) for one in tried)
+    best, shift, others = max(shifts, key=lambda one: one[0])
+    if best < _MOVE_ALIKE or abs(shift) * step * frequency <= _TOGETHER:
+        return None
+    samples = shift * k  # by which the first come late
+    periods = ", or whole periods of it more or less, as it repeats" if others else ""
+    detail = (
+        f"the recorders of {' and '.join(own)} and of the acceleration did not start together: the "
+        f"motion comes {samples / view.sample_rate:+.4g} s later in the first{periods}; they are "
+        "aligned by the motion. Start both with one trigger"
+    )
+    first, n = max(-samples, 0), view.n - abs(samples)
+    begins = {role: first + samples * (role in own) for role in view.roles}
+    streams = {role: samples_of(view, role, i, i + n) for role, i in begins.items()}
+    start = float(view.time(first, first + 1)[0])
+    return Correction([Check(record.id, _STARTED, "warning", detail)], streams, start)
+
+
+def _best_shift(v_a: FloatArray, v_x: FloatArray) -> tuple[float, int, bool]:
+    """How alike two records of one motion are at most, where, and whether elsewhere as well.
+
+    Of the shifts by which the second comes later at which they are, in samples, the smallest.
+    """
     n = v_a.size
     late = np.arange(-int(_OVERLAP * n), int(_OVERLAP * n) + 1)
     size = 1 << (2 * n - 1).bit_length()
@@ -442,27 +468,9 @@ def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> C
     bend = np.minimum(below - 2.0 * alike[top] + above, -1e-300)
     high = alike[top] - (below - above) ** 2 / (8.0 * bend)
     best = float(high.max(initial=0.0))
-    if best < _MOVE_ALIKE:
-        return None
-    # Clocks that differ leave something where both began together, and less at a wrong period.
-    near = np.abs(late[top]) * step * frequency <= _TOGETHER
-    allowed = np.where(near, _OTHER_CLOCK, _AS_GOOD * (1.0 - best) + _SAME_MOTION)
-    good = top[1.0 - high <= allowed]
-    shift = int(late[good[np.argmin(np.abs(late[good]))]])
-    if abs(shift) * step * frequency <= _TOGETHER:
-        return None
-    samples = shift * k  # by which the first come late
-    periods = ", or whole periods of it more or less, as it repeats" if good.size > 1 else ""
-    detail = (
-        f"the recorders of {' and '.join(own)} and of the acceleration did not start together: the "
-        f"motion comes {samples / view.sample_rate:+.4g} s later in the first{periods}; they are "
-        "aligned by the motion. Start both with one trigger"
-    )
-    first, n = max(-samples, 0), view.n - abs(samples)
-    begins = {role: first + samples * (role in own) for role in view.roles}
-    streams = {role: samples_of(view, role, i, i + n) for role, i in begins.items()}
-    start = float(view.time(first, first + 1)[0])
-    return Correction([Check(record.id, _STARTED, "warning", detail)], streams, start)
+    good = top[1.0 - high <= _AS_GOOD * (1.0 - best) + _SAME_MOTION]
+    shift = int(late[good[np.argmin(np.abs(late[good]))]]) if good.size else 0
+    return best, shift, good.size > 1
 
 
 def _velocity(y: FloatArray, step: float, frequency: float, order: int) -> FloatArray:
