@@ -171,6 +171,20 @@ def test_accelerometer_and_base_without_a_laser_give_their_impacts(tmp_path, mea
     assert f"{impacts.n} impacts found; no M and r by flights: 39 periods are too few" in reason
 
 
+@pytest.mark.parametrize("b", [0.03, 0.05])  # the wall reaches the ball, or does not
+def test_a_test_without_impacts_works_at_no_amplitude(tmp_path, measure, store, b):
+    """Damping and frequency were said at an amplitude at which a guide held the mass."""
+    record = measure(b=[b], drive=Harmonic(0.25e-3, F0), start=15.0 * (b < 0.04), duration=5.0)
+    measured, band, table = (tmp_path / name for name in ("m.nc", "c.nc", "i.csv"))
+    store(measured, record.channels, record.sample_rate)
+    condition(measured, band, f0_hint=F0)
+    impacts = impacts_of_record(measured, band, table, clearance=(b,))
+    row = Record("one", Path("f"), "periodic", clearance=(b,), frequency=(F0, F0))
+    found = estimate_record(row, Known(), measured=measured, conditioned=band, impacts=table)
+    works = any(e.parameter == "working_amplitude" for e in found)
+    assert (impacts.n > 0) == works == (b < 0.04)
+
+
 @pytest.mark.parametrize("per_period", [2.2, 3.2, 5.6])
 def test_a_decay_of_few_samples_a_period_is_read_or_refused_for_that(tmp_path, per_period):
     rate = F0 * per_period

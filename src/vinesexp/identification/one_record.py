@@ -211,8 +211,10 @@ def _by_test(
     if record.test == "ringdown":
         return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
-        found += _swing(record, view, band, frequency) + _released(record, view, band, frequency)
         table = read_impacts(impacts)
+        if table.n:
+            found += _swing(record, view, band, frequency)
+        found += _released(record, view, band, frequency)
         found += _driven(record, view, table, frequency, agreement)
         if agreement is not None and table.n:
             share = pulse_share(
@@ -256,7 +258,7 @@ def _without_laser(
 
 
 def _swing(record: Record, view: RecordView, band: RecordView, frequency: float) -> list[Estimate]:
-    """Amplitude at which a periodic test works: the effective one, m."""
+    """Amplitude at which a periodic test with impacts works: the effective one, m."""
     if record.test != "periodic":
         return []
     if "displacement" in view.roles:

@@ -478,7 +478,8 @@ def _did_not_work(b: float, amplitude: float) -> Said:
     return "ball", "warning", (
         "no impact: the ball is stuck, or no wall reaches it (the mass swings by "
         f"{1e3 * amplitude:.3g} mm, the clearance is {1e3 * b:.3g} mm); the test shows nothing of "
-        "the NES. Free the ball, or start it with a push"
+        "the NES. Free the ball, or start it with a push; where the mass hardly swings, look at "
+        "its guide"
     )  # fmt: skip
 
 
