@@ -336,9 +336,9 @@ def test_a_sensor_bends_by_a_share_of_what_it_reads(reach):
     """3 % at the ends of 14 mm is 155 1/m^2, of 50 mm 12: one width of both refused the first."""
     seen = SimpleNamespace(flights=SimpleNamespace(pulse=np.array([1e-3])), x=np.array([-reach]))
     o = SimpleNamespace(names=("even", "odd"), collisions={"a": seen}, releases={}, kinds={})
-    widths = {c.about: c.direction.prior.error for c in _effects(o)}
-    assert widths["even"] * reach == pytest.approx(0.01)
-    assert widths["odd"] * reach**2 == pytest.approx(0.01)
+    widths = {c.key: c.direction.prior.error for c in _effects(o)}
+    assert widths["effect even"] * reach == pytest.approx(0.01)
+    assert widths["effect odd"] * reach**2 == pytest.approx(0.01)
 
 
 def test_a_contact_is_looked_for_about_as_long_as_its_pulses():

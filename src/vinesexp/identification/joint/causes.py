@@ -70,7 +70,7 @@ _ALONG = {"bend": {"fade": 1.0, "slope": -1.0}}
 _ABOUT = {"fade": "slope"}
 #: Effects and changes are as small as in most labs or, more rarely, far larger: walls of steel and
 #: rubber, an amplifier in another range.
-_AS_FAR, _NEAR = (("", 1.0, 1), (", strong", 6.0, 5)), ("contact", "even", "odd")
+_AS_FAR, _NEAR = (("", 1.0, 1), (", strong", 6.0, 5)), ("contact",)
 _ANY = (
     2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
 )

@@ -83,6 +83,7 @@ _LOSES = (0.05, 0.95)  # restitutions at the usual speed between which r follows
 _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
 #: Scale of the Student distribution nearest to a normal one, over the deviation of that.
 _OF_NORMAL = 0.831
+_STRAIGHTENED = 3  # steps towards what a bent reading stands for, each some per cent of the last
 _SETTLED = 30  # steps towards that scale, each of which leaves less than half of what is off
 _TINY = 1e-9
 _SLOWEST = 0.02  # of the usual speed: slower ones, which noise may turn, count as this one
@@ -207,9 +208,11 @@ class Collisions:
 
         def straight(x: FloatArray, base: FloatArray) -> tuple[Numbers, Numbers]:
             """A place in space, and what the bend and the gain of the sensor make of a velocity."""
-            turned = odd * x
-            slower = scale * (1.0 - (2.0 * even + 3.0 * turned) * x)
-            return scale * (1.0 - (even + turned) * x) * x + beside * base, slower
+            true: Numbers = x
+            for _ in range(_STRAIGHTENED):
+                true = x / (1.0 + (even + odd * true) * true)
+            slower = scale / (1.0 + (2.0 * even + 3.0 * odd * true) * true)
+            return scale * true + beside * base, slower
 
         x, here = straight(self.x, self.base[0])
         x_before, there = straight(self.x_before, self.base[1])
