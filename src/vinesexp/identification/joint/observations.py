@@ -47,7 +47,7 @@ from vinesexp.identification.joint.unknowns import (
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.signals.channel_agreement import expected_lead
 from vinesexp.signals.impacts.from_integral import ACROSS
-from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.signals.impacts.impact_table import Impacts, typical_lateness
 
 #: Methods of single records that count; the cheaper ones are shown beside them.
 COUNTED = ("likelihood", "envelope", "sweep")
@@ -589,7 +589,8 @@ def _group(
         b.add(name, 0.0, 0.0)
     changing = {name: {b.own(f"own {name}", record, 0.0, ball=number): 1.0} for name in CHANGING}
     loose = b.loose(record)
-    lag, late = _late(b, record, collisions, both=both, integrated=integrated)
+    seen = typical_lateness(impacts.late_s[flights.index], impacts.late_error_s[flights.index])
+    lag, late = _late(b, record, collisions, seen, both=both, integrated=integrated)
     local = (
         {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         {ln_m: 1.0, "ln_M": -1.0,
@@ -629,18 +630,28 @@ def _group(
 
 
 def _late(
-    b: _Builder, record: Record, collisions: Collisions, *, both: bool, integrated: bool
-) -> tuple[float, dict[str, float]]:
+    b: _Builder, record: Record, collisions: Collisions, seen: tuple[float, float], *, both: bool,
+    integrated: bool,
+) -> tuple[float, dict[str, float]]:  # fmt: skip
     """Lateness of the displacement, s, that is expected in a record, and it as a sum of unknowns.
 
     `both` channels show the impacts, or the displacement is the acceleration `integrated`.
+    `seen` is what the bends of the displacement show of it, s, and the error of that. What the
+    phases of the channels make expected is as unsure as it differs from that: pulses may have
+    tails, which turn the phase of an acceleration and move no impact.
     """
     lag, error = b.late.get(record.id, (0.0, _LATE))
     pulse = collisions.flights.pulse
     durations = pulse[np.isfinite(pulse)]  # none where no pulse was believed
     centre = _OF_PULSE * float(np.median(durations)) if both and durations.size else 0.0
+    error = math.hypot(error, centre)
+    bends = both and math.isfinite(seen[0])
+    if bends and abs(seen[0] - lag) > _FEW * math.hypot(error, seen[1]):
+        error = abs(seen[0] - lag)
     common = b.add("late", 0.0, _LATE)
-    late = {common: 1.0, b.own("own late", record, math.hypot(error, centre), value=lag): 1.0}
+    late = {common: 1.0, b.own("own late", record, error, value=lag): 1.0}
+    if bends:
+        b.blocks.append(Block(record.id, "bends", ((late, 0.0),), _Single(*seen)))
     leads = record.test == "periodic" and not integrated
     return lag, late | ({_coupling(b, record): -1.0 / collisions.omega2} if leads else {})
 

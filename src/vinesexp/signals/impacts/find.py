@@ -25,7 +25,12 @@ from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.detection import Detection, detection_at
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_integral
-from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
+from vinesexp.signals.impacts.impact_table import (
+    Impacts,
+    no_impacts,
+    typical_lateness,
+    write_impacts,
+)
 from vinesexp.signals.impacts.one_ball import of_the_ball
 from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
@@ -357,7 +362,25 @@ def _by_pulses(
     if slopes is not None and _unresolved(found.jump, slopes):
         said.append(("aliased", "warning", _UNRESOLVED))
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
+    elif slopes is not None:
+        again = partial(_slopes, found, x=x, sign=sign, frequency=motion)
+        slopes = _with_lateness(slopes, lambda later: again(lag=lag + later))
     return found, slopes, sign
+
+
+def _with_lateness(slopes: SlopeChanges, later: Callable[[float], SlopeChanges]) -> SlopeChanges:
+    """Slopes with the lateness of the displacement that their bends show, however large.
+
+    A bend shows how late it is only from near by: what is read `later` shows the rest.
+    """
+    moved, seen = 0.0, slopes
+    for _ in range(_TURNS):
+        mean, error = typical_lateness(seen.shift, seen.shift_error)
+        if not abs(mean) > _SURE_LATE * error:
+            break
+        moved += mean
+        seen = later(moved)
+    return replace(slopes, shift=moved + seen.shift, shift_error=seen.shift_error)
 
 
 def _slopes(
@@ -586,6 +609,7 @@ def _by_displacement(
 
 
 _TURNS = 4
+_SURE_LATE = 3.0  # standard errors
 _BEND_KNOWN = 0.02  # periods: error of a time that a bend of the displacement shows
 
 
@@ -615,6 +639,8 @@ def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start:
         x_m=slopes.x,
         v_before_m_s=slopes.v_before,
         v_error_m_s=slopes.v_error,
+        late_s=slopes.shift,
+        late_error_s=slopes.shift_error,
         nes_confidence=unknown,
         crowded=found.crowded.astype(np.int64),
         clipped=found.clipped.astype(np.int64),

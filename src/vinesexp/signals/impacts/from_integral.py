@@ -74,7 +74,7 @@ def slopes_of_integral(
     unknown = np.full(found.time.size, np.nan)
     good = motion.within(found.time)
     return replace(
-        slopes, jump=unknown, jump_error=unknown,
+        slopes, jump=unknown, jump_error=unknown, shift=unknown, shift_error=unknown,
         x=np.where(good, slopes.x, np.nan), v_before=np.where(good, slopes.v_before, np.nan),
     )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +31,7 @@ class Impacts:
     jump_acceleration_m_s, jump_acceleration_error_m_s : area of the template.
     jump_displacement_m_s, jump_displacement_error_m_s : change of slope.
     x_m, v_before_m_s, v_error_m_s : displacement and velocity just before.
+    late_s, late_error_s : by which the displacement bends after the time at which these are read.
     nes_confidence : probability of `nes`.
     crowded, clipped : 1 where it overlaps another or is ill explained; where it saturated.
     """
@@ -49,6 +51,8 @@ class Impacts:
     x_m: FloatArray
     v_before_m_s: FloatArray
     v_error_m_s: FloatArray
+    late_s: FloatArray
+    late_error_s: FloatArray
     nes_confidence: FloatArray
     crowded: IntArray
     clipped: IntArray
@@ -88,3 +92,33 @@ def _impacts_of(rows: Sequence[Row]) -> Impacts:
         name: np.array([row[name] for row in rows], dtype=kind) for name, kind in kinds.items()
     }
     return Impacts(**found)
+
+
+def typical_lateness(late: FloatArray, error: FloatArray) -> tuple[float, float]:
+    """By which the displacement bends later at most impacts, s, and its standard error.
+
+    NaN where fewer than ten impacts show it.
+
+    Parameters
+    ----------
+    late, error : arrays (n,)
+        Of single impacts, s; NaN where it is not known.
+
+    Examples
+    --------
+    >>> late = np.append(1e-5 * (np.arange(11) - 4.0), 1.0)  # the last is none of them
+    >>> value, error = typical_lateness(late, np.full(12, 3e-5))
+    >>> round(value, 6), round(error, 6)
+    (1.5e-05, 1.1e-05)
+    """
+    known = np.isfinite(late) & np.isfinite(error)
+    if known.sum() < _FEWEST:
+        return math.nan, math.nan
+    late, error = late[known], error[known]
+    middle = float(np.median(late))
+    single = max(float(np.median(error)), 1.4826 * float(np.median(np.abs(late - middle))))
+    return middle, _OF_MEDIAN * single / math.sqrt(late.size)
+
+
+_FEWEST = 10
+_OF_MEDIAN = 1.2533  # error of a median over that of a mean
