@@ -72,6 +72,8 @@ def table_of(
         x_m=laser * x + _PLACE * rng.standard_normal(n),
         v_before_m_s=middle - 0.5 * both,
         v_error_m_s=_SPEED * ones,
+        late_s=np.nan * ones,  # no displacement is made, of which bends could be read
+        late_error_s=np.nan * ones,
         nes_confidence=ones,
         crowded=np.zeros(n, dtype=np.int64),
         clipped=np.zeros(n, dtype=np.int64),
