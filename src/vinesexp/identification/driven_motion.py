@@ -49,6 +49,7 @@ _HARMONICS, _DISTORTED = (2, 3), 0.02  # of a base that was not recorded; their 
 _MODULATED = 2e-4  # error of f0, relative, from which on it is that of a motion that repeats
 _TURNS = 3  # of the fit: scatter of the times and, where it is not recorded, the base's frequency
 _TINY = 1e-12
+_CHANCE = 2.0  # times what scatter makes of a kind of equations on average: one of ten has more
 _DAMPED = 0.02  # 2 zeta of an oscillator as there are
 _SHORTEST, _LONGEST = 0.12, 1.2  # periods; in longer ones an impact was missed
 _OUTSIDE, _PASSES = 3.0, 8
@@ -100,6 +101,9 @@ class DrivenMotion:
         `phase`, rad.
     swing : (float, float)
         Displacement at this rate, in phase with that channel and a quarter of a period ahead, m.
+    misfit : (float, float)
+        By which all f0 and zeta of such tests may be off alike, relative: kinds of equations, of
+        which each should ask for one oscillator, ask for others.
     by_corner : array (2, 5)
         What an AC coupling of the displacement with a corner of 1/s changes the values by: a first
         part, and one for each 1/s^2 of w0^2.
@@ -114,6 +118,7 @@ class DrivenMotion:
     middle: float
     phase: float
     swing: tuple[float, float]
+    misfit: tuple[float, float]
     by_corner: FloatArray
 
     @property
@@ -373,6 +378,7 @@ class _Rows:
     noise : arrays (rows, rows), covariance of each chunk's rows by the noise of the samples.
     jump : array (all rows,), of the velocity at the impact in the middle of a row, m/s, or 0.
     flight : array (all rows,), the flight that a row is counted with.
+    kind : array (all rows,), number of its function, by either wall.
     """
 
     sums: tuple[FloatArray, ...]
@@ -380,6 +386,7 @@ class _Rows:
     noise: tuple[FloatArray, ...]
     jump: FloatArray
     flight: IntArray
+    kind: IntArray
 
     def of(self, moments: FloatArray) -> FloatArray:
         """Moments (flights, functions, ...) summed to rows."""
@@ -413,7 +420,8 @@ class _Rows:
 
 def _rows(flights: _Flights, kept: BoolArray, noise: FloatArray) -> _Rows:
     """Equations of the flights kept: four inside each, one across each impact between two."""
-    sums, chunks, covariances, jumps, of_flight = [], [], [], [], []
+    sums, chunks, covariances, jumps, of_flight, kinds = [], [], [], [], [], []
+    walls = (flights.push > 0.0).astype(np.int64) * (_INSIDE + 1)
     for begin in range(0, kept.size, _CHUNK):
         own = begin + np.flatnonzero(kept[begin : begin + _CHUNK])
         n = own.size
@@ -433,8 +441,10 @@ def _rows(flights: _Flights, kept: BoolArray, noise: FloatArray) -> _Rows:
         covariances.append(B @ whole.reshape(6 * n, 6 * n) @ B.T)
         jumps.append(np.concatenate([np.zeros(_INSIDE * n), flights.jump[own[across]]]))
         of_flight.append(np.concatenate([np.repeat(own, _INSIDE), own[across]]))
-    return _Rows(tuple(sums), tuple(chunks), tuple(covariances), np.concatenate(jumps),
-                 np.concatenate(of_flight))  # fmt: skip
+        kinds.append(np.concatenate([inside % _INSIDE, np.full(across.size, _INSIDE)]))
+    flight = np.concatenate(of_flight)
+    return _Rows(tuple(sums), tuple(chunks), tuple(covariances), np.concatenate(jumps), flight,
+                 np.concatenate(kinds) + walls[flight])  # fmt: skip
 
 
 def _fitted(
@@ -495,7 +505,7 @@ def _fitted(
     return DrivenMotion(
         found.values, found.information, w, scale, e is not None, found.flights,
         flights.begin + middle * flights.step, phase, (swing.real, swing.imag),
-        found.by_corner,
+        found.misfit, found.by_corner,
     )  # fmt: skip
 
 
@@ -537,12 +547,14 @@ def _ordinary(found: _Solved, w: float) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Solved:
-    """Values sought, the information about them, what a corner changes them by; how far the base's
-    phase turns, in units of `_KNOWN_RATE`, scatter of the impacts' times.
+    """Values sought, the information about them, by which f0 and zeta may be off, relative; what a
+    corner changes them by; how far the base's phase turns, in units of `_KNOWN_RATE`, scatter of
+    the impacts' times.
     """
 
     values: FloatArray
     information: FloatArray
+    misfit: tuple[float, float]
     by_corner: FloatArray
     turned: float
     lag: float
@@ -571,17 +583,28 @@ def _solved(
     # what drift, lag and frequency can stand for says nothing of the five
     others = A[:, _SOUGHT:] / size[_SOUGHT:]
     own = A[:, :_SOUGHT] - others @ np.linalg.lstsq(others, A[:, :_SOUGHT], rcond=1e-12)[0]
-    information = _of_scatter(own[:count], left[:count], rows.flight)
+    information, kinds = _of_scatter(own[:count], left[:count], rows)
     values = p[:_SOUGHT]
+    misfit = (0.0, 0.0) if _repeats(values, information) else _relative(values, kinds)
     by_corner = -(np.linalg.lstsq(A / size, q, rcond=1e-12)[0].T / size)[:, :_SOUGHT]
     if _repeats(values, information):
-        values, information = _of_base(own, left, values, rows.flight, w)
+        values, information = _of_base(own, left, values, rows, w)
         q = q - others @ np.linalg.lstsq(others, q, rcond=1e-12)[0]
         by_corner = np.zeros((2, _SOUGHT))
         by_corner[:, _BASE] = -np.linalg.lstsq(own[:, _BASE], q, rcond=1e-12)[0].T
     times = _scatter_of_times(rows, y - design @ p)
     turned = float(p[_SOUGHT]) if held else 0.0
-    return _Solved(values, information, by_corner, turned, times, len(np.unique(rows.flight)))
+    flights = len(np.unique(rows.flight))
+    return _Solved(values, information, misfit, by_corner, turned, times, flights)
+
+
+def _relative(values: FloatArray, covariance: FloatArray) -> tuple[float, float]:
+    """Standard errors of ln f0 and ln zeta by the covariance of the five."""
+    by_f0 = 0.5 / values[0]
+    slopes = np.array([[by_f0, 0.0], [-by_f0, 1.0 / values[1]]])
+    variances = ((slopes @ covariance[:2, :2]) * slopes).sum(axis=1)
+    f0, zeta = np.sqrt(np.maximum(variances, 0.0)).tolist()
+    return f0, zeta
 
 
 def _without_outliers(
@@ -608,17 +631,36 @@ def _without_outliers(
     return p, left
 
 
-def _of_scatter(columns: FloatArray, left: FloatArray, flight: IntArray) -> FloatArray:
-    """Information about coefficients, by what each flight leaves, with its weight."""
+def _of_scatter(
+    columns: FloatArray, left: FloatArray, rows: _Rows
+) -> tuple[FloatArray, FloatArray]:
+    """Information about coefficients, by what each flight leaves, with its weight.
+
+    And by what each kind of function leaves of all flights, beyond what their scatter may make of
+    it: where a second mode rings after each impact, every kind asks for another oscillator, however
+    many flights there are. That part of the covariance by itself is the second value.
+    """
     unit = np.sqrt((columns**2).sum(axis=0))
     columns = columns / unit
-    scores = np.zeros((int(flight.max()) + 1, unit.size))
-    np.add.at(scores, flight, columns * left[:, np.newaxis])
+    each = columns * left[:, np.newaxis]
+    scores = np.zeros((int(rows.flight.max()) + 1, unit.size))
+    np.add.at(scores, rows.flight, each)
     H, S = columns.T @ columns, scores.T @ scores
-    flights = len(np.unique(flight))
-    information = H @ np.linalg.solve(S + _TINY * np.trace(S) * np.eye(unit.size), H)
+    S, K = S + _TINY * np.trace(S) * np.eye(unit.size), np.zeros_like(S)
+    for kind in np.unique(rows.kind):
+        own = each[rows.kind == kind]
+        score, scatter = own.sum(axis=0), own.T @ own
+        scatter += _TINY * np.trace(scatter) * np.eye(unit.size)
+        chance = float(score @ np.linalg.solve(scatter, score)) / unit.size
+        K += max(1.0 - _CHANCE / max(chance, 1e-300), 0.0) * np.outer(score, score)
+    flights = len(np.unique(rows.flight))
+    information = H @ np.linalg.solve(S + K, H)
     share = max(flights - unit.size - 1, 1) / flights
-    return np.asarray(information * unit[:, np.newaxis] * unit * share)
+    back = np.linalg.pinv(H) / np.outer(unit, unit)
+    return (
+        np.asarray(information * unit[:, np.newaxis] * unit * share),
+        np.asarray(back @ (K * np.outer(unit, unit)) @ back),
+    )
 
 
 def _repeats(values: FloatArray, information: FloatArray) -> bool:
@@ -633,7 +675,7 @@ def _repeats(values: FloatArray, information: FloatArray) -> bool:
 
 
 def _of_base(
-    own: FloatArray, left: FloatArray, values: FloatArray, flight: IntArray, w: float
+    own: FloatArray, left: FloatArray, values: FloatArray, rows: _Rows, w: float
 ) -> tuple[FloatArray, FloatArray]:
     """The base for a given oscillator, and no more: what a motion that repeats can say.
 
@@ -642,11 +684,11 @@ def _of_base(
     resonance, lightly damped.
     """
     known = np.array([w * w, _DAMPED * w, 0.0])
-    count, base, others = flight.size, own[:, _BASE], own[:, _KNOWN]
+    count, base, others = rows.flight.size, own[:, _BASE], own[:, _KNOWN]
     asked = left + base @ values[_BASE] + others @ (values[_KNOWN] - known)
     by_known = np.linalg.lstsq(base, others, rcond=1e-12)[0]  # what one more takes from the base
     found = np.linalg.lstsq(base, asked, rcond=1e-12)[0]
-    inner = _of_scatter(base[:count], (asked - base @ found)[:count], flight)
+    inner = _of_scatter(base[:count], (asked - base @ found)[:count], rows)[0]
     values, information = np.zeros(_SOUGHT), np.zeros((_SOUGHT, _SOUGHT))
     values[_BASE], values[_KNOWN] = found, known
     information[_BASE, _BASE] = inner

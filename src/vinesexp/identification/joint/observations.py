@@ -263,6 +263,9 @@ def observe(
         if record.exclude or record.id not in impacts:
             continue
         _flights(b, record, impacts[record.id], driven.get(record.id))
+    for k, name in enumerate(("f0", "zeta")):
+        off = [one.misfit[k] for one in driven.values()]
+        b.add(f"driven {name}", 0.0, float(np.median(off)) if off else 0.0)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
             _base(b, record, found, driven.get(record.id))
@@ -910,11 +913,11 @@ def _answered(
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add("mounting f0", 0.0, inputs.remounting.of(1.0), of=place): 1.0,
           b.own("own f0", record, math.hypot(_OWN_F0, bent)): 1.0,
-          "rolling": -0.5 * eps}, of["f0"].constant),
+          "driven f0": 1.0, "rolling": -0.5 * eps}, of["f0"].constant),
         ({"ln_zeta": 1.0, **at["zeta"],
           b.add("mounting zeta", 0.0, inputs.damping.of(1.0), of=place): 1.0,
           b.own("own zeta", record, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
-          "rolling": -0.5 * eps}, of["zeta"].constant),
+          "driven zeta": 1.0, "rolling": -0.5 * eps}, of["zeta"].constant),
         ({**base, **b.own_gain(record, "displacement"), _beside(b, record): inertia.real,
           b.own("own base", record, _OWN_BASE): 1.0,
           b.own("bent", record, math.hypot(_CHANNELS, off)): 1.0},
