@@ -12,7 +12,11 @@ from scipy.signal import bilinear, lfilter
 from tests.combined import combined, leading
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, analyse, simulate
+from vinesexp.identification.estimate import combined as the_combined
+from vinesexp.pipeline import analyse_record, identify_together
+from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.channel_agreement import compare_channels
 from vinesexp.signals.clocks import drive_phase, lag_over_time, law_of, mend_clocks
@@ -427,3 +431,52 @@ def test_tails_of_pulses_are_no_lateness_of_the_displacement(tail):
     value, error = value_of(found, "r")
     assert abs(value - R) < 3.0 * error < 0.002
     assert not found.checks.check.isin(["cause", "either"]).any()
+
+
+def ring_down(*, seconds: float = 20.0, seed: int = 7):
+    """The same channels while the mass decays from 10 mm, its base at rest, its cavity empty."""
+    t, rng = np.arange(round(seconds * RATE)) / RATE, np.random.default_rng(seed)
+    pole = complex(-0.5 * C1 / M, np.sqrt(K1 / M - (0.5 * C1 / M) ** 2))
+    swing = 0.01 * np.exp(pole * t)
+    return {
+        "base": 1e-7 * rng.standard_normal(t.size),
+        "displacement": swing.real + 5e-6 * rng.standard_normal(t.size),
+        "acceleration": (pole**2 * swing).real + 0.3 * rng.standard_normal(t.size),
+    }
+
+
+CAMPAIGN = """\
+title: crosstalk
+known: {mass: 4.7 kg, nes_mass: 32 g}
+channels:
+  base: {column: base, quantity: displacement, unit: m}
+  displacement: {column: displacement, quantity: displacement, unit: m}
+  acceleration: {column: acceleration, quantity: acceleration, unit: m/s^2}
+sample_rate: 5 kHz
+"""
+RECORDS = """\
+record,file,test,clearance_mm,base_amplitude_mm,frequency_hz,release_mm
+ring,ring.npz,ringdown,,,,10
+one,one.npz,periodic,40,0.25,7.862,
+two,two.npz,periodic,45,0.25,7.862,
+"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("share", [0.0, 1e-3, -7e-4])
+def test_what_the_base_channel_picks_up_of_the_mass_is_no_other_f0(tmp_path, share):
+    """It looks like a base that yields; f0 was 6 errors off, and b_c with it."""
+    records = {"ring": ring_down(), "one": channels(0.04), "two": channels(0.045, seed=1)}
+    for name, given in records.items():
+        base = given["base"] + share * given["displacement"]
+        np.savez(tmp_path / f"{name}.npz", **given | {"base": base})
+    (tmp_path / "campaign.yaml").write_text(CAMPAIGN)
+    (tmp_path / "records.csv").write_text(RECORDS)
+    campaign, paths = load_campaign(tmp_path), ResultPaths(tmp_path / "results")
+    for record in campaign.records:
+        analyse_record(campaign, record, paths=paths, strict=True)
+    rows = identify_together(campaign, paths=paths).rows
+    f0, zeta = (the_combined(rows, name) for name in ("f0", "zeta"))
+    assert abs(f0.value - np.sqrt(K1 / M) / (2.0 * np.pi)) < 2.5 * f0.std_error
+    assert f0.std_error < 3e-4 * f0.value
+    assert abs(zeta.value - C1 / (2.0 * np.sqrt(K1 * M))) < 2.5 * zeta.std_error

@@ -101,12 +101,12 @@ class DrivenMotion:
         `phase`, rad.
     swing : (float, float)
         Displacement at this rate, in phase with that channel and a quarter of a period ahead, m.
-    misfit : (float, float)
-        By which all f0 and zeta of such tests may be off alike, relative: kinds of equations, of
-        which each should ask for one oscillator, ask for others.
     by_corner : array (2, 5)
         What an AC coupling of the displacement with a corner of 1/s changes the values by: a first
         part, and one for each 1/s^2 of w0^2.
+    misfit : (float, float)
+        By which all f0 and zeta of such tests may be off alike, relative: kinds of equations, of
+        which each should ask for one oscillator, ask for others.
     """
 
     values: FloatArray
@@ -118,8 +118,8 @@ class DrivenMotion:
     middle: float
     phase: float
     swing: tuple[float, float]
-    misfit: tuple[float, float]
     by_corner: FloatArray
+    misfit: tuple[float, float] = (0.0, 0.0)
 
     @property
     def oscillator(self) -> dict[str, float]:
@@ -505,7 +505,7 @@ def _fitted(
     return DrivenMotion(
         found.values, found.information, w, scale, e is not None, found.flights,
         flights.begin + middle * flights.step, phase, (swing.real, swing.imag),
-        found.misfit, found.by_corner,
+        found.by_corner, found.misfit,
     )  # fmt: skip
 
 

@@ -89,6 +89,8 @@ _INTEGRATED = 30.0
 _OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
 #: What looks like friction in it, as a share of what drives the mass.
 _OWN_PUSH = 3e-3
+#: From one channel of a recorder to another, 60 dB.
+_CROSSTALK = 1e-3
 #: Effects that another record need not have: a floor gets dusty, a cavity is set up anew.
 CHANGING = ("friction", "tilt")
 _FEWEST = 10  # collisions of a record
@@ -163,6 +165,7 @@ class _Builder:
 
     campaign: Campaign
     law: Law
+    follows: Mapping[str, float]
     priors: dict[str, Prior] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
@@ -224,6 +227,20 @@ class _Builder:
     def has(self, record: Record, role: str) -> bool:
         return role in self.campaign.setup_of(record).channels
 
+    def crosstalk(self, record: Record, per: float) -> dict[str, float]:
+        """Share of the mass's motion that the recorder of the base picks up, times a factor.
+
+        In ring-downs it looks like a base that yields, which may be as much of it.
+        """
+        own = [
+            share for id, share in self.follows.items()
+            if self.campaign.record(id).setup == record.setup
+        ]  # fmt: skip
+        if not own:
+            return {}
+        error = min(float(np.median(own)), _CROSSTALK)
+        return {self.add("crosstalk", 0.0, error, of=record.setup): per}
+
     def oscillates(self, record: Record) -> float:
         """Frequency of the motion in a record, Hz: f0, or where nothing shows it that of the base.
 
@@ -249,7 +266,8 @@ def observe(
     impacts, driven : mapping
         Record id to its impact table, and to its motion between impacts.
     """
-    b = _Builder(campaign, law_asked(found, campaign))
+    follows = {e.records[0]: e.value for e in found if e.parameter == "base_follows"}
+    b = _Builder(campaign, law_asked(found, campaign), follows)
     _rig(b, found, driven)
     _decays(b, [e for e in found if e.method != "sweep"])
     _start_mass(b, found)
@@ -359,6 +377,8 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
             ]  # fmt: skip
             if kind == "f0":
                 sums[0]["clock"] = -1.0
+                if record.id in b.follows:  # freed of all of it, as of a base that yields
+                    sums[0] |= b.crosstalk(record, 0.5)
             if load:
                 b.loads[load] = b.add(
                     "load", 0.0, inputs.added_mass.of(load), of=f"{1e3 * load:g} g"
@@ -846,6 +866,7 @@ def _base(
             seen = math.log(e.value / level)
             error = max(e.std_error / e.value, 1e-5)
             sums = ({**here, b.gain(record, "base"): 1.0,
+                     **b.crosstalk(record, _per_base(driven).real),
                      b.own("own base", record, _OWN_BASE): 1.0}, 0.0)  # fmt: skip
             b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
     if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
@@ -892,7 +913,8 @@ def _answered(
         lags = [e.value for e in found if e.parameter == "channel_lag"]
         width = math.hypot(_BASE_LATE, float(np.median(lags)) if lags else 0.0)
         late = b.add("base late", 0.0, width, of=record.setup)
-        turned = {late: driven.rate, b.own("own base late", record, 0.0): driven.rate}
+        turned = {late: driven.rate, b.own("own base late", record, 0.0): driven.rate,
+                  **b.crosstalk(record, -_per_base(driven).imag)}  # fmt: skip
         inverted = math.pi if math.cos(phase) < 0.0 else 0.0
     else:
         turned = {b.own("base phase", record, _WIDE, value=phase): 1.0}
@@ -927,6 +949,14 @@ def _answered(
         ({_coupling(b, record): 1.0}, 0.0),
         (rubs, 0.0),
     )  # fmt: skip
+
+
+def _per_base(driven: DrivenMotion | None) -> complex:
+    """Displacement of the mass over what the base's channel shows, both at the base's frequency.
+
+    0 where the motion was not held beside that channel.
+    """
+    return complex(*driven.swing) / driven.scale if driven and driven.recorded else 0j
 
 
 def _inertia(f0: float, zeta: float, rate: float) -> complex:
