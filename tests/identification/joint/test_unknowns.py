@@ -142,3 +142,20 @@ def test_a_tempered_block_counts_as_if_its_errors_were_larger():
     p = np.array([0.3, -0.2, 0.9])
     for tempered, plain in zip(Tempered(problem(1), 9.0)(p), wide(p), strict=True):
         np.testing.assert_allclose(tempered, plain, rtol=1e-12)
+
+
+@pytest.mark.parametrize("sigma", [1e-3, 1e-13])
+def test_where_digits_are_not_enough_there_is_a_value_and_no_evidence(sigma):
+    """A campaign was lost: near a bad fit twelve unknowns had a sum that was known to 13 digits."""
+    names = tuple(f"u{k}" for k in range(12))
+    A = np.random.default_rng(2).normal(size=(40, 1)) * np.ones(12)
+    look = Line(A, A @ np.full(12, 0.5), sigma)
+    beliefs = Beliefs({name: Prior(0.0, 1.0) for name in names})
+    block = Block("r", "line", tuple(({name: 1.0}, 0.0) for name in names), look)
+    found = posterior_of(expand([block], names, np.zeros(12)), beliefs)
+    assert found.of(dict.fromkeys(names, 1.0))[0] == pytest.approx(6.0, rel=1e-3)
+    if sigma == 1e-3:
+        assert found.of({"u0": 1.0, "u1": -1.0})[1] == pytest.approx(math.sqrt(2.0), rel=1e-3)
+        assert found.log_evidence > -1e9
+    else:
+        assert found.log_evidence < -1e9

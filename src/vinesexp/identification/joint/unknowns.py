@@ -234,6 +234,7 @@ class Beliefs:
 
 
 _KNOWN = 2e-9  # width of what is known as well as any number
+_NO_EVIDENCE = -1e12
 _EXACT = 1e-4  # of an uncertainty: as good as none, and no matrix becomes singular
 
 
@@ -298,12 +299,26 @@ def _scaled(data: Quadratic, beliefs: Beliefs) -> _Scaled:
     start = data.at - mean[:n] - D @ mean[n:]
     slope = data.gradient + data.information @ start
     g = w * np.concatenate([slope[own], D.T @ slope])
-    factor = cholesky(H, lower=True, check_finite=False)
+    factor, sure = _factor(H)
     half = solve_triangular(factor, g, lower=True, check_finite=False)
     # half of the square, less what the expansion has at the prior means
     fit = float(0.5 * half @ half - 0.5 * (data.gradient + slope) @ start)
-    evidence = fit - float(np.log(np.diag(factor)).sum())
+    evidence = fit - float(np.log(np.diag(factor)).sum()) if sure else _NO_EVIDENCE
     return _Scaled(mean, width, free, factor, half, evidence)
+
+
+def _factor(H: FloatArray) -> tuple[FloatArray, bool]:
+    """Lower factor by Cholesky, and whether the digits are enough for it.
+
+    Where a fit went so far that records seem to know a sum of unknowns to all digits, rounding is
+    more than the priors: no set of causes that leads there is to be believed.
+    """
+    try:
+        return np.asarray(cholesky(H, lower=True, check_finite=False)), True
+    except np.linalg.LinAlgError:
+        size = np.sqrt(np.diag(H))[:, None]
+        C = H / size / size.T + len(H) * np.finfo(np.float64).eps * np.eye(len(H))
+        return np.asarray(size * cholesky(C, lower=True, check_finite=False)), False
 
 
 def evidence_of(data: Quadratic, beliefs: Beliefs) -> float:
