@@ -36,6 +36,7 @@ MENDED = ("periodic", "ringdown", "transient")
 _POINTS, _FINER = 48, 400  # means a cycle; where impacts must not alias into them
 _FEWEST = 12  # windows
 _NEAR = (0.8, 1.2)  # of the oscillation: lines of a window
+_ABOVE, _COHERENT, _FEWEST_LINES = (1.6, 12.0), 0.7, 3  # of the oscillation: lines; alike
 _LAG_CYCLES = 4  # of a window of the lag; the next begins half of it later
 _FALSE_ALARMS = 1e-6  # of records without a fault in which one is found, were the scatter normal
 _WHOLE = 0.25  # samples by which a step may be less than one and still be a lost one
@@ -495,13 +496,14 @@ def _between_channels(view: RecordView, record: Record, frequency: float) -> Cor
     if law is None:
         return None
     rate, length = view.sample_rate, view.n / view.sample_rate
-    if law.steps and abs(law.step) * rate > 1.0 - _WHOLE:
+    steps = law.steps and abs(law.step) * rate > 1.0 - _WHOLE
+    if steps and _delays(a[free:], x[free:], step, frequency, law):
         # A displacement that comes earlier beside the acceleration has lost samples.
         role = "displacement" if law.step < 0.0 else "acceleration"
         seen = f"its lag beside the other channels steps by {1e3 * abs(law.step):.3g} ms"
         at, reach = free * k + law.at * rate, _LAG_CYCLES * rate / frequency
         return _lost_at(view, record, at, reach, seen, role, round(abs(law.step) * rate))
-    if not (law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS):
+    if steps or not (law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS):
         return None
     role = _of_its_own(view, frequency, law.slope)
     detail = (
@@ -516,6 +518,32 @@ def _between_channels(view: RecordView, record: Record, frequency: float) -> Cor
     streams = {one: _on_clock(view, one, 1.0 - law.slope) for one in moved}
     own = rate * (1.0 - law.slope) if role == "acceleration" else None
     return Correction([check], streams, sample_rate=own)
+
+
+def _delays(a: FloatArray, x: FloatArray, step: float, frequency: float, law: Law) -> bool:
+    """Whether the lag steps above the oscillation as well, or nothing moves there to show it.
+
+    Lost samples turn the phase of each line by w times the step. A sensor whose spikes leave a
+    tail, or one that moves across its axis, turns that of the oscillation as its motion changes.
+    """
+    size = round(_LAG_CYCLES / (frequency * step))
+    begins = np.arange(0, min(a.size, x.size) - size + 1, max(size // 2, 1))
+    above, w = lines_between(size, step, _ABOVE, frequency)
+    pairs = (
+        second_derivative_beside(a[i : i + size], x[i : i + size], step, w, above) for i in begins
+    )
+    cross = np.stack([A * X.conj() for A, X in pairs])
+    middle = (begins + 0.5 * size) * step
+    apart = 0.5 * size * step  # a window across the step shows a mixture
+    parts = [cross[middle < law.at - apart], cross[middle > law.at + apart]]
+    sums = [part.sum(axis=0) for part in parts]
+    sizes = [np.maximum(np.abs(part).sum(axis=0), 1e-300) for part in parts]
+    both = np.minimum(*(np.abs(one) / of for one, of in zip(sums, sizes, strict=True)))
+    if (both > _COHERENT).sum() < _FEWEST_LINES:
+        return True
+    turned = np.angle(sums[1] * sums[0].conj())
+    weight = np.where(both > _COHERENT, np.minimum(*np.abs(sums)), 0.0)
+    return float(weight @ np.cos(turned - w * law.step)) > float(weight @ np.cos(turned))
 
 
 def _lost_at(

@@ -41,6 +41,8 @@ def test_a_gain_is_no_surer_than_the_motion_across_the_axis_in_any_test_of_its_s
     b = SimpleNamespace(
         campaign=SimpleNamespace(record=records.__getitem__),
         own_gain=lambda _, role: {role: 1.0},
+        oscillates=lambda _: 8.0,
+        contradicted=lambda _: 0.0,
         blocks=[],
     )
     found = [Estimate("accelerometer_gain", 1.01, 1e-4, "1", "channels", (id,)) for id in records]
@@ -70,6 +72,8 @@ def test_a_gain_is_as_unsure_as_ring_downs_and_driven_tests_differ(ring_down, er
     b = SimpleNamespace(
         campaign=SimpleNamespace(record=records.__getitem__),
         own_gain=lambda _, role: {role: 1.0},
+        oscillates=lambda _: 8.0,
+        contradicted=lambda _: 0.0,
         blocks=[],
     )
     gains = {"a": 1.0, "b": ring_down}
@@ -162,7 +166,8 @@ def test_a_base_whose_motion_nobody_knows_is_in_no_sum():
     record = SimpleNamespace(id="a", setup="", test="periodic", exclude=False, clearance=(0.01,))
     b = SimpleNamespace(
         start={"ln_f0": 2.0}, campaign=SimpleNamespace(record=lambda _: record),
-        own_gain=lambda _, role: {role: 1.0}, blocks=[],
+        own_gain=lambda _, role: {role: 1.0}, blocks=[], oscillates=lambda _: 8.0,
+        contradicted=lambda _: 0.0,
     )  # fmt: skip
     _sensors(b, [Estimate("accelerometer_gain", 1.0, 1e-4, "1", "channels", ("a",))], {"a": None})
     _sensors(

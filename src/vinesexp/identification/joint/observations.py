@@ -177,6 +177,7 @@ class _Builder:
     gains: dict[tuple[str, str], str] = field(default_factory=dict)
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
     late: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bends: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sums: dict[tuple[str, int], tuple[Sum, ...]] = field(default_factory=dict)
     alone: dict[tuple[str, int], FloatArray] = field(default_factory=dict)
     rolls_from: dict[str, FloatArray] = field(default_factory=dict)
@@ -241,6 +242,16 @@ class _Builder:
         error = min(float(np.median(own)), _CROSSTALK)
         return {self.add("crosstalk", 0.0, error, of=record.setup): per}
 
+    def contradicted(self, record: Record, more: float = 0.0) -> float:
+        """By which the bends of the displacement surely contradict the lateness by phase, s.
+
+        `more` is an error, s, beside those of both.
+        """
+        lag, error = self.late.get(record.id, (0.0, _LATE))
+        seen, seen_error = self.bends.get(record.id, (lag, 0.0))
+        off = abs(seen - lag)
+        return off if off > _FEW * math.hypot(error, seen_error, more) else 0.0
+
     def oscillates(self, record: Record) -> float:
         """Frequency of the motion in a record, Hz: f0, or where nothing shows it that of the base.
 
@@ -275,8 +286,12 @@ def observe(
     b.blocks.clear()
     _decays(b, found)
     _start_tests(b, driven)
-    _sensors(b, found, driven)
     b.late = _lateness(b, found, impacts) | _phases(b, found)
+    b.bends = {
+        id: seen for id, table in impacts.items()
+        if math.isfinite((seen := typical_lateness(table.late_s, table.late_error_s))[0])
+    }  # fmt: skip
+    _sensors(b, found, driven)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if record.exclude or record.id not in impacts:
             continue
@@ -545,8 +560,8 @@ def _lateness(
 ) -> dict[str, tuple[float, float]]:
     """Lateness that is left in the displacement of each record, s, and its standard error.
 
-    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, and
-    their accelerometer one corner or none, which all records together know better.
+    Each record was read later by the lag that it shows itself. Channels of one setup have one lag,
+    and their accelerometer one corner or none, which all records together know better.
     """
     rows = {(e.parameter, e.records[0]): e for e in found if e.method == "channels"}
     left: dict[str, tuple[float, float]] = {}
@@ -567,7 +582,8 @@ def _lateness(
             )
             lead, lead_error = expected_lead(corner, corner_error, frequency=frequency)
             lag, error = lag - lead, math.hypot(error, lead_error)
-        left |= {id: (lag - rows["channel_lag", id].value, error) for id in hit}
+        read = {id: float(impacts[id].read_later_s[0]) for id in hit if impacts[id].n}
+        left |= {id: (lag - later, error) for id, later in read.items()}
     return left
 
 
@@ -612,8 +628,7 @@ def _group(
         b.add(name, 0.0, 0.0)
     changing = {name: {b.own(f"own {name}", record, 0.0, ball=number): 1.0} for name in CHANGING}
     loose = b.loose(record)
-    seen = typical_lateness(impacts.late_s[flights.index], impacts.late_error_s[flights.index])
-    lag, late = _late(b, record, collisions, seen, both=both, integrated=integrated)
+    lag, late = _late(b, record, collisions, both=both, integrated=integrated)
     local = (
         {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         {ln_m: 1.0, "ln_M": -1.0,
@@ -653,28 +668,24 @@ def _group(
 
 
 def _late(
-    b: _Builder, record: Record, collisions: Collisions, seen: tuple[float, float], *, both: bool,
-    integrated: bool,
-) -> tuple[float, dict[str, float]]:  # fmt: skip
+    b: _Builder, record: Record, collisions: Collisions, *, both: bool, integrated: bool
+) -> tuple[float, dict[str, float]]:
     """Lateness of the displacement, s, that is expected in a record, and it as a sum of unknowns.
 
-    `both` channels show the impacts, or the displacement is the acceleration `integrated`.
-    `seen` is what the bends of the displacement show of it, s, and the error of that. What the
-    phases of the channels make expected is as unsure as it differs from that: pulses may have
-    tails, which turn the phase of an acceleration and move no impact.
+    `both` channels show the impacts, or the displacement is the acceleration `integrated`. The
+    bends of the displacement observe it, too; the phases of the channels are as unsure as they
+    contradict these.
     """
-    lag, error = b.late.get(record.id, (0.0, _LATE))
     pulse = collisions.flights.pulse
     durations = pulse[np.isfinite(pulse)]  # none where no pulse was believed
     centre = _OF_PULSE * float(np.median(durations)) if both and durations.size else 0.0
-    error = math.hypot(error, centre)
-    bends = both and math.isfinite(seen[0])
-    if bends and abs(seen[0] - lag) > _FEW * math.hypot(error, seen[1]):
-        error = abs(seen[0] - lag)
+    lag, error = b.late.get(record.id, (0.0, _LATE))
+    error = math.hypot(error, centre, b.contradicted(record, centre))
     common = b.add("late", 0.0, _LATE)
     late = {common: 1.0, b.own("own late", record, error, value=lag): 1.0}
-    if bends:
-        b.blocks.append(Block(record.id, "bends", ((late, 0.0),), _Single(*seen)))
+    if both and record.id in b.bends:
+        seen = _Single(*b.bends[record.id])
+        b.blocks.append(Block(record.id, "bends", ((late, 0.0),), seen))
     leads = record.test == "periodic" and not integrated
     return lag, late | ({_coupling(b, record): -1.0 / collisions.omega2} if leads else {})
 
@@ -808,7 +819,8 @@ def _sensors(b: _Builder, found: Sequence[Estimate], driven: Mapping[str, Driven
     A motion across the sensor's axis has a part in phase too, about as large as what turns the
     phase: a gain of another test, with other motion across, may differ by as much, whether that
     test shows it by its phase or not. So may ring-downs and driven tests, which have other motions
-    across: nobody knows which of them shows the gain.
+    across: nobody knows which of them shows the gain. What turns the phase from the lateness that
+    bends show, such as tails of pulses, changes the gain by as much.
     """
     across = _apart(b, found)
     for e in found:
@@ -828,7 +840,8 @@ def _sensors(b: _Builder, found: Sequence[Estimate], driven: Mapping[str, Driven
         if (moved := driven.get(record.id)) and (base := _phasor(b, moved)) is not None:
             lacks = {_beside(b, record): (base / complex(*moved.swing)).real}
         sums = ({**b.own_gain(record, "acceleration"), **displaced, **area, **lacks}, 0.0)
-        error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.setup, 0.0))
+        turned = 2.0 * math.pi * b.oscillates(record) * b.contradicted(record)
+        error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.setup, 0.0), turned)
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
         )

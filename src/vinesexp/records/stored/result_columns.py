@@ -27,7 +27,7 @@ IMPACTS = Table(
         confidence:.9g time_error_s:.9g velocity_jump_error_m_s:.9g jump_acceleration_m_s:.9g
         jump_acceleration_error_m_s:.9g jump_displacement_m_s:.9g
         jump_displacement_error_m_s:.9g x_m:.9g v_before_m_s:.9g v_error_m_s:.9g
-        late_s:.9g late_error_s:.9g nes_confidence:.9g crowded:whole clipped:whole
+        read_later_s:.9g late_s:.9g late_error_s:.9g nes_confidence:.9g crowded:whole clipped:whole
     """))  # fmt: skip
 
 IDENTIFIED = Table(

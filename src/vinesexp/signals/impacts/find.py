@@ -311,15 +311,15 @@ def _struck(
 ) -> Impacts:  # fmt: skip
     """Impacts of balls in an open record; none where no channel of the mass shows them."""
     motion, sign = conditioned.oscillation, 1.0
-    found, slopes = detection_at(np.empty(0)), None
+    found, slopes, late = detection_at(np.empty(0)), None, 0.0
     if "acceleration" in record.roles:
-        found, slopes, sign = _by_pulses(
+        found, slopes, sign, late = _by_pulses(
             record, conditioned, motion, clearance, test, settings, said
         )
     shown = "displacement" in record.roles and settings.slopes.use
     if shown and motion and not found.time.size:  # a mount that rings hides the spikes
         found, slopes = _where_it_bends(record, motion, clearance, said)
-    impacts = _table(found, slopes, sign=sign, start=record.start)
+    impacts = _table(found, slopes, sign=sign, start=record.start, late=late)
     return attribute(impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion)
 
 
@@ -330,18 +330,21 @@ _Fit = Callable[[Detection], SlopeChanges | None]
 def _by_pulses(
     record: RecordView, conditioned: RecordView, motion: float | None, clearance: Sequence[float],
     test: str, settings: Settings, said: list[tuple[str, str, str]],
-) -> tuple[Detection, SlopeChanges | None, float]:  # fmt: skip
-    """Impacts by the acceleration, held against the displacement; its sign and scale beside it."""
+) -> tuple[Detection, SlopeChanges | None, float, float]:  # fmt: skip
+    """Impacts by the acceleration, held against the displacement; its sign and scale beside it.
+
+    And by how much later the displacement is read, s.
+    """
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
     found = detect(stream, settings.impacts, frequency=motion)
     if not (settings.slopes.use and motion and found.time.size):
-        return found, None, 1.0
+        return found, None, 1.0, 0.0
     if "displacement" not in record.roles:
         if not may_be_integrated(record, test, clearance):
-            return found, None, 1.0
+            return found, None, 1.0, 0.0
         integral = partial(slopes_of_integral, record, frequency=motion)
         found, slopes, _ = _of_the_ball(found, integral, clearance)
-        return found, slopes, 1.0
+        return found, slopes, 1.0, 0.0
     x = coarse_displacement(record, motion)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
     x = replace(x, late=max(lag, 0.0))
@@ -364,23 +367,25 @@ def _by_pulses(
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     elif slopes is not None:
         again = partial(_slopes, found, x=x, sign=sign, frequency=motion)
-        slopes = _with_lateness(slopes, lambda later: again(lag=lag + later))
-    return found, slopes, sign
+        slopes, lag = _where_it_is_late(slopes, lag, lambda lag: again(lag=lag))
+    return found, slopes, sign, lag
 
 
-def _with_lateness(slopes: SlopeChanges, later: Callable[[float], SlopeChanges]) -> SlopeChanges:
-    """Slopes with the lateness of the displacement that their bends show, however large.
+def _where_it_is_late(
+    slopes: SlopeChanges, lag: float, at: Callable[[float], SlopeChanges]
+) -> tuple[SlopeChanges, float]:
+    """Slopes read `at` the lag, s, that the bends of the displacement surely show, and this.
 
-    A bend shows how late it is only from near by: what is read `later` shows the rest.
+    Too early or too late by a hundredth of the window a jump is read a per cent too small. A bend
+    shows how late it is only from near by: hence step by step.
     """
-    moved, seen = 0.0, slopes
     for _ in range(_TURNS):
-        mean, error = typical_lateness(seen.shift, seen.shift_error)
+        mean, error = typical_lateness(slopes.shift, slopes.shift_error)
         if not abs(mean) > _SURE_LATE * error:
             break
-        moved += mean
-        seen = later(moved)
-    return replace(slopes, shift=moved + seen.shift, shift_error=seen.shift_error)
+        lag += mean
+        slopes = at(lag)
+    return slopes, lag
 
 
 def _slopes(
@@ -618,7 +623,9 @@ def _jumps(found: Detection, slopes: SlopeChanges, sign: float) -> tuple[FloatAr
     return weighted(found.jump / sign, found.jump_error / abs(sign), slopes.jump, slopes.jump_error)
 
 
-def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float) -> Impacts:
+def _table(
+    found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float, late: float = 0.0
+) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
     slopes = slopes or SlopeChanges(*[unknown] * 7)
@@ -639,6 +646,7 @@ def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start:
         x_m=slopes.x,
         v_before_m_s=slopes.v_before,
         v_error_m_s=slopes.v_error,
+        read_later_s=np.full(n, late),
         late_s=slopes.shift,
         late_error_s=slopes.shift_error,
         nes_confidence=unknown,

@@ -31,7 +31,8 @@ class Impacts:
     jump_acceleration_m_s, jump_acceleration_error_m_s : area of the template.
     jump_displacement_m_s, jump_displacement_error_m_s : change of slope.
     x_m, v_before_m_s, v_error_m_s : displacement and velocity just before.
-    late_s, late_error_s : by which the displacement bends after the time at which these are read.
+    read_later_s : by which these are read after `time_s`, as the displacement is late.
+    late_s, late_error_s : by which the displacement bends after that.
     nes_confidence : probability of `nes`.
     crowded, clipped : 1 where it overlaps another or is ill explained; where it saturated.
     """
@@ -51,6 +52,7 @@ class Impacts:
     x_m: FloatArray
     v_before_m_s: FloatArray
     v_error_m_s: FloatArray
+    read_later_s: FloatArray
     late_s: FloatArray
     late_error_s: FloatArray
     nes_confidence: FloatArray
@@ -109,7 +111,7 @@ def typical_lateness(late: FloatArray, error: FloatArray) -> tuple[float, float]
     >>> late = np.append(1e-5 * (np.arange(11) - 4.0), 1.0)  # the last is none of them
     >>> value, error = typical_lateness(late, np.full(12, 3e-5))
     >>> round(value, 6), round(error, 6)
-    (1.5e-05, 1.1e-05)
+    (1.5e-05, 1.6e-05)
     """
     known = np.isfinite(late) & np.isfinite(error)
     if known.sum() < _FEWEST:
