@@ -172,3 +172,32 @@ def test_two_clocks_are_no_two_starts(tmp_path, later, depth):
     else:
         assert check.check == "clock"
         assert f"{100.0 * clock:+.2g}" in check.detail
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_phase_that_steps_at_the_oscillation_alone_is_no_lost_sample(tmp_path, lost):
+    """An overloaded sensor turns it as the motion changes; half of a good record was left out."""
+    t, rng, late = np.arange(14_000) / RATE, np.random.default_rng(1), 0.01
+    w = 2.0 * np.pi * F
+    parts = [(k, 5e-3 / k**2, 0.7 * k) for k in (1, 2, 3, 4, 5)]
+
+    def bends(at, turned):
+        size = {k: -A * (k * w) ** 2 for k, A, _ in parts}
+        return sum(size[k] * np.sin(k * w * at + p + turned * (k == 1)) for k, _, p in parts)
+
+    after = t > 7.0
+    a = bends(t + late * (after & lost), 0.0 if lost else w * late * after)
+    x = sum(A * np.sin(k * w * t + p) for k, A, p in parts)
+    path = tmp_path / "a.nc"
+    kinds = {"displacement": "displacement", "acceleration": "acceleration"}
+    with RecordWriter(path, sample_rate=RATE, quantities=kinds) as writer:
+        writer.append({
+            "displacement": x + 2e-6 * rng.standard_normal(t.size),
+            "acceleration": a + 0.1 * rng.standard_normal(t.size),
+        })  # fmt: skip
+    with open_record(path) as view:
+        found = fault_of(view, Record("a", path, "periodic"), F)
+    if lost:
+        assert "samples are lost at 7" in found.checks[0].detail
+    else:
+        assert found is None
