@@ -18,14 +18,13 @@ from vinesexp.commands.options import (
     Once,
     add_map_values,
     add_options,
-    announce,
     draw,
     map_values,
     refuse_existing,
     whole_option,
     writing,
 )
-from vinesexp.errors import ParameterError
+from vinesexp.errors import ParameterError, say
 from vinesexp.maps.map_options import OPTIONS, along, cells_of
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     starts, seed = whole_option(args.starts, "--starts", 40), whole_option(args.seed, "--seed", 1)
     refuse_existing(args.out, force=args.force, picture=args.plot)
     rig = rig_of(values | {"b": clearances[0]})
-    announce(workload_of(rig, values["frequency"], len(clearances) * starts))
+    say(workload_of(rig, values["frequency"], len(clearances) * starts))
     bar, stopped = Bar("clearances"), False
     found: list[Attractor] = []
     level, frequency = values["G"], values["frequency"]
@@ -78,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     bar.end()
     if stopped:
         known = len({one.b for one in found})
-        announce(f"vinesexp basins: stopped after {known} of {len(clearances)} clearances")
+        say(f"vinesexp basins: stopped after {known} of {len(clearances)} clearances")
         if not found:
             return 130
     if args.json:

@@ -13,7 +13,6 @@ from vinesexp.commands.options import (
     add_identified,
     add_options,
     add_values,
-    announce,
     clock,
     draw,
     refuse_existing,
@@ -21,7 +20,7 @@ from vinesexp.commands.options import (
     writing,
 )
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
-from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.errors import ParameterError, VinesexpError, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     effort = whole_option(args.effort, "--effort", 1)
     expected = effort * BUDGET / (os.cpu_count() or 1) if "G" in given else 0.0
     if expected > SHORT and not args.theory_only:
-        announce(f"{effort} times the usual work: up to about {expected:.0f} s")
+        say(f"{effort} times the usual work: up to about {expected:.0f} s")
     with clock("simulating", expected):
         answer = answered(given, simulate=not args.theory_only, seed=seed, base=base, effort=effort)
     if args.json:

@@ -13,13 +13,12 @@ from vinesexp.commands.options import (
     Once,
     add_map_values,
     add_options,
-    announce,
     draw,
     map_values,
     refuse_existing,
     whole_option,
 )
-from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.errors import ParameterError, VinesexpError, say
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, shortened
 
 if TYPE_CHECKING:
@@ -57,9 +56,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         rows = share_of_rows(args.rows, grid.shape[0])
         known = known_of(grid, out)
-        announce(
-            grid.workload() if args.rows is None else f"{len(rows)} rows of: {grid.workload()}"
-        )
+        say(grid.workload() if args.rows is None else f"{len(rows)} rows of: {grid.workload()}")
         bar = Bar("rows")
         saved = time.monotonic()
 
