@@ -19,12 +19,12 @@ from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase, Rows
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
-from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign.schema import Known
 from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.units import COVERAGE_95, Quantity
 
 if TYPE_CHECKING:
+    from vinesexp.identification.joint.whole import RigPosterior
     from vinesexp.theory.intervals import ClearancePrediction
 
 
