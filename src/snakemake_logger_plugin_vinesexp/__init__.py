@@ -41,6 +41,9 @@ _MOST = 3  # names and reasons in a line of a dry run
 class LogHandler(LogHandlerBase):
     """Progress as `[ 12/210   3 s] impacts periodic_25_34`, errors as they are."""
 
+    writes_to_stream, writes_to_file = True, False
+    has_formatter = needs_rulegraph = False
+
     def __post_init__(self) -> None:
         self.started = time.monotonic()
         self.labels: dict[int, str] = {}
@@ -55,24 +58,8 @@ class LogHandler(LogHandlerBase):
         return bool(settings.dryrun and (settings.printshellcmds or settings.verbose))
 
     @property
-    def writes_to_stream(self) -> bool:
-        return True
-
-    @property
-    def writes_to_file(self) -> bool:
-        return False
-
-    @property
     def has_filter(self) -> bool:
         return not self.long
-
-    @property
-    def has_formatter(self) -> bool:
-        return False
-
-    @property
-    def needs_rulegraph(self) -> bool:
-        return False
 
     def emit(self, record: LogRecord) -> None:
         """Print what a person wants to know of one log record of Snakemake."""
