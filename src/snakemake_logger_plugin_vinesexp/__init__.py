@@ -9,7 +9,6 @@ in one line a rule what would run, and why; with `--printshellcmds` (`snakemake 
 
 from __future__ import annotations
 
-import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -21,6 +20,8 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from snakemake_logger_plugin_vinesexp.slurm_queue import watch
 from vinesexp import workflow
+from vinesexp.errors import say
+from vinesexp.units import counted, first_of
 
 #: How what Snakemake says after a failed step begins, which has already reported its own line.
 _AFTERMATH = (
@@ -34,9 +35,14 @@ _AFTERMATH = (
 #: The executor for Slurm names the jobs of a run so.
 _SLURM_RUN = "SLURM run ID:"
 
+_MOST = 3  # names and reasons in a line of a dry run
+
 
 class LogHandler(LogHandlerBase):
     """Progress as `[ 12/210   3 s] impacts periodic_25_34`, errors as they are."""
+
+    writes_to_stream, writes_to_file = True, False
+    has_formatter = needs_rulegraph = False
 
     def __post_init__(self) -> None:
         self.started = time.monotonic()
@@ -52,31 +58,15 @@ class LogHandler(LogHandlerBase):
         return bool(settings.dryrun and (settings.printshellcmds or settings.verbose))
 
     @property
-    def writes_to_stream(self) -> bool:
-        return True
-
-    @property
-    def writes_to_file(self) -> bool:
-        return False
-
-    @property
     def has_filter(self) -> bool:
         return not self.long
-
-    @property
-    def has_formatter(self) -> bool:
-        return False
-
-    @property
-    def needs_rulegraph(self) -> bool:
-        return False
 
     def emit(self, record: LogRecord) -> None:
         """Print what a person wants to know of one log record of Snakemake."""
         event = getattr(record, "event", None)
         text = self.format(record) if self.long else self._line(record, event)
         if text:
-            _say(text)
+            say(text)
 
     def _line(self, record: LogRecord, event: Any) -> str | None:
         if event == LogEvent.JOB_INFO and self.common_settings.dryrun:
@@ -96,7 +86,7 @@ class LogHandler(LogHandlerBase):
         elif "Nothing to be done" in str(record.msg):
             return "Nothing to be done: every result is up to date."
         elif str(record.msg).startswith(_SLURM_RUN):
-            watch(str(record.msg).removeprefix(_SLURM_RUN).strip(), _say)
+            watch(str(record.msg).removeprefix(_SLURM_RUN).strip(), say)
         elif str(record.msg).startswith(("Lints for", "Congratulations")):
             return record.getMessage()
         elif "This was a dry-run" in str(record.msg):
@@ -136,8 +126,6 @@ def _why(said: str | None) -> str:
 class Plan:
     """What a dry run would do: for each step on how many records, on which, and why."""
 
-    _MOST = 3  # names and reasons in a line
-
     def __init__(self) -> None:
         self.steps: dict[str, list[str]] = {}
         self.reasons: dict[str, Counter[str]] = {}
@@ -154,19 +142,13 @@ class Plan:
         self.reasons.setdefault(step, Counter()).update(why)
 
     def __str__(self) -> str:
-        n = self.jobs
-        lines = [f"{n} job{'' if n == 1 else 's'} would run (each one: snakemake -n -p):"]
-        width = max((len(step) for step in self.steps), default=0)
+        lines = [f"{counted(self.jobs, 'job')} would run (each one: snakemake -n -p):"]
+        width = max(map(len, self.steps), default=0)
         for step, names in self.steps.items():
-            why = self._most([reason for reason, _ in self.reasons[step].most_common()])
-            what = "record" if len(names) == 1 else "records"
-            about = f" {len(names)} {what} ({self._most(names)})" if names else ""
+            why = first_of([reason for reason, _ in self.reasons[step].most_common()], _MOST)
+            about = f" {counted(len(names), 'record')} ({first_of(names, _MOST)})" if names else ""
             lines.append(f"  {step:{width}}{about}: {why}")
         return "\n".join(lines)
-
-    def _most(self, words: Sequence[str]) -> str:
-        more = len(words) - self._MOST
-        return ", ".join(words[: self._MOST]) + (f" and {more} more" if more > 0 else "")
 
 
 def _about(record: LogRecord) -> tuple[str, Sequence[str], Sequence[str]]:
@@ -175,10 +157,6 @@ def _about(record: LogRecord) -> tuple[str, Sequence[str], Sequence[str]]:
     plan, wildcards = workflow.CURRENT, dict(getattr(record, "wildcards", None) or {})
     why = str(getattr(record, "reason", "")).partition(":")[0] or "asked for"
     return (plan and plan.about(rule, wildcards)) or (rule, (), [why])
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
 
 
 def _label(record: LogRecord) -> str:

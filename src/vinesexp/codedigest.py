@@ -25,7 +25,6 @@ _IMPORT = re.compile(
     re.MULTILINE,
 )
 _DEFINED = re.compile(r"(?:def|class)[ \t]+(\w+)")
-_IMPORTED = re.compile(r"(\w+)(?:[ \t]+as[ \t]+\w+)?[ \t]*(?:#.*)?(?:,|$)", re.MULTILINE)
 
 
 def code_digest(name: str) -> str:
@@ -135,7 +134,7 @@ def _named(text: str) -> list[str]:
     """Modules that a piece of code names in its imports."""
     names: list[str] = []
     for module, within, beside, alone in _IMPORT.findall(text):
-        parts = _IMPORTED.findall(within or beside)
+        parts = re.findall(r"\w+", within or beside)
         names += [alone] if alone else [module, *(f"{module}.{part}" for part in parts)]
     return names
 

@@ -27,7 +27,6 @@ from vinesexp.clearance.levels import (
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
-from vinesexp.identification.joint.whole import read_rig
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_columns import IMPACTS, TABLES
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -322,6 +321,8 @@ class CampaignResults(Results):
     @cached_property
     def rig(self) -> IdentifiedRig:
         """The combined values and the weighed ball."""
+        from vinesexp.identification.joint.whole import read_rig  # loads what fits a rig, too
+
         path = ResultPaths(self.folder).rig
         joint = read_rig(path) if path.is_file() else None
         return identified_rig(self.rows("identified"), self.campaign.known, joint)

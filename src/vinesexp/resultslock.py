@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from vinesexp.errors import VinesexpError
+from vinesexp.units import first_of
 from vinesexp.whole_files import GROWING
 
 #: What systems and Snakemake leave in a folder that holds nothing of anybody.
@@ -32,9 +33,8 @@ def require_own_folder(results: Path) -> None:
         return
     held = sorted({path.name for path in results.iterdir()} - _NOBODYS)
     if held:
-        more = f" and {len(held) - 1} more" if len(held) > 1 else ""
         raise VinesexpError(
-            f"holds files that are no results ({held[0]}{more}), which a run could overwrite; "
+            f"holds files that are no results ({first_of(held, 1)}), which a run could overwrite; "
             f"{ANOTHER}",
             file=results,
         )

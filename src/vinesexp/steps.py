@@ -137,11 +137,6 @@ class Study:
     ----------
     campaign : Campaign
     paths : ResultPaths
-
-    Attributes
-    ----------
-    may_be_gone : collection of str
-        Folders whose missing files are none to be made again.
     """
 
     def __init__(self, campaign: Campaign, paths: ResultPaths) -> None:
@@ -149,7 +144,6 @@ class Study:
         self.paths = paths
         self.records = {record.id: record for record in campaign.records}
         self.roots = {"results": paths.folder, "campaign": campaign.folder}
-        self.may_be_gone: Collection[str] = ()
         self._notes: dict[Path, Notes] = {}
         self._outcomes: dict[str, str] = {}
 
@@ -189,12 +183,10 @@ class Study:
         """What a step goes through: records, or all together."""
         return self.records if STEPS[step].each else ("",)
 
-    def why(self, step: str, id: str = "") -> list[str]:
-        """Reasons to run a step; empty where its result holds."""
-        reads = STEPS[step].reads(self, id)
-        return self.notes(step, id).why_outdated(
-            step, self._used(step, id), reads=reads, derivable=self.may_be_gone
-        )
+    def why(self, step: str, id: str = "", *, derivable: Collection[str] = ()) -> list[str]:
+        """Reasons to run a step; empty where its result holds (`Notes.why_outdated`)."""
+        reads, used = STEPS[step].reads(self, id), self._used(step, id)
+        return self.notes(step, id).why_outdated(step, used, reads=reads, derivable=derivable)
 
     def remember(self) -> None:
         """Write down new times of files, which spares the next call to hash them."""

@@ -26,7 +26,7 @@ from resource import RUSAGE_SELF, getrusage
 from typing import Any
 
 from vinesexp.environment import one_thread_each
-from vinesexp.errors import VinesexpError
+from vinesexp.errors import VinesexpError, say
 from vinesexp.steps import Study
 
 #: Exit code of work that a person has ended with Ctrl-C.
@@ -71,7 +71,7 @@ def run_apart(
             how = " failed" if line else f" refused: {died[-1]}" if refused else ""
             failed, died, done = failed + [line] * bool(line), [], done + 1
             if id:
-                _say(f"  {step:10} {_progress(done, len(ids), began, id + how)}")
+                say(f"  {step:10} {_progress(done, len(ids), began, id + how)}")
             continue
         code, worker = _ended(worker), None
         if code in (None, INTERRUPTED):  # somebody ended the one that forks, or all
@@ -79,12 +79,12 @@ def run_apart(
         died.append(_death(code))
         if refused or not id:
             at = f" while {id} was refused" if id else ""
-            _say(f"vinesexp: {step}: {died[-1]}{at} (log: {log})")
+            say(f"vinesexp: {step}: {died[-1]}{at} (log: {log})")
             return 1
     if worker:
         _ended(worker)
     for line in failed:
-        _say(f"vinesexp: {line}")
+        say(f"vinesexp: {line}")
     return 1 if failed else 0
 
 
@@ -194,7 +194,3 @@ def _one_line(error: Exception) -> str:
         sys.unraisablehook = lambda _: None
         return f"{reason}; {_OF_THE_MACHINE}"
     return f"unexpected {type(error).__name__}: {error}"
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)

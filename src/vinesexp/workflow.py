@@ -215,15 +215,13 @@ class Planner:
         if not self.workflow.is_main_process:
             return found  # a job on a cluster, which was planned elsewhere: what it needs is there
         self._hold()
-        channels = self.paths.record("any").parent, self.paths.conditioned("any").parent
-        if not self.keeps_channels:
-            self.study.may_be_gone = {str(folder.absolute()) for folder in channels}
+        channels = self.paths.record("any"), self.paths.conditioned("any")
+        gone = [] if self.keeps_channels else [str(file.parent.absolute()) for file in channels]
         of_a_simulation = () if self.study.scene else ("simulate", "score")
         for step in STEPS:
             if step not in of_a_simulation:
-                self._judge(step, found)
-        self.study.may_be_gone = ()
-        if not self.keeps_channels and any(found[step] for step in STEPS if step != "bundle"):
+                self._judge(step, found, gone)
+        if gone and any(found[step] for step in STEPS if step != "bundle"):
             for step in ("ingest", "condition"):  # what follows needs the channels of all records
                 self._judge(step, found)
         if self.lock is not None:
@@ -232,11 +230,14 @@ class Planner:
         self.workflow.dag.forcefiles.update(str(file) for files in again for file in files)
         return found
 
-    def _judge(self, step: str, found: dict[str, dict[str, list[str]]]) -> None:
+    def _judge(
+        self, step: str, found: dict[str, dict[str, list[str]]], gone: Sequence[str] = ()
+    ) -> None:
+        """Whether a step is outdated; channels that may be `gone` are none to be made again."""
         asked, follows = self.workflow.dag_settings, [found[o] for o in STEPS[step].follows]
         forced = asked and (asked.forceall or step in asked.forcerun)
         for id in self.study.ids(step):
-            why = ["asked for"] if forced else self.study.why(step, id)
+            why = ["asked for"] if forced else self.study.why(step, id, derivable=gone)
             if forced and self.lock is not None:
                 self.study.notes(step, id).doubt(step)
             if not why and any(id in other if id else other for other in follows):

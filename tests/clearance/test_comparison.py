@@ -11,7 +11,6 @@ from tests.clearance.from_rows import compared, rig_from
 
 from vinesexp.clearance.levels import LevelBase, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
-    NEEDED,
     IdentifiedRig,
     MissingValuesError,
     amplitude_curve,
@@ -29,6 +28,7 @@ from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance
 from vinesexp.records.stored.result_columns import CLEARANCES
 from vinesexp.records.stored.tables import read_rows, write_rows
+from vinesexp.rig import RIG_VALUES
 from vinesexp.units import Quantity
 
 HEADER = (
@@ -309,12 +309,12 @@ def test_errors_of_k1_and_c1_go_together_with_those_of_M():
 
 def test_without_values_there_is_no_prediction_but_no_crash():
     empty = IdentifiedRig({})
-    assert empty.missing == NEEDED
+    assert empty.missing == RIG_VALUES
     assert predicted_lowest(empty, G=0.25e-3, frequency=None) is None
     assert amplitude_curve(empty, G=0.25e-3, frequency=None, low=0.02, high=0.04)[0].size == 0
     with pytest.raises(MissingValuesError, match="no prediction without M, c1, k1, r, m") as error:
         predicted_b_c(empty, base=LevelBase(Quantity(0.25e-3), None), level=0.25e-3)
-    assert error.value.names == NEEDED
+    assert error.value.names == RIG_VALUES
 
 
 def test_a_prediction_that_fails_is_reported_whatever_its_words(tests_at_025, monkeypatch):

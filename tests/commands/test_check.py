@@ -102,7 +102,7 @@ def test_a_full_disk_is_one_line_and_refuses_no_record(n, tmp_path, capsys, monk
         raise OSError(errno.ENOSPC, "No space left on device", "/tmp/a.nc")
 
     write_campaign(tmp_path, n)
-    monkeypatch.setattr("vinesexp.records.instrument.ingest.RecordWriter", full)
+    monkeypatch.setattr("vinesexp.records.stored.store.RecordWriter", full)
     assert main(["check", str(tmp_path)]) == 1
     printed = capsys.readouterr()
     assert printed.err == "vinesexp check: /tmp/a.nc: No space left on device\n"

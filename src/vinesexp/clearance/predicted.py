@@ -19,17 +19,13 @@ from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase, Rows
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
-from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign.schema import Known
 from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.units import COVERAGE_95, Quantity
 
 if TYPE_CHECKING:
+    from vinesexp.identification.joint.whole import RigPosterior
     from vinesexp.theory.intervals import ClearancePrediction
-
-
-#: What a prediction needs.
-NEEDED = RIG_VALUES
 
 
 class MissingValuesError(AnalysisError):
@@ -38,7 +34,7 @@ class MissingValuesError(AnalysisError):
     Attributes
     ----------
     names : tuple of str
-        Those of `NEEDED` that are missing.
+        Those of `RIG_VALUES` that are missing.
     """
 
     def __init__(self, names: Sequence[str]) -> None:
@@ -63,7 +59,7 @@ class IdentifiedRig:
 
     Attributes
     ----------
-    values : of those of `NEEDED` that are known.
+    values : of those of `RIG_VALUES` that are known.
     f0, zeta : natural frequency, Hz, and damping ratio where identified, at the amplitude of the
         periodic tests.
     balls : what b_c is simulated with where the ball is more than m and r: what each of these moves
@@ -90,7 +86,7 @@ class IdentifiedRig:
     @property
     def missing(self) -> tuple[str, ...]:
         """Values without which nothing periodic can be predicted."""
-        return tuple(name for name in NEEDED if name not in self.values)
+        return tuple(name for name in RIG_VALUES if name not in self.values)
 
     @property
     def unpredicted(self) -> str:
@@ -106,8 +102,8 @@ class IdentifiedRig:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The values of `NEEDED`, all of them known, without their errors."""
-        return {name: self.values[name].value for name in NEEDED}
+        """The values of `RIG_VALUES`, all of them known, without their errors."""
+        return {name: self.values[name].value for name in RIG_VALUES}
 
     def plain(self, b: float) -> Rig:
         """The rig with one ball of clearance b, m, as the plain model has it."""
@@ -332,7 +328,7 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
     from vinesexp.theory.intervals import predict_periodic
     from vinesexp.theory.optimal_clearance import b_c_exact
 
-    _require(rig, NEEDED)
+    _require(rig, RIG_VALUES)
     G, f = base.G.value, base.frequency
     at = None if f is None else f.value
     found = predict_periodic(G=G, values=rig.values, frequency=at)
@@ -340,7 +336,7 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
     def moved(G: float, frequency: float | None) -> float:
         return float(b_c_exact(G=G, frequency=frequency, **rig.numbers)) - found.exact
 
-    by = {name: found.gradient[name] * rig.values[name].value for name in NEEDED}
+    by = {name: found.gradient[name] * rig.values[name].value for name in RIG_VALUES}
     name = f"G:{1e3 * level:.6g}"
     gradient = {
         "M": by["M"] + by["c1"] + by["k1"],
@@ -443,7 +439,7 @@ def end_of_orbit(rig: IdentifiedRig, *, G: float, frequency: float | None) -> fl
     """
     from vinesexp.theory.optimal_clearance import b_c_exact
 
-    _require(rig, NEEDED)
+    _require(rig, RIG_VALUES)
     plain = float(b_c_exact(G=G, frequency=frequency, **rig.numbers))
     return (1.0 - rig.rolling) * end_over_plain(rig, G=G, frequency=frequency) * plain
 

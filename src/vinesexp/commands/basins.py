@@ -13,19 +13,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.commands.options import (
-    Bar,
-    Once,
-    add_map_values,
-    add_options,
-    announce,
-    draw,
-    map_values,
-    refuse_existing,
-    whole_option,
-    writing,
-)
-from vinesexp.errors import ParameterError
+from vinesexp.commands import options
+from vinesexp.errors import ParameterError, say
 from vinesexp.maps.map_options import OPTIONS, along, cells_of
 
 if TYPE_CHECKING:
@@ -38,13 +27,13 @@ HEADS = {name: f"{name}_m" for name in ("b", "mean", "low", "high", "largest")}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; the clearance is a range."""
     cells = ("--cells N", "clearances tried (40)")
-    add_map_values(parser, cells=cells, starts="random starts at each (40)")
-    add_options(
+    options.add_map_values(parser, cells=cells, starts="random starts at each (40)")
+    options.add_options(
         parser,
         ("--out FILE", "table of the motions (csv)"),
         ("--plot FILE", "picture: amplitude over clearance (svg, pdf or png)"),
         ("--json", "one JSON object for programs"),
-        action=Once,
+        action=options.Once,
     )
 
 
@@ -54,17 +43,18 @@ def run(args: argparse.Namespace) -> int:
     from vinesexp.maps.basins import coexisting
     from vinesexp.maps.response_map import rig_of
 
-    values, ranges = map_values(args)
+    values, ranges = options.map_values(args)
     more = [option.flag for option in OPTIONS if option.symbol in ranges and option.symbol != "b"]
     if more:
         raise ParameterError("found a range, expected one value", where=more[0])
     (cells,) = cells_of(args.cells or "40", 1)
     clearances = along(ranges["b"], cells) if "b" in ranges else (values["b"],)
-    starts, seed = whole_option(args.starts, "--starts", 40), whole_option(args.seed, "--seed", 1)
-    refuse_existing(args.out, force=args.force, picture=args.plot)
+    starts = options.whole_option(args.starts, "--starts", 40)
+    seed = options.whole_option(args.seed, "--seed", 1)
+    options.refuse_existing(args.out, force=args.force, picture=args.plot)
     rig = rig_of(values | {"b": clearances[0]})
-    announce(workload_of(rig, values["frequency"], len(clearances) * starts))
-    bar, stopped = Bar("clearances"), False
+    say(workload_of(rig, values["frequency"], len(clearances) * starts))
+    bar, stopped = options.Bar("clearances"), False
     found: list[Attractor] = []
     level, frequency = values["G"], values["frequency"]
     try:
@@ -78,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     bar.end()
     if stopped:
         known = len({one.b for one in found})
-        announce(f"vinesexp basins: stopped after {known} of {len(clearances)} clearances")
+        say(f"vinesexp basins: stopped after {known} of {len(clearances)} clearances")
         if not found:
             return 130
     if args.json:
@@ -94,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
         from vinesexp.figures.response_map_panels import coexisting_motions
 
         bare = values["G"] * bare_gain(rig.oscillator, values["frequency"])
-        draw(coexisting_motions(found, bare=bare), args.plot)
+        options.draw(coexisting_motions(found, bare=bare), args.plot)
     return 130 if stopped else 0
 
 
@@ -117,5 +107,5 @@ def write_table(found: Sequence[Attractor], path: Path) -> None:
     import pandas
 
     table = pandas.DataFrame(map(asdict, found))
-    with writing(path):
+    with options.writing(path):
         table.rename(columns=HEADS).to_csv(path, index=False, lineterminator="\r\n")

@@ -92,10 +92,12 @@ def _checks(campaign: Campaign) -> Iterator[Looked]:
         if processes == 1 or len(campaign.records) < _MANY:
             yield from map(look, campaign.records)
             return
+        first, *others = campaign.records
+        yield look(first)  # here: each process then has the libraries that this has loaded
         context = multiprocessing.get_context("fork")
         with ProcessPoolExecutor(processes, mp_context=context) as pool:
             try:
-                yield from pool.map(look, campaign.records, chunksize=2)
+                yield from pool.map(look, others, chunksize=2)
             except BaseException:
                 pool.shutdown(cancel_futures=True)
                 raise

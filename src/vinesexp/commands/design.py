@@ -7,21 +7,9 @@ import json
 import os
 from typing import TYPE_CHECKING
 
-from vinesexp.commands.options import (
-    Once,
-    add_force,
-    add_identified,
-    add_options,
-    add_values,
-    announce,
-    clock,
-    draw,
-    refuse_existing,
-    whole_option,
-    writing,
-)
+from vinesexp.commands import options
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
-from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.errors import ParameterError, VinesexpError, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,11 +24,11 @@ SHORT = 10.0
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit."""
-    add_values(parser, OPTIONS)
-    add_identified(parser)
+    options.add_values(parser, OPTIONS)
+    options.add_identified(parser)
     picture = "picture (svg, pdf or png): amplitude over clearance, or the SIM without simulation"
     more = "multiple of the usual work, where more starts are needed to decide or runs are slow (1)"
-    add_options(
+    options.add_options(
         parser,
         ("--base FILE", "base motion as recorded (any instrument format), displacement"),
         ("--base-column NAME", "its column, by name or by number from 0 (1)"),
@@ -49,21 +37,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--seed N", "seed of the random starts (1)"),
         ("--effort N", more),
         ("--html FILE", "a design sheet of one page"),
-        action=Once,
+        action=options.Once,
     )
-    add_force(parser)
-    add_options(parser, ("--json", "one JSON object for programs"))
-    add_options(parser, ("--plot FILE", picture), action=Once)
+    options.add_force(parser)
+    options.add_options(parser, ("--json", "one JSON object for programs"))
+    options.add_options(parser, ("--plot FILE", picture), action=options.Once)
 
 
 def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
     identified, picture, sheet = args.identified, args.plot, args.html
-    seed = whole_option(args.seed, "--seed", 1)
+    seed = options.whole_option(args.seed, "--seed", 1)
     base = base_of(args)
     texts = {o.symbol: getattr(args, o.symbol) for o in OPTIONS}
     given = gather(texts, identified, recorded=base is not None)
-    refuse_existing(sheet, force=args.force, picture=picture)
+    options.refuse_existing(sheet, force=args.force, picture=picture)
     if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
         raise VinesexpError(
             f"'{sheet.suffix}' is not a page; name a file that ends in .html", file=sheet
@@ -71,11 +59,11 @@ def run(args: argparse.Namespace) -> int:
     from vinesexp.design.ask import answered
     from vinesexp.design.best_clearance import BUDGET
 
-    effort = whole_option(args.effort, "--effort", 1)
+    effort = options.whole_option(args.effort, "--effort", 1)
     expected = effort * BUDGET / (os.cpu_count() or 1) if "G" in given else 0.0
     if expected > SHORT and not args.theory_only:
-        announce(f"{effort} times the usual work: up to about {expected:.0f} s")
-    with clock("simulating", expected):
+        say(f"{effort} times the usual work: up to about {expected:.0f} s")
+    with options.clock("simulating", expected):
         answer = answered(given, simulate=not args.theory_only, seed=seed, base=base, effort=effort)
     if args.json:
         from vinesexp.design.answer_json import answer_of
@@ -87,11 +75,11 @@ def run(args: argparse.Namespace) -> int:
         print(text_of(answer))
     # last: a place that cannot be written to does not cost the answer
     if picture is not None:
-        draw(_figure(answer), picture)
+        options.draw(_figure(answer), picture)
     if sheet is not None:
         from vinesexp.report.command_pages import write_sheet
 
-        with writing(sheet, "be drawn"):
+        with options.writing(sheet, "be drawn"):
             write_sheet(sheet, answer)
     return 130 if answer.stopped else 0
 

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 from vinesexp.commands.options import add_force, add_options, refuse_existing, writing
-from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.errors import ParameterError, VinesexpError, say
 from vinesexp.identification.bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.proposal.kind_of_test import oscillates
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
             table = None if args.out is None else _table_for(path, args)
             text, found = _impacts_of(path, channels, args)
         except VinesexpError as error:
-            print(f"vinesexp impacts: {error}", file=sys.stderr)
+            say(f"vinesexp impacts: {error}")
             failed += 1
             continue
         if table is None:
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
                 write_whole(table, text)
             print(f"{path}: {counted(found.n, 'impact')}")
         if remark := _reservation(found):
-            print(f"vinesexp impacts: {path}: {remark}", file=sys.stderr)
+            say(f"vinesexp impacts: {path}: {remark}")
     return 1 if failed else 0
 
 
@@ -133,7 +133,7 @@ def _impacts_of(
         paths = ResultPaths(Path(folder))
         for check in ingest_record(campaign, record, paths=paths, strict=True):
             if check.outcome == "warning":
-                print(f"vinesexp impacts: {path}: {check.detail}", file=sys.stderr)
+                say(f"vinesexp impacts: {path}: {check.detail}")
         condition_record(campaign, record, paths=paths, strict=True)
         find_impacts(campaign, record, paths=paths, strict=True)
         table = paths.impacts(record.id)

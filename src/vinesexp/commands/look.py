@@ -12,7 +12,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.commands.options import add_force, add_options, draw, refuse_existing
-from vinesexp.errors import CampaignError, VinesexpError
+from vinesexp.errors import CampaignError, VinesexpError, say
 from vinesexp.proposal.roles import WeighedRoles, label_of, weighed_roles
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
 
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         try:
             views.append(view_file(path))
         except VinesexpError as error:
-            print(f"vinesexp look: {error}", file=sys.stderr)
+            say(f"vinesexp look: {error}")
             failed += 1
     weighed = weighed_roles(views)
     for view in views:

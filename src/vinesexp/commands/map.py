@@ -8,18 +8,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.commands.options import (
-    Bar,
-    Once,
-    add_map_values,
-    add_options,
-    announce,
-    draw,
-    map_values,
-    refuse_existing,
-    whole_option,
-)
-from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.commands import options
+from vinesexp.errors import ParameterError, VinesexpError, say
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, shortened
 
 if TYPE_CHECKING:
@@ -31,14 +21,14 @@ _SAVE_EVERY = 5.0  # s
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit, two of them as ranges."""
     axes = "values along the two axes, horizontal first (40x40)"
-    add_map_values(parser, cells=("--cells NxM", axes), starts="starts in each cell (8)")
-    add_options(
+    options.add_map_values(parser, cells=("--cells NxM", axes), starts="starts in each cell (8)")
+    options.add_options(
         parser,
         ("--kind KIND", "kind of starts: random or wall (random)"),
         ("--out FILE", "NetCDF file (map.nc); an existing one is completed"),
         ("--plot FILE", "draw the map too (svg, pdf or png)"),
         ("--rows K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
-        action=Once,
+        action=options.Once,
     )
     parser.add_argument("--join", nargs="+", type=Path, metavar="FILE", help="parts to be joined")
 
@@ -49,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
 
     grid = grid_of(args)
     out, picture = args.out or Path("map.nc"), args.plot
-    refuse_existing(force=args.force, picture=picture)
+    options.refuse_existing(force=args.force, picture=picture)
     if args.rows is not None and (picture is not None or args.join):
         raise ParameterError("cannot be combined with --plot or --join", where="--rows")
     if args.join:
@@ -57,10 +47,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         rows = share_of_rows(args.rows, grid.shape[0])
         known = known_of(grid, out)
-        announce(
-            grid.workload() if args.rows is None else f"{len(rows)} rows of: {grid.workload()}"
-        )
-        bar = Bar("rows")
+        say(grid.workload() if args.rows is None else f"{len(rows)} rows of: {grid.workload()}")
+        bar = options.Bar("rows")
         saved = time.monotonic()
 
         def progress(done: int, total: int, so_far: Values) -> None:
@@ -84,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     if picture is not None:
         from vinesexp.figures.response_map_panels import response_map_panels
 
-        draw(response_map_panels(grid, values), picture)
+        options.draw(response_map_panels(grid, values), picture)
     return 0
 
 
@@ -92,7 +80,7 @@ def grid_of(args: argparse.Namespace) -> MapGrid:
     """The grid that the options describe."""
     from vinesexp.maps.response_map import AXES, MapGrid
 
-    values, ranges = map_values(args)
+    values, ranges = options.map_values(args)
     if len(ranges) != 2:
         flags = ", ".join(option.flag for option in OPTIONS if option.symbol in AXES)
         given = ", ".join(option.flag for option in OPTIONS if option.symbol in ranges) or "none"
@@ -108,9 +96,9 @@ def grid_of(args: argparse.Namespace) -> MapGrid:
         x_values=along(ranges[x], cells[0]),
         y=y,
         y_values=along(ranges[y], cells[1]),
-        starts=whole_option(args.starts, "--starts", 8),
+        starts=options.whole_option(args.starts, "--starts", 8),
         kind=args.kind or "random",
-        seed=whole_option(args.seed, "--seed", 1),
+        seed=options.whole_option(args.seed, "--seed", 1),
     )
 
 

@@ -37,18 +37,15 @@ class Bar:
         if self.shown:
             spent = time.monotonic() - self.begin
             full = 40 * done // total
-            print(
-                f"\r[{'#' * full}{' ' * (40 - full)}] {done}/{total} {self.what}, {spent:.0f} s, "
-                f"{spent / done * (total - done):.0f} s left ",
-                end="",
-                file=sys.stderr,
-                flush=True,
+            _in_line(
+                f"[{'#' * full}{' ' * (40 - full)}] {done}/{total} {self.what}, {spent:.0f} s, "
+                f"{spent / done * (total - done):.0f} s left "
             )
 
     def clear(self) -> None:
         """Empty the line, for another one."""
         if self.shown:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+            _in_line(_EMPTY)
 
     def end(self) -> None:
         """Leave the line."""
@@ -75,12 +72,7 @@ def clock(what: str, expected: float) -> Iterator[None]:
     def tick() -> None:
         while not ended.wait(_TICK):
             spent = time.monotonic() - begin
-            print(
-                f"\r{what}: {spent:.0f} s of about {max(expected, spent):.0f} s ",
-                end="",
-                file=sys.stderr,
-                flush=True,
-            )
+            _in_line(f"{what}: {spent:.0f} s of about {max(expected, spent):.0f} s ")
 
     thread = Thread(target=tick, daemon=True)
     thread.start()
@@ -89,16 +81,17 @@ def clock(what: str, expected: float) -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
-        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+        _in_line(_EMPTY)
 
 
 #: s between two looks of a person.
 _TICK = 0.5
+_EMPTY = "\x1b[K"  # what a terminal takes for: nothing from here to the end of the line
 
 
-def announce(work: object) -> None:
-    """Say on standard error what is to be done, before it is begun."""
-    print(work, file=sys.stderr, flush=True)
+def _in_line(text: str) -> None:
+    """Text in place of what stands in the line."""
+    print(f"\r{text}", end="", file=sys.stderr, flush=True)
 
 
 #: What the value of an option is called where it is the path of something.

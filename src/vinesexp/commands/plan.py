@@ -9,13 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.commands.options import (
-    add_force,
-    add_options,
-    add_values,
-    refuse_existing,
-    writing,
-)
+from vinesexp.commands import options
 from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.figures.numbers import rounded
@@ -48,11 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     folder = "folder of a campaign with results"
     parser.add_argument("campaign", type=Path, nargs="?", metavar="CAMPAIGN", help=folder)
     target = ("--target SHARE", "bracket to reach, as a share of the clearance (2 %%)")
-    add_options(parser, ("--results DIR", "results of the campaign (results/<campaign>)"))
-    add_options(parser, target, default="2 %")
-    add_options(parser, ("--records FILE", "write the tests as records.csv to fill in"))
-    add_force(parser)
-    add_values(parser, _OPTIONS, before="without a campaign: ")
+    options.add_options(parser, ("--results DIR", "results of the campaign (results/<campaign>)"))
+    options.add_options(parser, target, default="2 %")
+    options.add_options(parser, ("--records FILE", "write the tests as records.csv to fill in"))
+    options.add_force(parser)
+    options.add_values(parser, _OPTIONS, before="without a campaign: ")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,13 +58,13 @@ def run(args: argparse.Namespace) -> int:
     if args.campaign is None and not given:
         raise ParameterError("name a campaign that was run, or give rig values, such as --mass")
     target = _share(args.target)
-    refuse_existing(args.records, force=args.force)
+    options.refuse_existing(args.records, force=args.force)
     if args.campaign is not None:
         tests = _of_campaign(args.campaign, args.results, target)
     else:
         tests = _of_values(texts)
     if args.records is not None and tests:
-        with writing(args.records):
+        with options.writing(args.records):
             rows = [test.cells | {"note": test.why} for test in tests]
             args.records.write_text(sheet_text(rows), encoding="utf-8")
         print(f"written: {args.records}; fill in the files as they are measured")

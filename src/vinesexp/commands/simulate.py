@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import shutil
-import sys
 import time
 from pathlib import Path
 
 from vinesexp.commands.options import Bar, add_options
-from vinesexp.errors import CampaignError, VinesexpError, nearest
+from vinesexp.errors import CampaignError, VinesexpError, nearest, say
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     write_description(args.scene, args.out)
     tests = [test for group in groups for test in scene.groups[group]]
     seconds = sum(test.settle + test.duration for test in tests)
-    print(f"{len(tests)} records, {seconds:,.0f} s of motion", file=sys.stderr, flush=True)
+    say(f"{len(tests)} records, {seconds:,.0f} s of motion")
     for group in groups:
         started, made = time.perf_counter(), []
         bar = Bar(f"records of {group}")
@@ -46,10 +45,9 @@ def run(args: argparse.Namespace) -> int:
                 bar(number, len(scene.groups[group]))
             bar.end()
         except KeyboardInterrupt:
-            print(
+            say(
                 f"vinesexp simulate: stopped in {group}; the records before are complete, and "
-                "the same command continues with the next",
-                file=sys.stderr,
+                "the same command continues with the next"
             )
             return 130
         if not made:

@@ -13,7 +13,7 @@ from vinesexp.figures.record_words import short
 from vinesexp.figures.style import COLOURS, FAINT, SEQUENCE, Drawn, key, label, link, new_figure
 from vinesexp.records.stored.tables import Row, ids_of
 from vinesexp.results import CampaignResults, Results
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, first_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -290,7 +290,6 @@ def named(row: Row, written: Callable[[str], str] = str) -> str:
     >>> named({"item": "base_amplitude", "record": "a;b;c"}), named({"item": "mass", "record": ""})
     ('base amplitude, a and 2 more', 'mass')
     """
-    ids = ids_of(row["record"])
-    more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
+    ids = [written(id) for id in ids_of(row["record"])]
     item = row["item"].replace("nes_mass", "ball mass").replace("_", " ")
-    return f"{item}, {written(ids[0])}{more}" if ids else item
+    return f"{item}, {first_of(ids, 1)}" if ids else item

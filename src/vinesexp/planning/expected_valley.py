@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, orbit_swing
+from vinesexp.clearance.predicted import IdentifiedRig, orbit_swing
+from vinesexp.rig import RIG_VALUES
 from vinesexp.theory.boundaries import stable_range
 from vinesexp.theory.orbits import Reduced
 from vinesexp.units import COVERAGE_95, Quantity
@@ -103,10 +104,10 @@ def _lowest(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Minimum of the exact orbit's swing for each rig, m, and its curve up to the end.
 
-    `values` has the columns `NEEDED`; NaN where there is no such orbit, or none so far below its
-    end, or where the swing grows from the first point on.
+    `values` has the columns `RIG_VALUES`; NaN where there is no such orbit, or none so far below
+    its end, or where the swing grows from the first point on.
     """
-    p = Reduced.of_rig(frequency=frequency, **dict(zip(NEEDED, values.T, strict=True)))
+    p = Reduced.of_rig(frequency=frequency, **dict(zip(RIG_VALUES, values.T, strict=True)))
     end = G * stable_range(p).b_high
     ends = np.where(np.isfinite(end), end, G)  # any clearance; what comes of it is left out
     # A hair inside: at a saddle-node rounding decides whether the orbit at the very end exists.
@@ -126,16 +127,16 @@ def _lowest(
 
 
 def _drawn(rig: IdentifiedRig, rng: np.random.Generator) -> FloatArray:
-    """The values `NEEDED` drawn from their errors; where f0 is known k1 and c1 go with M."""
+    """The values `RIG_VALUES` drawn from their errors; where f0 is known k1 and c1 go with M."""
 
     def moved(quantity: Quantity) -> float:
         share = quantity.std_error / quantity.value if quantity.value else 0.0
         return min(max(1.0 + share * float(rng.standard_normal()), 0.5), 2.0)
 
-    by = {name: moved(rig.values[name]) for name in NEEDED}
+    by = {name: moved(rig.values[name]) for name in RIG_VALUES}
     if rig.f0 is not None and rig.zeta is not None:
         f0 = moved(rig.f0)
         by |= {"k1": by["M"] * f0**2, "c1": by["M"] * f0 * moved(rig.zeta)}
-    drawn = {name: by[name] * rig.values[name].value for name in NEEDED}
+    drawn = {name: by[name] * rig.values[name].value for name in RIG_VALUES}
     drawn["r"] = min(drawn["r"], 0.98)
     return np.array(list(drawn.values()))

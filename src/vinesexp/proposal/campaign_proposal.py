@@ -26,7 +26,6 @@ from vinesexp.units import UNITS
 
 #: Endings of files that are no instrument's.
 SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml", ".yml", ".json"}
-_ROLES = ("base", "displacement", "acceleration", "sound")
 #: Words of names of decays without a ball.
 _RING_DOWN = re.compile(r"ring|free|bare|no.?ball|without", re.IGNORECASE)
 _CHANNEL_NUMBER = re.compile(r"[\s_-]*(?<![A-Za-z])CH?_?[1-8](?!\d)|(?<=\d)CH[1-8](?!\d)", re.I)
@@ -191,7 +190,7 @@ def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
 
 def _setup(name: str, group: _Group) -> ProposedSetup:
     files, guesses, channels = group.files, group.guesses, []
-    for role in _ROLES:
+    for role in ROLES:
         labels = [label for label, guess in guesses.items() if guess.role == role]
         if labels:
             channels.append(_channel(labels, guesses[labels[0]], files))
@@ -204,7 +203,7 @@ def _setup(name: str, group: _Group) -> ProposedSetup:
     )
     if not clear and len(numbers) == 1:
         time = str(numbers.pop())
-    labels = [label for label, guess in guesses.items() if guess.role in _ROLES]
+    labels = [label for label, guess in guesses.items() if guess.role in ROLES]
     own = {_own_times(f, labels) for f in files if any(label_of(c) in labels for c in f.signals)}
     if time is not None and len(own) == 1 and None not in own:
         time = str(own.pop())

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.identification.bounces import bounces_heard
 from vinesexp.proposal.survey import SLOWEST, ColumnView, FileView, is_called_time
 from vinesexp.records.readers.labels import unit_of_label
 from vinesexp.units import UNITS
@@ -278,6 +277,8 @@ def _heard(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Ind
 def _is_heard(at: Sequence[tuple[FileView, ColumnView]]) -> bool:
     if any(file.format != "WAV" or (file.rate or 0.0) < _AUDIBLE for file, _ in at):
         return False
+    from vinesexp.identification.bounces import bounces_heard  # loads what fits them, for few files
+
     heard = [bounces_heard(c.finite, c.rate) is not None for _, c in at if c.rate]
     return 2 * sum(heard) >= len(at)
 

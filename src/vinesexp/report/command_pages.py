@@ -7,10 +7,8 @@ it gives and what it rests on.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vinesexp.design.headline import Answer, headline_of
-from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
 from vinesexp.figures.design_curve import design_curve
 from vinesexp.figures.identified_values import value_over_folders
 from vinesexp.figures.numbers import plus_minus
@@ -19,6 +17,10 @@ from vinesexp.report.tables_shown import at_the_bench
 from vinesexp.results_differences import Difference, Differences, Repeatability, Repeated
 from vinesexp.units import counted
 from vinesexp.whole_files import write_whole
+
+if TYPE_CHECKING:
+    from vinesexp.design.headline import Answer
+    from vinesexp.design.shown import Table
 
 _KINDS = {
     "value": "Identified values",
@@ -56,6 +58,8 @@ def write_sheet(path: Path, answer: Answer) -> None:
 def sheet_content(answer: Answer) -> dict[str, Any]:
     """Everything the page shows: the cells of `vinesexp.design.shown`, laid out."""
     from vinesexp import __version__
+    from vinesexp.design.headline import headline_of  # loads the simulation
+    from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, notes_of, tables_of
 
     rig, *tables = tables_of(answer)
     cards = []

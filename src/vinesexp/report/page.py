@@ -19,28 +19,10 @@ from vinesexp.records.readers.source import file_of
 from vinesexp.records.stored.result_columns import TABLES
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.records.stored.tables import Row
+from vinesexp.report import tables_shown, verdict
 from vinesexp.report.published_beside import published_rows
 from vinesexp.report.rendering import inline_svg, rendered
 from vinesexp.report.replay_verdict import other_branches, replay_verdict
-from vinesexp.report.tables_shown import (
-    PARAMETERS,
-    TESTS,
-    coverage_table,
-    effects_table,
-    identified_table,
-    regimes_by_test,
-    stated_rows,
-    stated_sentence,
-    tests_table,
-)
-from vinesexp.report.verdict import (
-    headline,
-    periodic_verdicts,
-    predicted,
-    release_rows,
-    span,
-    within,
-)
 from vinesexp.results import CampaignResults
 from vinesexp.settings.stages import differences
 from vinesexp.signals.impacts.impact_table import read_impacts
@@ -298,28 +280,28 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     found = CampaignResults(results, campaign)
     inputs = input_rows(found)
-    parameters = identified_table(found.rows("identified"))
+    parameters = tables_shown.identified_table(found.rows("identified"))
     known = {row["name"]: row["value"] for row in parameters}
     return {
         "campaign": campaign,
         **_answer(found, known),
         "parameters": parameters,
-        "effects": effects_table(found.rows("identified")),
+        "effects": tables_shown.effects_table(found.rows("identified")),
         "unknown": {
             name: what
-            for name, what in PARAMETERS.items()
+            for name, what in tables_shown.PARAMETERS.items()
             if name not in known and f"{name}_1" not in known  # r of balls that differ
         },
         "levels": found.rows("level_values"),
-        "coverage": coverage_table(),
+        "coverage": tables_shown.coverage_table(),
         "budget": found.rows("budget"),
         **_of_tests(found),
         "definitions": REGIMES,
         "replay": replay_verdict(found.rows("replay"), found.rows("checks")),
         "published": published_rows(found),
         **problem_lists(found.rows("checks")),
-        "stated": stated_rows(inputs),
-        "stated_sentence": stated_sentence(inputs),
+        "stated": tables_shown.stated_rows(inputs),
+        "stated_sentence": tables_shown.stated_sentence(inputs),
         "contradicted": [named(row) for row in inputs if row["verdict"] == "off"],
         **_inputs(campaign, results),
         "files": sorted(path.name for path in results.glob("*.csv") if path.stem in TABLES),
@@ -329,15 +311,15 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
 
 def _answer(results: CampaignResults, parameters: Mapping[str, str]) -> dict[str, Any]:
     """The verdict on the clearances, and other motions that may explain what misses it."""
-    periodic = periodic_verdicts(results)
-    releases = release_rows(results.rows("clearances"))
+    periodic = verdict.periodic_verdicts(results)
+    releases = verdict.release_rows(results.rows("clearances"))
     return {
         "periodic": periodic,
         "releases": releases,
-        "headline": headline(periodic, releases, parameters, results.rows("checks")),
-        "within": within,
-        "span": span,
-        "predicted": predicted,
+        "headline": verdict.headline(periodic, releases, parameters, results.rows("checks")),
+        "within": verdict.within,
+        "span": verdict.span,
+        "predicted": verdict.predicted,
         "branches": other_branches(results.periodic, results.rows("clearances"), results.rig),
     }
 
@@ -350,15 +332,15 @@ def _of_tests(results: CampaignResults) -> dict[str, Any]:
         for drawn in listed(folder)
     ]
     first = min(figures, key=_early, default=None)
-    regimes = regimes_by_test(results)
-    tests = tests_table(results.as_found, results.rows("checks"))
+    regimes = tables_shown.regimes_by_test(results)
+    tests = tables_shown.tests_table(results.as_found, results.rows("checks"))
     others = [figure for figure in figures if figure is not first]
     return {
         "tests": tests,
         "regimes": regimes,
         "figures": figures,
         "first": first,
-        "sections": sections_of_tests(TESTS, tests, others, regimes),
+        "sections": sections_of_tests(tables_shown.TESTS, tests, others, regimes),
     }
 
 

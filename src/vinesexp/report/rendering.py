@@ -6,17 +6,11 @@ from __future__ import annotations
 import re
 import tempfile
 from functools import cache
+from inspect import getmembers, isfunction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.figures.numbers import (
-    millimetres,
-    percent,
-    plus_minus,
-    plus_minus_brief,
-    rounded,
-    significant,
-)
+from vinesexp.figures import numbers
 from vinesexp.figures.style import Drawn
 from vinesexp.units import counted
 
@@ -126,8 +120,7 @@ def environment(package: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    numbers = (millimetres, percent, plus_minus, plus_minus_brief, rounded, significant)
-    found.filters.update({one.__name__: one for one in (*numbers, counted, symbols)})
+    found.filters.update(getmembers(numbers, isfunction), counted=counted, symbols=symbols)
     return found
 
 

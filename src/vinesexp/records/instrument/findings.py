@@ -15,6 +15,7 @@ from vinesexp.records.campaign.schema import Channel, Record
 from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView
+from vinesexp.units import counted
 
 #: Which channel shows the oscillator's motion best.
 _MOTION = ("displacement", "base", "acceleration")
@@ -594,11 +595,11 @@ def _left_out(
     period: float | None, why: str,
 ) -> Check:  # fmt: skip
     """What is said of gaps; the record is refused where they leave no two periods in a row."""
-    number, seconds = len(gaps), sum(end - first for first, end in gaps) / view.sample_rate
+    seconds = sum(end - first for first, end in gaps) / view.sample_rate
     first, end = max(gaps, key=lambda gap: gap[1] - gap[0])
     reported = (
-        f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, {number} "
-        f"time{'' if number == 1 else 's'}, the longest for "
+        f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, "
+        f"{counted(len(gaps), 'time')}, the longest for "
         f"{1e3 * (end - first) / view.sample_rate:.3g} ms from {view.moment(first)} "
         f"({samples.source.locate(samples.trimmed[0] + first)}): {why}"
     )
@@ -689,7 +690,7 @@ def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Chec
 def _trimmed(record: Record, samples: Samples) -> list[Check]:
     before, after = samples.trimmed
     reported = [
-        f"{count} row{'' if count == 1 else 's'} at the {end}"
+        f"{counted(count, 'row')} at the {end}"
         for count, end in ((before, "start"), (after, "end"))
         if count
     ]

@@ -22,19 +22,9 @@ from vinesexp.records.instrument.findings import look_over
 from vinesexp.records.instrument.joined import JoinedSamples
 from vinesexp.records.instrument.samples import Samples, columns_fitting
 from vinesexp.records.readers import open_source
+from vinesexp.records.stored import store
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
-from vinesexp.records.stored.store import (
-    RECORDERS,
-    RecordWriter,
-    integrate,
-    integrated,
-    leave_out,
-    open_record,
-    record_attributes,
-    source_digest,
-    write_refused,
-)
 from vinesexp.units import UNITS, parse_quantity, plain_unit, unit_size
 from vinesexp.whole_files import whole_file
 
@@ -54,7 +44,7 @@ def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Chec
         if is_of_the_machine(error):
             raise
         reported = f"{record.file}: cannot be read ({reason_of(error)})"
-    write_refused(out, reported, record_attributes(campaign, record))
+    store.write_refused(out, reported, store.record_attributes(campaign, record))
     return [Check(record.id, "ingest", "refused", reported)]
 
 
@@ -81,7 +71,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     """
     if record.exclude:
         reason = record.note or "no reason given"
-        write_refused(out, f"excluded: {reason}", record_attributes(campaign, record))
+        store.write_refused(out, f"excluded: {reason}", store.record_attributes(campaign, record))
         return [Check(record.id, "exclude", "excluded", reason)]
     with naming(record.file):
         return _ingested(campaign, record, Path(out))
@@ -94,29 +84,29 @@ def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         if record.more_files
         else Samples(open_source(record.file), setup)
     )
-    attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
+    attributes = {**store.record_attributes(campaign, record), **_file_attributes(record, samples)}
     with whole_file(out) as unseen:
         samples.through(lambda: _write(unseen, samples, attributes))
-        with open_record(unseen) as view:
+        with store.open_record(unseen) as view:
             found, missing = look_over(view, record, setup.channels, samples)
         for role, stretches in missing.items():
-            leave_out(unseen, role, stretches, paused=samples.gaps)
+            store.leave_out(unseen, role, stretches, paused=samples.gaps)
         if samples.quantities.get("displacement") == "velocity":
-            integrate(unseen, "displacement")
+            store.integrate(unseen, "displacement")
             found.append(Check(record.id, "velocity", "ok", _INTEGRATED))
     return found
 
 
 def _file_attributes(record: Record, samples: Samples) -> dict[str, str]:
     """What the instrument file itself says, and which file it was."""
-    found = {"source_sha256": source_digest(record), "source_format": samples.source.format}
+    found = {"source_sha256": store.source_digest(record), "source_format": samples.source.format}
     if isinstance(samples, JoinedSamples):
-        found[RECORDERS] = ";".join(",".join(roles) for roles in samples.roles_by_file)
+        found[store.RECORDERS] = ";".join(",".join(roles) for roles in samples.roles_by_file)
     return found
 
 
 def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
-    with RecordWriter(
+    with store.RecordWriter(
         path,
         sample_rate=samples.sample_rate,
         start=samples.start,
@@ -152,7 +142,7 @@ def read_channels(path: Path, setup: Setup) -> tuple[float, float, dict[str, Flo
             raise RecordError(out_of_range)
     if samples.quantities.get("displacement") == "velocity":
         velocity = values["displacement"] - np.nanmean(values["displacement"])
-        values["displacement"] = integrated(velocity, 1.0 / samples.sample_rate)
+        values["displacement"] = store.integrated(velocity, 1.0 / samples.sample_rate)
     for role, x in values.items():  # what was not measured
         for first, end in (*samples.gaps, *samples.lost.get(role, ())):
             x[first:end] = np.nan

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from vinesexp.arrays import BoolArray, FloatArray, add_run, runs_of
 from vinesexp.errors import RecordError
+from vinesexp.units import counted
 
 _JITTER = 0.1  # of an interval: what impact timing needs
 _COARSE = 1e-3  # of an interval: printed times that are coarser round the interval, too
@@ -80,7 +81,7 @@ class UnevenClockError(Exception):
             return f"times stray by up to {self.stray:.2g} samples from a uniform clock"
         longest = max(self.pauses, key=lambda pause: pause.after - pause.before)
         return (
-            f"the times pause {len(self.pauses)} time{'s' * (len(self.pauses) > 1)}, the longest "
+            f"the times pause {counted(len(self.pauses), 'time')}, the longest "
             f"from {longest.before:.9g} to {longest.after:.9g} ({locate(longest.row)}); nothing is "
             "known there"
         )

@@ -34,6 +34,7 @@ from vinesexp.records.readers.source import (
     numbered,
     part_of,
 )
+from vinesexp.units import counted
 
 NAME = "text (CSV, TXT, LabVIEW LVM)"
 
@@ -204,12 +205,12 @@ class TextSource(Source):
         layout = self.layout
         self.columns = layout.columns
         if layout.behind:
-            count, shown = len(layout.behind), f"('{layout.behind[0][:60]}')"
+            more, shown = counted(len(layout.behind), "line"), f"('{layout.behind[0][:60]}')"
             self.losses = (
                 f"it ends within a row {shown}, which is left out: the file may have been cut; "
                 "copy it again"
                 if layout.cut
-                else f"{count} line{'s' * (count > 1)} after the last row hold no data {shown}",
+                else f"{more} after the last row hold no data {shown}",
             )
             with self._text.open("rb") as stream:  # of which these lines are left out
                 read = iter(lambda: stream.read(min(_CHUNK, layout.end - stream.tell())), b"")
