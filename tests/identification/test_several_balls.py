@@ -1,13 +1,15 @@
 """Tests with several balls only: r of each ball, and one r of all only where they are alike."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.whole_campaign import Identified, identify_campaign
+from vinesexp.identification.joint.unknowns import Posterior
+from vinesexp.identification.whole_campaign import Identified, _effects, identify_campaign
 from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
 from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts
 from vinesexp.units import Quantity
@@ -60,3 +62,20 @@ def test_one_r_is_given_where_the_balls_are_alike(r: tuple[float, float]) -> Non
         assert rows[f"r_{number}"].value == pytest.approx(true, abs=2e-3)
     assert ("r" in rows) == (r[0] == r[1])
     assert not any("r is not known" in check.detail for check in found.checks)
+
+
+@pytest.mark.parametrize("balls", [("r",), ("r_1", "r_2")])
+def test_several_balls_have_no_common_effective_restitution(balls):
+    """It was 0 +- 0, and every replay with it was of balls that do not bounce."""
+    names = (*balls, "ln_m", "contact")
+    found = Posterior(names, np.full(len(names), 0.6), 1e-6 * np.eye(len(names)), 0.0)
+    answer = SimpleNamespace(
+        posterior=found, judged=SimpleNamespace(found=()), data=SimpleNamespace(index={}),
+        effect=lambda name: name if name == "contact" else None,
+        observed=SimpleNamespace(collisions={}, balls={1: "ln_m"}, blocks=()),
+    )  # fmt: skip
+    known = SimpleNamespace(nes_mass=[SimpleNamespace(value=0.032)])
+    rows = {e.parameter: e.value for e in _effects(answer, SimpleNamespace(known=known))}
+    effective = {"r_effective", "nes_mass_effective"}
+    assert effective & rows.keys() == (effective if balls == ("r",) else set())
+    assert rows.get("r_effective", 0.6) == pytest.approx(0.6)

@@ -705,7 +705,7 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
             continue
         laws = {"slope": 1.0, "fade": 1.0} if name == "slope" else {name: 1.0}
         value, error = posterior.of(laws)
-        if name == "wall":
+        if name == "wall" and "r" in posterior:
             for wall, sign in (("plus", 0.5), ("minus", -0.5)):
                 r, r_error = posterior.of({"r": 1.0, "wall": sign})
                 rows.append(Estimate(f"r_wall_{wall}", r, r_error, "1", _IMPACTS, ids))
@@ -719,10 +719,10 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
     named = [name for name in HIDDEN if answer.effect(name) is not None]
     if (rolls := rolling_from(answer)) is not None:
         rows.append(Estimate("rolls_from", *rolls, "m/s^2", _IMPACTS, ids))
-    elif named:
+    elif named and "r" in posterior:  # of several balls each has its own
         value, error = posterior.of(of_r)
         rows.append(Estimate("r_effective", value, error, "1", _IMPACTS, ids))
-    if set(named) - {"friction"} and campaign.known.nes_mass:
+    if set(named) - {"friction"} and campaign.known.nes_mass and "r" in posterior:
         value, error = posterior.of(of_m)
         size = campaign.known.nes_mass[0].value * math.exp(value)
         rows.append(Estimate("nes_mass_effective", size, size * error, "kg", _IMPACTS, ids))
