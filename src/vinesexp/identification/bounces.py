@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtr, stdtrit
+from scipy.optimize import minimize_scalar
+from scipy.special import stdtrit
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.average import DISAGREES, weighted_mean
-from vinesexp.identification.least_squares import least_squares
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.filters import butterworth, default_bands, zero_phase
 from vinesexp.signals.impacts.candidates import Stream
@@ -30,6 +30,8 @@ _APART = 0.05  # by which series of one ball on one surface differ at most, rela
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
+#: Share of the truths that 95 % intervals hold; scatter of ln r from bounce to bounce: least, most.
+_HELD, _TINY, _WIDEST = 0.95, 1e-9, 1.0
 _AIR = 0.0115  # 1/m: rho C_d A / m of a steel ball of 10 mm
 
 
@@ -233,18 +235,13 @@ def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
     """r of one series; `others`: hits of the record that are no bounces."""
     flights = np.diff(t)
     _require_flights(flights, others)
-    p, covariance, chi2 = _fitted(t, error)
-    freedom = t.size - 3
-    spread = chi2 / freedom
-    # 68 % of Student's t: a scatter taken from few flights is uncertain itself
-    scale = 1.0 if spread <= 1.0 else math.sqrt(spread) * float(stdtrit(freedom, ndtr(1.0)))
-    found = float(scale * np.sqrt(covariance[2, 2]))
-    if not (0.0 < p[2] < 1.0 and found < _SURE * p[2]):
+    r, found = _ratio(t, error)
+    if not (0.0 < r < 1.0 and found < _SURE * r):
         raise AnalysisError(
-            f"the flights between hits do not agree on r: {p[2]:.3g} +- "
+            f"the flights between hits do not agree on r: {r:.3g} +- "
             f"{COVERAGE_95 * found:.2g} from {flights.size} of them"
         )
-    return Bounces(float(p[2]), found, t.size, float(p[1]), float(t[0]))
+    return Bounces(r, found, t.size, float(flights[0]), float(t[0]))
 
 
 def _require_flights(flights: FloatArray, others: int) -> None:
@@ -273,23 +270,37 @@ def _require_flights(flights: FloatArray, others: int) -> None:
         )
 
 
-def _fitted(t: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """First time after the first hit, first flight and r; their covariance; chi^2."""
+def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float]:
+    """r, by the ratios of successive flights, and its standard error.
+
+    No two bounces of a ball are alike, and each moves all hits after it: the ratios scatter, not
+    the times. Their scatter is the most probable one beside the errors of the times (restricted
+    likelihood); so few show it that it is uncertain itself, by Student's distribution.
+    """
     flights = np.diff(t)
-    r = float(np.exp(np.polyfit(np.arange(flights.size), np.log(flights), 1)[0]))
-    k = np.arange(t.size)
+    y = np.diff(np.log(flights))
+    by_time = np.diff(np.diff(np.eye(t.size), axis=0) / flights[:, np.newaxis], axis=0)
+    known = (by_time * error**2) @ by_time.T
 
-    def problem(p: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Misfits of the times, from the first one, and their derivatives."""
-        if p[2] <= 0.0:
-            return None
-        partial = np.concatenate([[0.0], np.cumsum(p[2] ** k[:-1])])
-        slopes = np.concatenate([[0.0], np.cumsum(k[:-1] * p[2] ** (k[:-1] - 1.0))])
-        jacobian = np.stack([np.ones(t.size), partial, p[1] * slopes], 1) / error[:, np.newaxis]
-        return (p[0] + p[1] * partial - (t - t[0])) / error, jacobian
+    def mean(log_scatter: float) -> tuple[float, float, float]:
+        """Mean of the ratios' logarithms, its variance, and -2 log-likelihood of a scatter."""
+        C = known + math.exp(2.0 * log_scatter) * np.eye(y.size)
+        inverse = np.linalg.inv(C)
+        variance = 1.0 / float(inverse.sum())
+        value = variance * float(inverse.sum(axis=0) @ y)
+        rest = y - value
+        misfit = float(rest @ inverse @ rest)
+        return value, variance, misfit + float(np.linalg.slogdet(C)[1]) - math.log(variance)
 
-    found = least_squares(problem, np.array([0.0, flights[0], min(r, 0.999)]))
-    return found.values, found.covariance, found.chi2
+    least = math.log(_TINY + float(np.sqrt(np.diag(known).min())))
+    best = minimize_scalar(
+        lambda s: mean(s)[2], bounds=(least - 3.0, math.log(_WIDEST)), method="bounded"
+    ).x  # fmt: skip
+    value, variance, _ = mean(float(best))
+    surely = min(mean(-math.inf)[1], variance)
+    student = float(stdtrit(y.size - 1, 0.5 + 0.5 * _HELD)) / COVERAGE_95
+    r = math.exp(value)
+    return r, r * math.sqrt(surely + student**2 * (variance - surely))
 
 
 def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
