@@ -280,7 +280,7 @@ def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float]:
     flights = np.diff(t)
     y = np.diff(np.log(flights))
     by_time = np.diff(np.diff(np.eye(t.size), axis=0) / flights[:, np.newaxis], axis=0)
-    known = (by_time * error**2) @ by_time.T
+    known = (by_time * error**2) @ by_time.T + _TINY**2 * np.eye(y.size)
 
     def mean(log_scatter: float) -> tuple[float, float, float]:
         """Mean of the ratios' logarithms, its variance, and -2 log-likelihood of a scatter."""
