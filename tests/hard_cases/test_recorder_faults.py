@@ -480,3 +480,37 @@ def test_what_the_base_channel_picks_up_of_the_mass_is_no_other_f0(tmp_path, sha
     assert abs(f0.value - np.sqrt(K1 / M) / (2.0 * np.pi)) < 2.5 * f0.std_error
     assert f0.std_error < 3e-4 * f0.value
     assert abs(zeta.value - C1 / (2.0 * np.sqrt(K1 * M))) < 2.5 * zeta.std_error
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("wall", [1.0, -1.0])
+@pytest.mark.parametrize("kind", ["pad", "rings"])
+def test_each_wall_has_a_pulse_of_its_own(wall, kind):
+    """One with a pad had no free flight at all, one that rings had seven impacts in a cycle."""
+    rig = Rig(Oscillator(M=M, c1=C1, k1=K1), nes=[NES(m=BALL, b=0.04, r=R)])
+    motion = simulate(rig, Harmonic(G, F), Release(y0=[-0.03996]), duration=22.0)
+    t, rng, w = 12.0 + np.arange(round(10.0 * RATE)) / RATE, np.random.default_rng(0), 2 * np.pi * F
+    x, v = motion.at(t)
+    a = -(K1 * (x - G * np.sin(w * t)) + C1 * (v - w * G * np.cos(w * t))) / M
+    hits = motion.impacts
+    jumps = hits["v_after"] - hits["v_before"]
+    for when, jump, side in zip(hits["time"], jumps, hits["side"], strict=True):
+        long = 1.5e-3 if kind == "pad" and side == wall else 3e-4
+        s = (t - when) / long
+        pulse = np.where(abs(s) < 0.5, 0.5 * np.pi / long * np.cos(np.pi * s), 0.0)
+        if kind == "rings" and side == wall:
+            after = np.maximum(t - when, 0.0)
+            ring = np.sin(5600.0 * after) * np.exp(-280.0 * after)
+            pulse = pulse + 0.2 * 0.5 * np.pi / long * ring
+        a = a + jump * pulse
+    found = analysed({
+        "base": G * np.sin(w * t) + 1e-7 * rng.standard_normal(t.size),
+        "displacement": x + 5e-6 * rng.standard_normal(t.size),
+        "acceleration": a + 0.3 * rng.standard_normal(t.size),
+    }, b=0.04)  # fmt: skip
+    true = int(((hits["time"] > 12.0) & (hits["time"] < 22.0)).sum())
+    assert abs(len(found.impacts) - true) <= 1
+    assert found.impacts.crowded.mean() < 0.1
+    value, error = value_of(found, "r")
+    assert abs(value - R) < max(3.0 * error, 2e-3)
+    assert error < 0.01

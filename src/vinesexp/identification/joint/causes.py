@@ -58,6 +58,7 @@ _WIDTHS = {
     "friction": 0.3,
     "tilt": 0.1,
     "contact": 1e-3,
+    "pad": 3e-4,
     "hollow": 10.0,
     "drag": 0.1,
 }

@@ -13,6 +13,8 @@ of ball and contact moves them in its own way:
                                    spring moves the mass on by 0.6 (1 - r) tau x'' while they touch;
                                    a ball on a plane touches it for tau (u/u0)^-1/5 (Hertz), on a
                                    linear spring for tau at any speed: `spring` is which
+    pad, of duration                the contact with one wall lasts half of it longer, with the
+                                   other half of it shorter
     rolling, a share s             + s (v - mean v of the mass) at either end
     hollow floor, kappa (y - x)    the ball arrives and had left slower by kappa b T/6, and by what
                                    the mass moves in between
@@ -28,7 +30,8 @@ A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of 
 with the r of this impact: there the motions before and after meet if they are continued.
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
-displacement and a drift of it from the middle of the record to its ends, slopes whose change reads
+displacement and a drift of it from the middle of the record to its ends, impacts with one wall that
+are timed late, as one template finds the centres of unlike pulses, slopes whose change reads
 off by a share, areas of pulses that go with a power of the speed, as faster balls touch shorter,
 velocities on either side of an impact off by a share of the jump, a displacement
 x + even x^2 + odd x^3 in the place of x, as lasers near the ends of their range show it, and
@@ -57,7 +60,7 @@ Numbers = NDArray[Any]
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "beside", "spring", "drift", "pulse_power",
+    "odd", "pad", "beside", "spring", "drift", "pulse_power", "late_wall",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -72,7 +75,9 @@ EFFECTS = {
     "drag": "1/m",
     "even": "1/m",
     "odd": "1/m^2",
+    "pad": "s",
 }
+_PAD, _SPRING, _LATE_WALL = (LOCALS.index(name) for name in ("pad", "spring", "late_wall"))
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
 #: Power of the speed with which a contact lasts, and by what it may be another: -1/5 of a ball on a
@@ -145,7 +150,7 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: Numbers) -> Numbers:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (23, ..., 1).
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (25, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
@@ -153,12 +158,15 @@ class Collisions:
         f = self.flights
         r, ln_eps, b = p[0], p[1], p[7]
         wall, slope, fade, rub, tilt, contact, roll, hollow, drag = p[8:17]
+        contact = contact + 0.5 * p[_PAD] * self.flights.side
         places, velocities, ways, jumps, reads = self._shown(p)
         v_previous, v_before, v_after, v_next = velocities
         T_before, T_after, s = f.time_before, f.time_after, f.side
         per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * b
-        u_before = (ways[0] - across) * per_before
-        u_after = (ways[1] + across) * per_after
+        # the walls take turns: a flight lasts longer if one's impacts come late, the next shorter
+        apart = p[_LATE_WALL] * s
+        u_before = (ways[0] - across) * per_before * (1.0 - apart * per_before)
+        u_after = (ways[1] + across) * per_after * (1.0 + apart * per_after)
         rolled_before = v_before - u_before - across * per_before
         rolled_after = v_after - u_after + across * per_after
         pulled = [-self.omega2 * place for place in places]
@@ -170,7 +178,7 @@ class Collisions:
         begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
         law = r + 0.5 * wall * s, slope, fade
         lasts, longer_before, longer_after = self._touched(
-            (contact, p[20]), law, (u_before, u_after), velocities, pulled
+            (contact, p[_SPRING]), law, (u_before, u_after), velocities, pulled
         )
         u_before = u_before + ends + longer_before + roll * rolled_before
         u_after = u_after - begins + longer_after + roll * rolled_after
@@ -202,8 +210,8 @@ class Collisions:
         """
         f = self.flights
         g_x, g_a, reading, share, late = p[2:7]
-        even, odd, beside, _, drift, pulse_power = p[17:]
-        late = late + drift * self.course
+        even, odd, _, beside, _, drift, pulse_power, late_wall = p[17:]
+        late, own = late + drift * self.course, 0.5 * late_wall * f.side
         scale = np.exp(-g_x)
 
         def straight(x: FloatArray, base: FloatArray) -> tuple[Numbers, Numbers]:
@@ -220,14 +228,17 @@ class Collisions:
         v_previous = there * f.v_previous + beside * self.base[4]
         v_next = then * f.v_next + beside * self.base[5]
         middle = here * (f.v_before + 0.5 * f.jump) + beside * self.base[3]
-        ways = x - x_before + late * (middle - v_previous), x_after - x + late * (v_next - middle)
+        ways = (
+            x - x_before + late * (middle - v_previous) + own * (middle + v_previous),
+            x_after - x + late * (v_next - middle) - own * (v_next + middle),
+        )
         reads = np.exp(g_x) * np.exp(reading), np.exp(g_a + pulse_power * self._faster)
         by_laser = here * f.jump_displacement * np.exp(-reading)
         by_pulse = f.jump_acceleration / reads[1]
         of_laser, of_pulse = self._weights
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
-        middle = middle - late * self.omega2 * x + share * jump
+        middle = middle - (late + own) * self.omega2 * x + share * jump
         velocities = v_previous, middle - 0.5 * jump, middle + 0.5 * jump, v_next
         return (x_before, x, x_after), velocities, ways, (by_laser, by_pulse), reads
 
@@ -472,7 +483,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     Parameters
     ----------
     c : Collisions
-    p : array (23,)
+    p : array (25,)
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.

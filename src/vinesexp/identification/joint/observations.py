@@ -64,6 +64,8 @@ _READING = 7e-4
 #: Lateness of the displacement that no channel shows, s, and as a share of the pulse, whose centre
 #: a template finds only so well; records that make a mean of lags.
 _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
+#: By which impacts with one wall are timed later than with the other, as a share of the pulse.
+_LATE_WALL = 0.04
 #: By which two recorders drift apart in half a record, s, beside the drift that was taken out.
 _DRIFT = 1e-4
 #: Power of the speed with which the area of a pulse reads too large: the contact of a fast ball is
@@ -98,7 +100,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1.0, 1.0, 1e-4, 0.1,
+    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1e-3, 1.0, 1.0, 1e-4, 0.1, 1e-4,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -645,6 +647,7 @@ def _group(
         {b.add("spring", 0.0, _SPRING): 1.0},
         {b.own("drift", record, _DRIFT): 1.0} if both and record.more_files else {},
         _power_of_pulses(b, record) if both else {},
+        {b.add("late wall", 0.0, _LATE_WALL * _pulse_of(collisions)): 1.0} if both else {},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -676,9 +679,7 @@ def _late(
     bends of the displacement observe it, too; the phases of the channels are as unsure as they
     contradict these.
     """
-    pulse = collisions.flights.pulse
-    durations = pulse[np.isfinite(pulse)]  # none where no pulse was believed
-    centre = _OF_PULSE * float(np.median(durations)) if both and durations.size else 0.0
+    centre = _OF_PULSE * _pulse_of(collisions) if both else 0.0
     lag, error = b.late.get(record.id, (0.0, _LATE))
     error = math.hypot(error, centre, b.contradicted(record, centre))
     common = b.add("late", 0.0, _LATE)
@@ -688,6 +689,13 @@ def _late(
         b.blocks.append(Block(record.id, "bends", ((late, 0.0),), seen))
     leads = record.test == "periodic" and not integrated
     return lag, late | ({_coupling(b, record): -1.0 / collisions.omega2} if leads else {})
+
+
+def _pulse_of(collisions: Collisions) -> float:
+    """How long a pulse lasts, s; 0 where none was believed."""
+    pulse = collisions.flights.pulse
+    durations = pulse[np.isfinite(pulse)]
+    return float(np.median(durations)) if durations.size else 0.0
 
 
 def _power_of_pulses(b: _Builder, record: Record) -> dict[str, float]:

@@ -32,6 +32,7 @@ _NAMES = {
     "friction": "friction of the ball on its floor",
     "tilt": "a cavity that slopes",
     "contact": "a contact that lasts",
+    "pad": "contacts that last longer at one wall",
     "rolling": "a ball that rolls",
     "hollow": "a concave floor, or a magnet",
     "drag": "drag of the air on the ball",
@@ -310,6 +311,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "tilt": lambda v, e: (
         f"the cavity slopes: the ball is pulled along it by {with_error(v, e)} m/s^2 (tilt of "
         f"{abs(v) / 9.80665 * 57.2958:.2g} degrees); r is corrected for it"
+    ),
+    "pad": lambda v, e: (
+        f"a contact lasts {with_error(1e3 * abs(v), 1e3 * e)} ms longer at the wall where x - y = "
+        f"{'+' if v > 0.0 else '-'}b than at the other: another material, a pad or a loose plate; "
+        "r is corrected for it"
     ),
     "contact": lambda v, e: (
         f"a contact lasts {with_error(1e3 * v, 1e3 * e)} ms, during which the ball stays at the "

@@ -7,6 +7,7 @@ the record.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -37,6 +38,8 @@ _RINGING = 8e-3  # s after an impact in which the sensor may ring
 _FINEST = 8  # samples of a contact that are worth keeping: more are averaged
 _HALF_HEIGHT = 1.33  # length of a half sine over its length at half height
 _FEW_SAMPLES = 3.0  # of a contact: between them its shape can be bent, and its time with it
+#: Contacts of a wall that show whether the template explains it, and share of those it does not.
+_ENOUGH, _ILL = 10, 0.5
 _SHAKY = 2.0  # standard deviations that a sure candidate may lose in the fit
 
 
@@ -118,6 +121,23 @@ def detect_by_template(
     # What is faint may be an impact between two samples: the template will show, if one is learnt.
     if not (spikes.strength > settings.threshold).any():
         return detection_at(np.empty(0))
+    found, guesses = _by_one_template(stream, spikes, settings, frequency)
+    if settings.learn and _is_ill_explained(found):
+        sides = _signs(stream, guesses)
+        walls = [
+            (side, _by_one_template(stream, guesses.keep(sides == side), settings, frequency)[0])
+            for side in (1.0, -1.0)
+            if (guesses.strength[sides == side] > settings.threshold).sum() >= FEW
+        ]
+        by_wall = _of_either_wall(walls) if len(walls) > 1 else found
+        found = by_wall if by_wall.crowded.sum() < 0.5 * found.crowded.sum() else found
+    return found
+
+
+def _by_one_template(
+    stream: Stream, spikes: Spikes, settings: ImpactSettings, frequency: float | None
+) -> tuple[Detection, Spikes]:
+    """All contacts by the template that these spikes show, and the spikes that may be contacts."""
     width = _typical(spikes, reach=settings.apart * stream.sample_rate)
     # One candidate for each contact and its ringing.
     reach = max(settings.apart * stream.sample_rate, 2.0 * width)
@@ -136,7 +156,40 @@ def detect_by_template(
         for begin in range(0, stream.n, grouped.chunk)
     ]
     answer = spring_answer(template, grouped.dt, stream.highpass, frequency)
-    return _gathered(parts, template, grouped.dt, settings.threshold, answer)
+    return _gathered(parts, template, grouped.dt, settings.threshold, answer), guesses
+
+
+def _is_ill_explained(found: Detection) -> bool:
+    """Whether one template does not explain the contacts of one wall, or of both.
+
+    One wall may have a pad, or ring with the sensor beside it.
+    """
+    walls = [found.crowded[side * found.jump > 0.0] for side in (1.0, -1.0)]
+    return max(float(wall.mean()) if wall.size >= _ENOUGH else 0.0 for wall in walls) > _ILL
+
+
+def _signs(stream: Stream, spikes: Spikes) -> FloatArray:
+    """Direction in which each spike goes."""
+    signs = np.zeros(spikes.index.size)
+    for begin in range(0, max(1, stream.n), CHUNK):
+        here = (spikes.index >= begin) & (spikes.index < begin + CHUNK)
+        a = stream.read(begin, min(stream.n, begin + CHUNK))
+        signs[here] = np.sign(np.nan_to_num(a[spikes.index[here] - begin]))
+    return signs
+
+
+def _of_either_wall(walls: Sequence[tuple[float, Detection]]) -> Detection:
+    """Of what the template of each wall finds, the contacts with that wall, by their direction.
+
+    What is left of a contact with the other wall, whose template is another, is none.
+    """
+    own = []
+    for (side, wall), (_, other) in zip(walls, walls[::-1], strict=True):
+        mine = wall.keep(np.asarray(side * wall.jump > 0.0))
+        near = np.abs(other.time - mine.time[:, np.newaxis]) < _RINGING
+        larger = near & (-side * other.jump > np.abs(mine.jump)[:, np.newaxis])
+        own.append(mine.keep(np.asarray(~larger.any(axis=1))))
+    return own[0].beside(own[1])[0]
 
 
 def _learnt(
