@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.special import stdtrit
+from scipy.special import ndtr, stdtrit
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
@@ -298,9 +298,14 @@ def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float]:
     ).x  # fmt: skip
     value, variance, _ = mean(float(best))
     surely = min(mean(-math.inf)[1], variance)
-    student = float(stdtrit(y.size - 1, 0.5 + 0.5 * _HELD)) / COVERAGE_95
+    student = _wider(y.size - 1)
     r = math.exp(value)
     return r, r * math.sqrt(surely + student**2 * (variance - surely))
+
+
+def _wider(freedom: int) -> float:
+    """By what an error is larger whose 95 % interval is that of Student's distribution."""
+    return float(stdtrit(freedom, 0.5 + 0.5 * _HELD)) / COVERAGE_95
 
 
 def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
@@ -345,5 +350,8 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
         return None
     # Four hits and no other are a ball of a low r; four of more may be chance.
     enough = _FEWEST - 1 if found.count == hits.time.size else _FEWEST
-    sure = found.count >= enough and found.error < _SHRINKS and found.r < 1.0 - found.error
+    # the half-width of a 68 % interval: that of 95 % is wide by how few ratios show the scatter
+    freedom = found.count - 3
+    error = found.error * float(stdtrit(freedom, ndtr(1.0))) / _wider(freedom)
+    sure = found.count >= enough and error < _SHRINKS and found.r < 1.0 - error
     return found if sure else None
