@@ -11,7 +11,7 @@ from scipy.special import ndtr, stdtrit
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.average import DISAGREES, weighted_mean
+from vinesexp.identification.average import DISAGREES, students_factor, weighted_mean
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.filters import butterworth, default_bands, zero_phase
 from vinesexp.signals.impacts.candidates import Stream
@@ -30,8 +30,7 @@ _APART = 0.05  # by which series of one ball on one surface differ at most, rela
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
-#: Share of the truths that 95 % intervals hold; scatter of ln r from bounce to bounce: least, most.
-_HELD, _TINY, _WIDEST = 0.95, 1e-9, 1.0
+_TINY, _WIDEST = 1e-9, 1.0  # scatter of ln r from bounce to bounce: least, most
 _AIR = 0.0115  # 1/m: rho C_d A / m of a steel ball of 10 mm
 
 
@@ -298,14 +297,8 @@ def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float]:
     ).x  # fmt: skip
     value, variance, _ = mean(float(best))
     surely = min(mean(-math.inf)[1], variance)
-    student = _wider(y.size - 1)
     r = math.exp(value)
-    return r, r * math.sqrt(surely + student**2 * (variance - surely))
-
-
-def _wider(freedom: int) -> float:
-    """By what an error is larger whose 95 % interval is that of Student's distribution."""
-    return float(stdtrit(freedom, 0.5 + 0.5 * _HELD)) / COVERAGE_95
+    return r, r * math.sqrt(surely + students_factor(y.size - 1) ** 2 * (variance - surely))
 
 
 def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
@@ -352,6 +345,6 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
     enough = _FEWEST - 1 if found.count == hits.time.size else _FEWEST
     # the half-width of a 68 % interval: that of 95 % is wide by how few ratios show the scatter
     freedom = found.count - 3
-    error = found.error * float(stdtrit(freedom, ndtr(1.0))) / _wider(freedom)
+    error = found.error * float(stdtrit(freedom, ndtr(1.0))) / students_factor(freedom)
     sure = found.count >= enough and error < _SHRINKS and found.r < 1.0 - error
     return found if sure else None

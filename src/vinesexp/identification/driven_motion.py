@@ -585,9 +585,10 @@ def _solved(
     own = A[:, :_SOUGHT] - others @ np.linalg.lstsq(others, A[:, :_SOUGHT], rcond=1e-12)[0]
     information, kinds = _of_scatter(own[:count], left[:count], rows)
     values = p[:_SOUGHT]
-    misfit = (0.0, 0.0) if _repeats(values, information) else _relative(values, kinds)
+    misfit = _relative(values, kinds)
     by_corner = -(np.linalg.lstsq(A / size, q, rcond=1e-12)[0].T / size)[:, :_SOUGHT]
     if _repeats(values, information):
+        misfit = 0.0, 0.0  # it says nothing of f0 and zeta
         values, information = _of_base(own, left, values, rows, w)
         q = q - others @ np.linalg.lstsq(others, q, rcond=1e-12)[0]
         by_corner = np.zeros((2, _SOUGHT))

@@ -64,8 +64,6 @@ _READING = 7e-4
 #: Lateness of the displacement that no channel shows, s, and as a share of the pulse, whose centre
 #: a template finds only so well; records that make a mean of lags.
 _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
-#: By which impacts with one wall are timed later than with the other, as a share of the pulse.
-_LATE_WALL = 0.04
 #: By which two recorders drift apart in half a record, s, beside the drift that was taken out.
 _DRIFT = 1e-4
 #: Power of the speed with which the area of a pulse reads too large: the contact of a fast ball is
@@ -289,15 +287,17 @@ def observe(
     _decays(b, found)
     _start_tests(b, driven)
     b.late = _lateness(b, found, impacts) | _phases(b, found)
-    b.bends = {
-        id: seen for id, table in impacts.items()
-        if math.isfinite((seen := typical_lateness(table.late_s, table.late_error_s))[0])
-    }  # fmt: skip
+    b.bends = _bends(b, impacts)
     _sensors(b, found, driven)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if record.exclude or record.id not in impacts:
             continue
         _flights(b, record, impacts[record.id], driven.get(record.id))
+    for id, seen in b.bends.items():  # once, of however many balls
+        sums = next((own for key, own in b.sums.items() if key[0] == id), None)
+        if sums is not None:
+            late = sums[LOCALS.index("late")]
+            b.blocks.append(Block(id, "bends", (late,), _Single(*seen)))
     for k, name in enumerate(("f0", "zeta")):
         off = [one.misfit[k] for one in driven.values()]
         b.add(f"driven {name}", 0.0, float(np.median(off)) if off else 0.0)
@@ -589,6 +589,17 @@ def _lateness(
     return left
 
 
+def _bends(b: _Builder, impacts: Mapping[str, Impacts]) -> dict[str, tuple[float, float]]:
+    """Lateness of each displacement beside an acceleration as its bends show it, s; its error."""
+    both = [
+        record.id for record in b.campaign.records
+        if b.has(record, "displacement") and b.has(record, "acceleration")
+    ]  # fmt: skip
+    tables = {id: impacts[id] for id in both if id in impacts}
+    found = {id: typical_lateness(one.late_s, one.late_error_s) for id, one in tables.items()}
+    return {id: seen for id, seen in found.items() if math.isfinite(seen[0])}
+
+
 def _phases(b: _Builder, found: Sequence[Estimate]) -> dict[str, tuple[float, float]]:
     """The same of a displacement that is the integral of the acceleration.
 
@@ -647,7 +658,7 @@ def _group(
         {b.add("spring", 0.0, _SPRING): 1.0},
         {b.own("drift", record, _DRIFT): 1.0} if both and record.more_files else {},
         _power_of_pulses(b, record) if both else {},
-        {b.add("late wall", 0.0, _LATE_WALL * _pulse_of(collisions)): 1.0} if both else {},
+        {b.add("late wall", 0.0, _OF_PULSE * _pulse_of(collisions)): 1.0} if both else {},
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -676,17 +687,13 @@ def _late(
     """Lateness of the displacement, s, that is expected in a record, and it as a sum of unknowns.
 
     `both` channels show the impacts, or the displacement is the acceleration `integrated`. The
-    bends of the displacement observe it, too; the phases of the channels are as unsure as they
-    contradict these.
+    phases of the channels are as unsure as the bends of the displacement contradict them.
     """
     centre = _OF_PULSE * _pulse_of(collisions) if both else 0.0
     lag, error = b.late.get(record.id, (0.0, _LATE))
     error = math.hypot(error, centre, b.contradicted(record, centre))
     common = b.add("late", 0.0, _LATE)
     late = {common: 1.0, b.own("own late", record, error, value=lag): 1.0}
-    if both and record.id in b.bends:
-        seen = _Single(*b.bends[record.id])
-        b.blocks.append(Block(record.id, "bends", ((late, 0.0),), seen))
     leads = record.test == "periodic" and not integrated
     return lag, late | ({_coupling(b, record): -1.0 / collisions.omega2} if leads else {})
 

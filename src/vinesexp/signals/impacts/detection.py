@@ -186,9 +186,12 @@ def _of_either_wall(walls: Sequence[tuple[float, Detection]]) -> Detection:
     own = []
     for (side, wall), (_, other) in zip(walls, walls[::-1], strict=True):
         mine = wall.keep(np.asarray(side * wall.jump > 0.0))
-        near = np.abs(other.time - mine.time[:, np.newaxis]) < _RINGING
-        larger = near & (-side * other.jump > np.abs(mine.jump)[:, np.newaxis])
-        own.append(mine.keep(np.asarray(~larger.any(axis=1))))
+        size, begin, end = (
+            np.maximum(-side * other.jump, 0.0),
+            *(np.searchsorted(other.time, mine.time + way * _RINGING) for way in (-1.0, 1.0)),
+        )
+        largest = np.array([size[i:k].max(initial=0.0) for i, k in zip(begin, end, strict=True)])
+        own.append(mine.keep(np.asarray(largest <= np.abs(mine.jump), dtype=bool)))
     return own[0].beside(own[1])[0]
 
 

@@ -366,8 +366,9 @@ def _by_pulses(
         said.append(("aliased", "warning", _UNRESOLVED))
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     elif slopes is not None:
-        again = partial(_slopes, found, x=x, sign=sign, frequency=motion)
-        slopes, lag = _where_it_is_late(slopes, lag, lambda lag: again(lag=lag))
+        slopes, lag = _where_it_is_late(
+            slopes, lag, lambda at: _slopes(found, x=x, sign=sign, lag=at, frequency=motion)
+        )
     return found, slopes, sign, lag
 
 
