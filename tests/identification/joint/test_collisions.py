@@ -312,6 +312,41 @@ def test_a_displacement_that_drifts_along_a_record_is_put_back():
     assert np.abs(mended - true).max() < 2e-3 * np.abs(wrong - true).max()
 
 
+def test_impacts_that_are_timed_late_at_one_wall_are_put_back():
+    """Flights to it last longer by as much and flights from it less: it looked like a slope."""
+    c, late = collisions(0.0, beat=0.6, count=60), 3e-5
+    f, own = c.flights, 0.5 * late * c.flights.side  # by which the true time is later
+    x, x_before = c.x - own * f.v_before, c.x_before + own * f.v_previous
+    x_after = c.x_after + own * f.v_next
+    side, longer = 2.0 * f.side * B, late * f.side
+    before, after = f.time_before - longer, f.time_after + longer
+    shown = replace(
+        c, x=x, x_before=x_before, x_after=x_after,
+        flights=replace(
+            f, v_before=f.v_before + own * W**2 * c.x, time_before=before, time_after=after,
+            u_before=(x - x_before - side) / before, u_after=(x_after - x + side) / after,
+        ),
+    )  # fmt: skip
+    true, wrong, mended = (
+        one.rest(quantities(late_wall=by))[0] for one, by in ((c, 0.0), (shown, 0.0), (shown, late))
+    )
+    assert np.abs(wrong - true).max() > 1e-4
+    assert np.abs(mended - true).max() < 2e-3 * np.abs(wrong - true).max()
+
+
+def test_a_pad_makes_contacts_longer_at_one_wall_and_shorter_at_the_other():
+    c = collisions(0.0, beat=0.6, count=60)
+    c = c.keep(np.arange(c.x.size) % 3 == 0)  # none shares a flight with another
+    tau, pad = 1e-3, 4e-4
+    plain, found = (c.rest(quantities(contact=tau, pad=by))[0] for by in (0.0, pad))
+    for side in (1.0, -1.0):
+        own = c.flights.side == side
+        alone = c.rest(quantities(contact=tau + 0.5 * side * pad))[0]
+        change = (alone - plain)[own]
+        assert own.sum() > 5
+        assert np.abs((found - plain)[own] - change).max() < 0.05 * np.abs(change).max()
+
+
 def test_areas_that_grow_with_the_speed_are_no_momentum():
     """Pulses of fast balls are read 3 % too large beside those of balls half as fast."""
     c, power = collisions(0.0, beat=0.6, count=60), 0.045
