@@ -182,7 +182,10 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     ]  # fmt: skip
     rows = [*_law(best), ("misfit", best.residual, 0.0, "1")]
     if rho:
-        rows += [("base_follows", abs(rho), rho_error, "1")]
+        rows += [
+            ("base_follows", rho.real, rho_error, "1"),
+            ("base_follows_ahead", rho.imag, rho_error, "1"),
+        ]
     if best.beat is not None:
         rows += [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
     for mode in _others(view, role, best):
@@ -248,11 +251,12 @@ def on_still_base(best: RingDown, rho: complex) -> dict[str, float]:
     """By what factors f0 and zeta would be larger on a base that does not move.
 
     The spring feels x - e. Where the base follows the mass by a complex share, e = rho x, a decay
-    exp(s t) obeys s^2 + (2 zeta w s + w^2)(1 - rho) = 0, which is linear in 2 zeta w and w^2.
+    exp(s t) obeys s^2 + (2 zeta w s + w^2)(1 - rho) = 0, which is linear in 2 zeta w and w^2. A
+    base takes energy from the mass: what is ahead of it is no motion of the base.
     """
     if not rho:
         return {"f0": 1.0, "zeta": 1.0}
-    s = _exponent(best)
+    s, rho = _exponent(best), complex(rho.real, min(rho.imag, 0.0))
     left = -s * s / (1.0 - rho)
     twice = left.imag / s.imag
     own = math.sqrt(left.real - twice * s.real)

@@ -243,15 +243,25 @@ def _beats(found: Sequence[Estimate]) -> list[Check]:
 
 def _follows(found: Sequence[Estimate]) -> list[Check]:
     """One line on a base that moves with the mass in free decays."""
-    own = [e for e in found if e.parameter == "base_follows"]
-    if not own or (share := float(np.median([e.value for e in own]))) < _FOLLOWS:
+    parts = ("base_follows", "base_follows_ahead")
+    own, ahead = ([e.value for e in found if e.parameter == name] for name in parts)
+    if not own or (share := float(np.median(np.hypot(own, ahead)))) < _FOLLOWS:
         return []
-    detail = (
-        f"while the mass rings down the base channel moves {100.0 * share:.2g} % as far (median of "
-        f"{len(own)} records): f0 and zeta are those of a base at rest, f0 by about "
-        f"{50.0 * share:.2g} % from that of the records. If the base cannot move, its channel "
-        "picks up another one: record it apart, or leave it out of campaign.yaml"
-    )
+    feeds = float(np.median(ahead))
+    if feeds > _FOLLOWS:
+        detail = (
+            f"while the mass rings down the base channel shows {100.0 * feeds:.2g} % of its motion "
+            f"a quarter of a period ahead (median of {len(own)} records): a base that moved so "
+            "would feed the decay, so this channel picks up another one. The values allow for it; "
+            "record the base apart, or leave it out of campaign.yaml"
+        )
+    else:
+        detail = (
+            f"while the mass rings down the base channel moves {100.0 * share:.2g} % as far "
+            f"(median of {len(own)} records): f0 and zeta are those of a base at rest, f0 by about "
+            f"{50.0 * share:.2g} % from that of the records. If the base cannot move, its channel "
+            "picks up another one: record it apart, or leave it out of campaign.yaml"
+        )
     return [Check("", "base follows", "warning", detail)]
 
 
@@ -692,7 +702,13 @@ _ROWS = {"slope": ("r_speed_slope", "s/m"), "friction": ("friction", "m/s^2"),
          "pad": ("contact_difference", "s"), "rolling": ("rolling", "1"),
          "hollow": ("hollow", "1/s^2"), "drag": ("drag", "1/m"),
          "even": ("displacement_even", "1/m"), "odd": ("displacement_odd", "1/m^2"),
+         "course r": ("r_change", "1"), "course friction": ("friction_change", "m/s^2"),
          }  # fmt: skip
+
+
+#: A slope of r is that at the usual speed; what changes goes from the first impact to the last.
+_SUMS = {"slope": {"slope": 1.0, "fade": 1.0}, "course r": {"course r": 2.0},
+         "course friction": {"course friction": 2.0}}  # fmt: skip
 
 
 def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
@@ -704,7 +720,7 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
         name = weighed.cause.about
         if weighed.cause.kind != "effect" or name not in posterior:
             continue
-        laws = {"slope": 1.0, "fade": 1.0} if name == "slope" else {name: 1.0}
+        laws = _SUMS.get(name, {name: 1.0})
         value, error = posterior.of(laws)
         if name == "wall" and "r" in posterior:
             for wall, sign in (("plus", 0.5), ("minus", -0.5)):

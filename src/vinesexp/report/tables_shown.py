@@ -252,6 +252,8 @@ EFFECTS = {
     "tilt": "pull along a cavity that slopes, over the ball's mass",
     "contact_time": "duration of a contact, during which the ball stays at the wall",
     "contact_difference": "by which a contact lasts longer at the wall where x - y = +b",
+    "r_change": "by which the restitution changes from the first impact of a record to its last",
+    "friction_change": "the same of the friction",
     "rolling": "share of the floor's motion that a rolling ball takes up",
     "hollow": "pull to the middle of the cavity per metre from it (concave floor, magnet)",
     "drag": "drag of the air on the ball, over its mass and the square of its speed",

@@ -91,7 +91,9 @@ def test_what_the_mass_carries_in_ring_downs_lowers_their_frequency(load):
     M, f0, aboard = 5.0, 8.0, 0.1
     lowered = math.log(f0 * math.sqrt(M / (M + load + aboard)))
     decay = _Decay("f0", np.array([lowered]), np.eye(1), load, np.array([1e-3]), NO_LAW)
-    true = np.array([math.log(f0), math.log(M), 0.0, aboard, math.log(5e-3), *([0.0] * len(TERMS))])
+    true = np.array(
+        [math.log(f0), math.log(M), 0.0, aboard, math.log(5e-3), *([0.0] * (1 + len(TERMS)))]
+    )
     information, gradient, value = decay(true)
     assert value == pytest.approx(0.0, abs=1e-20)
     assert np.abs(gradient).max() < 1e-10
@@ -187,7 +189,7 @@ def test_flights_that_are_not_from_wall_to_wall_pull_in_a_way_that_nobody_knows(
         rolls_from={"a": np.full(30, 2.0)},
     )  # fmt: skip
     for flights in (40, 20):  # between all impacts, more than from wall to wall or fewer
-        driven = SimpleNamespace(base=lambda **_: (1.0, 0.1, 0.0), flights=flights)
+        driven = SimpleNamespace(base=lambda **_: (1.0, 0.1, 0.0), flights=flights, recorded=False)
         _base(b, record, [], driven)
     some, none = (block.look.rolls_from for block in b.blocks)
     assert (some == [2.0] * 30 + [0.0] * 10).all()

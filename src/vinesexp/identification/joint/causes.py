@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,6 +61,8 @@ _WIDTHS = {
     "pad": 3e-4,
     "hollow": 10.0,
     "drag": 0.1,
+    "course r": 0.01,
+    "course friction": 0.05,
 }
 #: Share of the largest displacement by which a sensor that is not linear reads it wrong.
 _BENT = 0.01
@@ -79,6 +81,7 @@ _WEIGHED = 0.3  # ln of a mass known better than that was weighed
 #: Of the base's motion, whose own channel has a gain: what a displacement from the table lacks, and
 #: one from a table that turns, or from a stand that moves.
 _ALL_OF_BASE, _SOME_OF_BASE = Prior(1.0, 0.05), Prior(0.0, 0.5)
+_CLOCK = 1e-3  # of a clock that is wrong: a divider, a quartz that is none
 _CORNER = 2.0 * math.pi * 0.5  # rad/s, of an AC-coupled input
 _ABOARD = 0.02  # of M: what ring-downs may carry besides, such as the ball in its cavity
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
@@ -337,9 +340,7 @@ def weighed(
     plain, beliefs = observed.beliefs, believing(observed.beliefs, chosen)
     left = _others(causes, chosen)
     whole = posterior_of(data, beliefs)
-    in_flights = names_in_flights(observed)
     found, rivals = [], []
-    scattered: set[bool] = set()  # in what flights show, in what else
     by_odds = sorted(zip(_odds(data, plain, chosen), chosen, strict=True), key=lambda one: -one[0])
     for odds, cause in by_odds:
         beside = [c for c in chosen if c is not cause]
@@ -349,20 +350,35 @@ def weighed(
             (believing(plain, [*beside, rival]), rival.log_odds - cause.log_odds)
             for rival in others
         ]
-        of_flights = bool(cause.moves & in_flights)
-        if cause.kind == "scatter":
-            scattered.add(of_flights)
         value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
         sure = cause.kind == "remounting" or (
-            of_flights not in scattered
-            and cause.direction is not None
+            cause.direction is not None
             and odds > _CERTAIN
             and abs(value) > _SURE * error
             and possible(cause, value, 0.0)
             and _predicts(data, without, beliefs)
         )
         found.append(Weighed(cause, odds, value, error, others, sure))
+    found = _beyond_the_unexplained(found, names_in_flights(observed))
     return Judged(beliefs, _averaged(data, beliefs, left, rivals), tuple(found))
+
+
+def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> list[Weighed]:
+    """The same, sure of no cause for which the records ask less than for what is unexplained.
+
+    What flights leave tells of causes of the flights alone.
+    """
+    left = {True: 0.0, False: 0.0}
+    for one in found:
+        if one.cause.kind == "scatter" or one.doubted:
+            left[bool(one.cause.moves & in_flights)] += one.log_odds
+    return [
+        replace(one, sure=one.sure and (
+            one.cause.kind == "remounting"
+            or one.log_odds > left[bool(one.cause.moves & in_flights)]
+        ))
+        for one in found
+    ]  # fmt: skip
 
 
 def believing(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
@@ -448,6 +464,7 @@ def all_possible(found: Posterior, chosen: Sequence[Cause], observed: Observed) 
 
     changes = (known[c.key] for c in chosen if c.about == "friction" and c.kind in _OF_TESTS)
     sums = [({"friction": 1.0, name: 1.0}, 0.0) for terms in changes for name in terms]
+    sums += [({"friction": 1.0, "course friction": end}, 0.0) for end in (-1.0, 1.0)]
     sums += [(off_stated(*one), one[1]) for one in observed.clearances.values()]
     if any(below_zero(*one) for one in sums):
         return False
@@ -691,6 +708,10 @@ def _effects(o: Observed) -> list[Cause]:
         Cause(f"{name} +", "effect", "coupling", Direction({name: 1.0}, Prior(0.0, _CORNER)),
               least=0.0)
         for name in o.kinds.get("coupling", ())
+    ]  # fmt: skip
+    found += [
+        Cause(f"{name} +", "mistake", name, Direction({name: 1.0}, Prior(0.0, _CLOCK)))
+        for name in ("clock", "generator") if "generator" in o.names
     ]  # fmt: skip
     if "drop" in o.names and o.collisions:
         elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))

@@ -22,6 +22,9 @@ of ball and contact moves them in its own way:
                                    ln(u/u0), as r of metals and plastics, and stays between 0 and 1
                                    as r/(1 - r) goes with a power of u: the first power is a wall
                                    with a damper (Hunt and Crossley), whose slow balls lose nothing
+    course of a record             r and friction may change from its first impact to its last, as
+                                   a ball warms up or its floor gets dusty: `course r` and
+                                   `course friction` are half of the change
     drag, kappa w |w|              the air in a narrow cavity slows a ball of relative speed w:
                                    by kappa times the mean of w^2 t over the flight slower at the
                                    end, of w^2 (T - t) faster at the beginning
@@ -60,7 +63,8 @@ Numbers = NDArray[Any]
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "pad", "beside", "spring", "drift", "pulse_power", "late_wall",
+    "odd", "pad", "course r", "course friction", "beside", "spring", "drift", "pulse_power",
+    "late_wall",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -76,8 +80,12 @@ EFFECTS = {
     "even": "1/m",
     "odd": "1/m^2",
     "pad": "s",
+    "course r": "1",
+    "course friction": "m/s^2",
 }
-_PAD, _SPRING, _LATE_WALL = (LOCALS.index(name) for name in ("pad", "spring", "late_wall"))
+_PAD, _COURSE_R, _COURSE_RUB, _BESIDE, _SPRING, _DRIFT, _POWER, _LATE_WALL = range(
+    LOCALS.index("pad"), len(LOCALS)
+)
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
 #: Power of the speed with which a contact lasts, and by what it may be another: -1/5 of a ball on a
@@ -134,6 +142,9 @@ class Collisions:
         Weights that make means over collisions alike of each equation.
     sigma : array (3, groups)
         Standard errors of these means, m/s; infinite where there is none.
+    one_sided : float
+        What the mean r is above that of these means: where r scatters to one side, those for which
+        an outlier counts less are not quite means.
     """
 
     flights: Flights
@@ -148,9 +159,10 @@ class Collisions:
     scatter: FloatArray
     means: tuple[FloatArray, FloatArray, FloatArray]
     sigma: FloatArray
+    one_sided: float = 0.0
 
     def rest(self, p: Numbers) -> Numbers:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (25, ..., 1).
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (27, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
@@ -159,6 +171,7 @@ class Collisions:
         r, ln_eps, b = p[0], p[1], p[7]
         wall, slope, fade, rub, tilt, contact, roll, hollow, drag = p[8:17]
         contact = contact + 0.5 * p[_PAD] * self.flights.side
+        r, rub = r + p[_COURSE_R] * self.course, rub + p[_COURSE_RUB] * self.course
         places, velocities, ways, jumps, reads = self._shown(p)
         v_previous, v_before, v_after, v_next = velocities
         T_before, T_after, s = f.time_before, f.time_after, f.side
@@ -210,7 +223,10 @@ class Collisions:
         """
         f = self.flights
         g_x, g_a, reading, share, late = p[2:7]
-        even, odd, _, beside, _, drift, pulse_power, late_wall = p[17:]
+        even, odd = p[17:19]
+        beside, drift, pulse_power, late_wall = (
+            p[k] for k in (_BESIDE, _DRIFT, _POWER, _LATE_WALL)
+        )
         late, own = late + drift * self.course, 0.5 * late_wall * f.side
         scale = np.exp(-g_x)
 
@@ -483,7 +499,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     Parameters
     ----------
     c : Collisions
-    p : array (25,)
+    p : array (27,)
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.
@@ -492,7 +508,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     count = int(groups.max()) + 1
     member = groups[np.newaxis, :] == np.arange(count)[:, np.newaxis]
     rest = np.where(c.known, c.rest(p[:, np.newaxis]), np.nan)
-    means, sigma, scatter = [], np.full((3, count), np.inf), np.ones(3)
+    means, sigma, scatter, one_sided = [], np.full((3, count), np.inf), np.ones(3), 0.0
     for k, part in enumerate(rest):
         good = np.isfinite(part) & ~_stands_out(part, c.flights.side)
         if good.sum() < _FEWEST:
@@ -502,6 +518,10 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         off = np.where(good, part - centre, 0.0)
         scatter[k] = _scatter(part[good], groups[good]) + _TINY
         weight = np.where(good, (_FREEDOM + 1.0) / (_FREEDOM + (off / scatter[k]) ** 2), 0.0)
+        if k == 0:
+            lost = off * np.sign(c.flights.v_before - c.flights.u_before)  # of the relative speed
+            more = lost.sum() / good.sum() - weight @ lost / weight.sum()
+            one_sided = float(-more / c.flights.speed[good].mean())
         own = member * weight
         total = own.sum(axis=1)
         means.append(own / np.maximum(total, 1e-300)[:, np.newaxis])
@@ -511,7 +531,9 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         size = c.flights.speed if k == 0 else np.abs(c.flights.jump)
         floor = _READ[k] * (member @ size) / member.sum(axis=1)
         sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
-    return replace(c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma)
+    return replace(
+        c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma, one_sided=one_sided
+    )
 
 
 def one_by_one(c: Collisions, p: FloatArray) -> Collisions:
@@ -601,6 +623,8 @@ def _alike(c: Collisions, time_error: float) -> IntArray:
             own = among == k
             edges = np.quantile(durations[own], np.arange(1, parts) / parts)
             label[own] += np.searchsorted(edges, durations[own])
+    if count > _MANY:  # what changes along a record shows in its halves
+        label = 2 * label + (c.course > 0.0)
     return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.int64)
 
 

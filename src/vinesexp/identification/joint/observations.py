@@ -66,6 +66,8 @@ _READING = 7e-4
 _LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
 #: By which two recorders drift apart in half a record, s, beside the drift that was taken out.
 _DRIFT = 1e-4
+#: Of the frequency that a generator shows; by which two of one test may differ; relative.
+_GENERATOR, _SAME_RATE = 5e-5, 1e-5
 #: Power of the speed with which the area of a pulse reads too large: the contact of a fast ball is
 #: shorter, and its pulse higher than one template shows it. By how much a record may differ.
 _PULSE_POWER, _OWN_PULSE_POWER = 0.05, 0.02
@@ -98,7 +100,8 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1e-3, 1.0, 1.0, 1e-4, 0.1, 1e-4,
+    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1e-3, 0.01, 0.1,
+    1.0, 1.0, 1e-4, 0.1, 1e-4,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -165,7 +168,7 @@ class _Builder:
 
     campaign: Campaign
     law: Law
-    follows: Mapping[str, float]
+    follows: Mapping[str, complex]
     priors: dict[str, Prior] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
@@ -228,19 +231,27 @@ class _Builder:
     def has(self, record: Record, role: str) -> bool:
         return role in self.campaign.setup_of(record).channels
 
-    def crosstalk(self, record: Record, per: float) -> dict[str, float]:
-        """Share of the mass's motion that the recorder of the base picks up, times a factor.
+    def crosstalk(self, record: Record, per: complex) -> dict[str, float]:
+        """Share of the mass's motion that the recorder of the base picks up, in phase and ahead.
 
-        In ring-downs it looks like a base that yields, which may be as much of it.
+        The real part of this complex share times a factor. In ring-downs it looks like a base that
+        yields, which may be as much of it.
         """
+        if (seen := self.followed(record)) is None:
+            return {}
+        errors = (min(abs(part), _CROSSTALK) for part in (seen.real, seen.imag))
+        each = zip(("crosstalk", "crosstalk ahead"), errors, (per.real, -per.imag), strict=True)
+        return {self.add(name, 0.0, error, of=record.setup): share for name, error, share in each}
+
+    def followed(self, record: Record) -> complex | None:
+        """Share of the mass's motion that the base channel shows in ring-downs of a setup."""
         own = [
             share for id, share in self.follows.items()
             if self.campaign.record(id).setup == record.setup
         ]  # fmt: skip
         if not own:
-            return {}
-        error = min(float(np.median(own)), _CROSSTALK)
-        return {self.add("crosstalk", 0.0, error, of=record.setup): per}
+            return None
+        return complex(*np.median([[rho.real, rho.imag] for rho in own], axis=0).tolist())
 
     def contradicted(self, record: Record, more: float = 0.0) -> float:
         """By which the bends of the displacement surely contradict the lateness by phase, s.
@@ -277,7 +288,11 @@ def observe(
     impacts, driven : mapping
         Record id to its impact table, and to its motion between impacts.
     """
-    follows = {e.records[0]: e.value for e in found if e.parameter == "base_follows"}
+    parts = {
+        name: {e.records[0]: e.value for e in found if e.parameter == name}
+        for name in ("base_follows", "base_follows_ahead")
+    }
+    follows = {id: complex(*(one[id] for one in parts.values())) for id in parts["base_follows"]}
     b = _Builder(campaign, law_asked(found, campaign), follows)
     _rig(b, found, driven)
     _decays(b, [e for e in found if e.method != "sweep"])
@@ -298,12 +313,16 @@ def observe(
         if sums is not None:
             late = sums[LOCALS.index("late")]
             b.blocks.append(Block(id, "bends", (late,), _Single(*seen)))
+    sides = [c.one_sided for c in b.collisions.values()]
+    half = 0.5 * float(np.median(sides)) if sides else 0.0
+    b.add("one-sided", half, abs(half))
     for k, name in enumerate(("f0", "zeta")):
         off = [one.misfit[k] for one in driven.values()]
         b.add(f"driven {name}", 0.0, float(np.median(off)) if off else 0.0)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
             _base(b, record, found, driven.get(record.id))
+    _clock(b, driven)
     _releases(b, found)
     _drops(b, found)
     _share_speed(b)
@@ -394,8 +413,9 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
             ]  # fmt: skip
             if kind == "f0":
                 sums[0]["clock"] = -1.0
-                if record.id in b.follows:  # freed of all of it, as of a base that yields
-                    sums[0] |= b.crosstalk(record, 0.5)
+            if record.id in b.follows:  # freed of all of it, as of a base that yields
+                per = 0.5 if kind == "f0" else -0.5j / math.exp(b.start["ln_zeta"])
+                sums[0] |= b.crosstalk(record, per)
             if load:
                 b.loads[load] = b.add(
                     "load", 0.0, inputs.added_mass.of(load), of=f"{1e3 * load:g} g"
@@ -403,6 +423,8 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                 sums[-1][b.loads[load]] = 1.0
             sums += [
                 {"ln_zeta": 1.0} if "ln_zeta" in b.priors else {},
+                # a damper warms up: a decay alone tells it from no law over amplitude
+                {b.add(f"course {kind}", 0.0, mount.of(1.0)): 1.0},
                 *({term: 1.0} for term in TERMS.values()),
             ]
             inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
@@ -443,22 +465,30 @@ class _Decay:
     law: Law
 
     def __call__(self, p: FloatArray) -> Local:
-        unloaded, ln_M, ln_scale, error, ln_zeta = p[:5]
+        unloaded, ln_M, ln_scale, error, ln_zeta, along = p[:6]
         # a wrong unit in the column leaves the error of the scales as it is
         scaled = self.load * math.exp(ln_scale - ln_M)
         share = max(scaled + error * math.exp(-ln_M), -0.9)
         powers = self.law.powers(self.amplitude, added=share)
-        over = log_of(self.name, powers, p[5:], math.exp(ln_zeta)).real
+        over = log_of(self.name, powers, p[6:], math.exp(ln_zeta)).real
         d = -0.5 / (1.0 + share)
-        by_law = slopes_of(self.name, powers, p[5:], math.exp(ln_zeta))
+        by_law = slopes_of(self.name, powers, p[6:], math.exp(ln_zeta))
         # the square of zeta itself is known far better than f0 needs it
         common = np.tile(
             [1.0, -d * share, d * scaled, d * math.exp(-ln_M), 0.0], (self.values.size, 1)
         )
-        J = np.column_stack([common, by_law])
-        rest = self.values - (unloaded - 0.5 * math.log1p(share) + over)
+        course = _course(self.amplitude)
+        J = np.column_stack([common, course, by_law])
+        rest = self.values - (unloaded - 0.5 * math.log1p(share) + along * course + over)
         weighted = J.T @ self.information
         return weighted @ J, weighted @ rest, -0.5 * float(rest @ self.information @ rest)
+
+
+def _course(amplitude: FloatArray) -> FloatArray:
+    """Time of a decay at some amplitudes, from -1 at the largest to 1 at the smallest."""
+    log = np.log(amplitude)
+    half = 0.5 * float(np.ptp(log))
+    return np.asarray((0.5 * (log.max() + log.min()) - log) / half if half else 0.0 * log)
 
 
 def _start_law(b: _Builder) -> None:
@@ -643,7 +673,7 @@ def _group(
     loose = b.loose(record)
     lag, late = _late(b, record, collisions, both=both, integrated=integrated)
     local = (
-        {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
+        {r: 1.0, "one-sided": -1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         {ln_m: 1.0, "ln_M": -1.0,
          b.own("own momentum", record, loose * _OWN_EPS, ball=number): 1.0},
         moved,
@@ -889,13 +919,13 @@ def _base(
     stated = _WIDE if record.shown else inputs.base_amplitude.of(level) / level
     b.levels[level] = b.add("base", 0.0, stated, of=f"{1e3 * level:g} mm")
     here = {b.levels[level]: 1.0}
+    picked, per = _picked_up(b, record, driven)
     for e in found:
         if e.parameter == "base_seen" and e.records == (record.id,) and e.value > 0.0:
             seen = math.log(e.value / level)
             error = max(e.std_error / e.value, 1e-5)
-            sums = ({**here, b.gain(record, "base"): 1.0,
-                     **b.crosstalk(record, _per_base(driven).real),
-                     b.own("own base", record, _OWN_BASE): 1.0}, 0.0)  # fmt: skip
+            sums = ({**here, b.gain(record, "base"): 1.0, **b.crosstalk(record, per),
+                     b.own("own base", record, _OWN_BASE): 1.0}, picked.real)  # fmt: skip
             b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
     if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
         return
@@ -941,9 +971,10 @@ def _answered(
         lags = [e.value for e in found if e.parameter == "channel_lag"]
         width = math.hypot(_BASE_LATE, float(np.median(lags)) if lags else 0.0)
         late = b.add("base late", 0.0, width, of=record.setup)
+        picked, per = _picked_up(b, record, driven)
         turned = {late: driven.rate, b.own("own base late", record, 0.0): driven.rate,
-                  **b.crosstalk(record, -_per_base(driven).imag)}  # fmt: skip
-        inverted = math.pi if math.cos(phase) < 0.0 else 0.0
+                  **b.crosstalk(record, 1j * per)}  # fmt: skip
+        inverted = (math.pi if math.cos(phase) < 0.0 else 0.0) - picked.imag
     else:
         turned = {b.own("base phase", record, _WIDE, value=phase): 1.0}
         inverted = 0.0
@@ -979,12 +1010,18 @@ def _answered(
     )  # fmt: skip
 
 
-def _per_base(driven: DrivenMotion | None) -> complex:
-    """Displacement of the mass over what the base's channel shows, both at the base's frequency.
+def _picked_up(b: _Builder, record: Record, driven: DrivenMotion | None) -> tuple[complex, complex]:
+    """Logarithm of what the base's channel shows over the base, and its derivative by what share
+    of the mass's motion it picks up.
 
-    0 where the motion was not held beside that channel.
+    No base feeds the decay of a mass: what would is picked up. 0 where the motion was not held
+    beside that channel.
     """
-    return complex(*driven.swing) / driven.scale if driven and driven.recorded else 0j
+    if driven is None or not driven.recorded or (seen := b.followed(record)) is None:
+        return 0j, 0j
+    per = complex(*driven.swing) / driven.scale
+    left = 1.0 - 1j * max(seen.imag, 0.0) * per
+    return -cmath.log(left), per / left
 
 
 def _inertia(f0: float, zeta: float, rate: float) -> complex:
@@ -1037,6 +1074,38 @@ class _Answer:
         weighted = J.T @ information
         value = float(rest @ information @ rest) + spread
         return weighted @ J, weighted @ rest, -0.5 * value
+
+
+def _clock(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
+    """The frequencies of the base beside those of the test log: one clock beside another.
+
+    Whether recorder or generator is off, no record tells. Each row is rounded to its digits.
+    """
+    off, rounded = [], []
+    for record in b.campaign.records:
+        motion, f = driven.get(record.id), record.frequency
+        if record.exclude or motion is None or f is None or f[0] != f[1]:
+            continue
+        off.append(math.log(motion.rate / (2.0 * math.pi * f[0])))
+        rounded.append(_last_digit(f[0]) / math.sqrt(12.0) / f[0])
+    if len(off) < _FEWEST_LAGS:
+        return
+    middle = float(np.median(off))
+    scatter = float(np.median(np.abs(np.array(off) - middle)))
+    error = math.hypot(float(np.median(rounded)), scatter, _SAME_RATE)
+    names = {b.add("generator", 0.0, _GENERATOR): 1.0, "clock": -1.0}
+    b.blocks.append(Block("", "clock", ((names, 0.0),), _Single(middle, error)))
+
+
+def _last_digit(value: float) -> float:
+    """One unit of the last digit that a number was written with.
+
+    Examples
+    --------
+    >>> _last_digit(7.85), _last_digit(8.0)
+    (0.01, 0.1)
+    """
+    return float(10.0 ** -len(repr(value).partition(".")[2]))
 
 
 def _releases(b: _Builder, found: Sequence[Estimate]) -> None:

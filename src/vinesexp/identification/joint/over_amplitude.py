@@ -44,7 +44,7 @@ _AROUND = (0.8, 1.25)
 _LEAST = 0.02  # of f0 and zeta: a step of the fit may ask for less than none
 _SWEPT = 0.25  # of its amplitude: a resonance has all up to it, and leans over with them
 _STRONG = 0.03  # of zeta: beyond, a warning
-_SIGNIFICANT = 4.0  # standard errors that f0 has to change by ...
+_SIGNIFICANT = 4.0  # standard errors that f0 or zeta has to change by ...
 _LEAST_CHANGE = 1e-4  # ... and the share of it
 _SAME, _LOWER = 0.05, 0.5  # of an amplitude
 #: Method of the rows of identified.csv that hold the law.
@@ -375,6 +375,12 @@ def write_levels(path: Path, levels: Sequence[LevelValues], M: Estimate | None) 
 
 def law_checks(posterior: Posterior, law: Law, top: float) -> list[Check]:
     """What depends on amplitude, between A0 and the largest amplitude of the ring-downs, m."""
+
+    def change(name: str, amplitude: float) -> tuple[float, float]:
+        """Of ln f0 or ln zeta from A0 to an amplitude, and its standard error."""
+        slopes = dict(zip(TERMS.values(), law.gradient(name, amplitude).tolist(), strict=True))
+        return float(law.log(name, amplitude)), posterior.of(slopes)[1]
+
     checks = []
     words = {"law quadratic": "quadratic", "law coulomb": "Coulomb"}
     parts = [word for term, word in words.items() if term in law.free]
@@ -382,22 +388,23 @@ def law_checks(posterior: Posterior, law: Law, top: float) -> list[Check]:
         # what it is used at may be the largest that there is
         other = _LOWER * law.amplitude if abs(top / law.amplitude - 1.0) < _SAME else top
         here = math.exp(posterior.of({"ln_zeta": 1.0})[0])
-        there = here * math.exp(float(law.log("zeta", other)))
+        off, error = change("zeta", other)
         detail = (
             f"damping depends on amplitude ({' and '.join(parts)} part): zeta = "
-            f"{here:.4g} at {1e3 * law.amplitude:.3g} mm, where it is used, and {there:.4g} at "
-            f"{1e3 * other:.3g} mm"
+            f"{here:.4g} at {1e3 * law.amplitude:.3g} mm, where it is used, and "
+            f"{here * math.exp(off):.4g} at {1e3 * other:.3g} mm"
         )
-        outcome: Outcome = "warning" if abs(there - here) > _STRONG * here else "ok"
+        outcome: Outcome = (
+            "warning" if abs(math.expm1(off)) > max(_SIGNIFICANT * error, _STRONG) else "ok"
+        )
         checks.append(Check("", "damping", outcome, detail))
-    change = float(law.log("f0", top))
-    slopes = dict(zip(TERMS.values(), law.gradient("f0", top).tolist(), strict=True))
-    if abs(change) > max(_SIGNIFICANT * posterior.of(slopes)[1], _LEAST_CHANGE):
+    off, error = change("f0", top)
+    if abs(off) > max(_SIGNIFICANT * error, _LEAST_CHANGE):
         f0 = math.exp(posterior.of({"ln_f0": 1.0})[0])
-        stiff = "stiffens" if change * (top - law.amplitude) > 0.0 else "softens"
+        stiff = "stiffens" if off * (top - law.amplitude) > 0.0 else "softens"
         detail = (
             f"the spring {stiff}: f0 = {f0:.6g} Hz at {1e3 * law.amplitude:.3g} mm, where it is "
-            f"used, and {f0 * math.exp(change):.6g} Hz at {1e3 * top:.3g} mm"
+            f"used, and {f0 * math.exp(off):.6g} Hz at {1e3 * top:.3g} mm"
         )
         checks.append(Check("", "spring", "warning", detail))
     return checks

@@ -23,6 +23,8 @@ _PLACES = {
     "ball mass": "known.nes_mass",
     "mass": "known.mass",
     "added mass": "added_mass_g",
+    "clock": "the clock of the recorder",
+    "generator": "frequency_hz",
 }
 #: How a cause is called beside another that explains the records as well.
 _NAMES = {
@@ -33,6 +35,8 @@ _NAMES = {
     "tilt": "a cavity that slopes",
     "contact": "a contact that lasts",
     "pad": "contacts that last longer at one wall",
+    "course r": "r that changes in the course of each record",
+    "course friction": "friction that changes in the course of each record",
     "rolling": "a ball that rolls",
     "hollow": "a concave floor, or a magnet",
     "drag": "drag of the air on the ball",
@@ -119,8 +123,8 @@ def cause_checks(judged: Judged) -> list[Check]:
             kind, record = "plain model", ""
             detail = (
                 f"not explained: the records differ from the plain model as {called(cause)} would "
-                "make them, but this does not predict left-out records better; the errors include "
-                "the difference"
+                "make them, but this does not predict left-out records better, or leaves more "
+                "than it explains; the errors include the difference"
             )
         checks.append(Check(record, kind, outcome, detail))
     return checks
@@ -316,6 +320,14 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         f"a contact lasts {with_error(1e3 * abs(v), 1e3 * e)} ms longer at the wall where x - y = "
         f"{'+' if v > 0.0 else '-'}b than at the other: another material, a pad or a loose plate; "
         "r is corrected for it"
+    ),
+    "course r": lambda v, e: (
+        f"r changes by {_signed(2.0 * v, 2.0 * e)} from the first impact of a record to its last: "
+        "the ball or its walls warm up, or get dirty; r holds at the middle of a record"
+    ),
+    "course friction": lambda v, e: (
+        f"friction of the ball changes by {_signed(2.0 * v, 2.0 * e)} m/s^2 from the first impact "
+        "of a record to its last: the floor gets dusty, or warms up; it is that of the middle"
     ),
     "contact": lambda v, e: (
         f"a contact lasts {with_error(1e3 * v, 1e3 * e)} ms, during which the ball stays at the "
