@@ -799,11 +799,15 @@ _SHARED, _FREQUENCY = 1e-3, 2e-5  # of a frequency: tests that share one; error 
 
 def _at_another_base(answer: Answer, ids: Sequence[str]) -> dict[str, str]:
     """Tests whose base amplitude is said to be another than stated, with the unknown of it."""
-    names = {f"own base: {id}": id for id in ids}
+    return _moved(answer, {f"own base: {id}": id for id in ids})
+
+
+def _moved(answer: Answer, names: Mapping[str, str]) -> dict[str, str]:
+    """Of unknowns that single records have for themselves, those that a named cause moves."""
     return {
         names[name]: name
         for w in answer.judged.found
-        if w.sure and not w.rivals and w.cause.direction and len(w.cause.records) == 1
+        if w.sure and not w.rivals and w.cause.direction and len(w.cause.direction.terms) == 1
         for name in w.cause.direction.terms
         if name in names
     }
@@ -890,9 +894,13 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
         scale = answer.posterior.of({"load scale": 1.0})[0]  # logarithm of a factor of all
         slope = load * math.exp(scale)
         terms, off = {name: 1.0, "load scale": slope}, load * math.expm1(scale) - slope * scale
-        rows.append(
-            _input(answer, "added_mass", ids, "g", 1e3, load, terms, log=False, constant=off)
-        )
+        cells = _moved(answer, {o.cells[id][0]: id for id in ids if id in o.cells})
+        groups = [(tuple(id for id in ids if id not in cells), terms)]
+        groups += [((id,), {**terms, cell: 1.0}) for id, cell in cells.items()]
+        rows += [
+            _input(answer, "added_mass", alike, "g", 1e3, load, of, log=False, constant=off)
+            for alike, of in groups if alike
+        ]  # fmt: skip
     for place, mass in enumerate(campaign.known.nes_mass, start=1):
         if (name := o.balls.get(place, "")) in answer.posterior:
             several = len(campaign.known.nes_mass) > 1

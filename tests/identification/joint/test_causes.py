@@ -430,6 +430,31 @@ def test_a_factor_in_some_rows_is_one_cause(rows, factor):
     assert f"{factor:g} times the true value in t{rows[0]}" in check.detail
 
 
+@pytest.mark.parametrize("same", [False, True])
+def test_an_increment_in_the_place_of_an_added_mass_is_one_cell(same):
+    """Where all masses may be off by one factor, a fit has both off by as much in two rows."""
+    second = 0.145 if same else 0.146
+    loads = {0.145: "load: 145 g", second: f"load: {1e3 * second:g} g"}
+    cells = {id: (f"own load: {id}", 0.145) for id in ("one", "two")} if same else {}
+    names = ("load scale", *dict.fromkeys(loads.values()), *(name for name, _ in cells.values()))
+    true = dict(zip(list(cells) or list(loads.values()), (0.145, 0.291), strict=True))
+    at = {"load scale": math.log(1.5)}
+    at |= {name: true[name] - 1.5 * load for load, name in loads.items() if not same}
+    at |= {"load: 145 g": 0.01} if same else {}
+    at |= {name: true[id] - 1.5 * load - 0.01 for id, (name, load) in cells.items()}
+    observed = Observed(
+        names, Beliefs({}), (), np.zeros(len(names)), {}, {}, {}, loads, {}, {}, {}, (),
+        cells=cells,
+    )  # fmt: skip
+    data = SimpleNamespace(names=names, at=np.array([at[name] for name in names]))
+    (cause,) = of_some_rows(observed, data)
+    assert cause.factor == 0.5
+    assert cause.stated == (("145 g of two",) if same else ("146 g",))
+    ((name, moved),) = cause.direction.terms.items()
+    assert name == ("own load: two" if same else "load: 146 g")
+    assert moved == pytest.approx(second)
+
+
 def test_a_clearance_may_be_wrong_by_more_than_itself():
     true = np.array([18.9, 20.7, 21.8, 22.9, 24.7]) * 1e-3
     stated = true.copy()

@@ -121,6 +121,8 @@ _NO_WORSE = 1.0  # logarithm of the odds of the records left out: chance
 #: explained. Two walls of one restitution each, and a slope, are what they are; so is a mistake.
 _LAW = 0.005
 _LAWS, _EXACT_LAWS = ("effect", "drift", "one test"), ("wall", "tilt")
+#: What rings after each impact is not quite a wrong area, nor a wrong jump.
+_NO_LAW, _NO_LAWS = 0.2, ("pulse area", "jumps")
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,8 @@ class Cause:
     @property
     def untrue(self) -> float:
         """Share of what it explains that its law may be wrong by."""
+        if self.about in _NO_LAWS:
+            return _NO_LAW
         approximate = self.kind in _LAWS and self.about not in _EXACT_LAWS
         return _LAW if approximate else 0.0
 
@@ -772,13 +776,21 @@ def of_some_rows(o: Observed, data: Quadratic) -> list[Cause]:
     """
     at = dict(zip(data.names, data.at.tolist(), strict=True))
     cavities = [(name, b, b + at[name], (id,), ()) for (id, _), (name, b) in o.clearances.items()]
+    shared, scale = {load for _, load in o.cells.values()}, math.exp(at.get("load scale", 0.0))
     weights = [
-        (name, load, load + at[name], (), (f"{1e3 * load:g} g",)) for load, name in o.loads.items()
-    ]
+        *((name, load, scale * load + at[name], (), (f"{1e3 * load:g} g",))
+          for load, name in o.loads.items() if load not in shared),
+        *((name, load, scale * load + at[o.loads[load]] + at[name], (), (_cell(load, id),))
+          for id, (name, load) in o.cells.items()),
+    ]  # fmt: skip
     return [
         *_in_rings("clearance", cavities), *_in_rings("added mass", weights),
         *_by_factor("clearance", cavities, _LENGTH), *_by_factor("added mass", weights, _MASS),
     ]  # fmt: skip
+
+
+def _cell(load: float, record: str) -> str:
+    return f"{1e3 * load:g} g of {record}"
 
 
 #: Name of an unknown, what was stated (SI), what goes with the true value, the records that it
@@ -894,6 +906,12 @@ def _of_masses(o: Observed) -> list[Cause]:
                       stated=(f"{1e3 * load:g} g",))
                 for load, name in o.loads.items()
             ]  # fmt: skip
+        found += [
+            Cause(f"one {name}", "mistake", "added mass",
+                  Direction({name: 1.0}, Prior(0.0, 0.2 * load)), members=len(o.cells),
+                  stated=(_cell(load, id),))
+            for id, (name, load) in o.cells.items()
+        ]  # fmt: skip
         found.append(
             Cause("load offset +", "mistake", "added mass", Direction(offset, Prior(0.0, 0.05)))
         )

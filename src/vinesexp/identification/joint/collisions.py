@@ -34,8 +34,9 @@ with the r of this impact: there the motions before and after meet if they are c
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
 displacement and a drift of it from the middle of the record to its ends, impacts with one wall that
-are timed late, as one template finds the centres of unlike pulses, slopes whose change reads
-off by a share, areas of pulses that go with a power of the speed, as faster balls touch shorter,
+are timed late and whose pulses read larger, as one template finds unlike pulses, slopes whose
+change reads off by a share, areas of pulses that go with a power of the speed, as faster balls
+touch shorter,
 velocities on either side of an impact off by a share of the jump, a displacement
 x + even x^2 + odd x^3 in the place of x, as lasers near the ends of their range show it, and
 x - beside x_e, as a sensor on the table shows it (beside = 1).
@@ -64,7 +65,7 @@ LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
     "odd", "pad", "course r", "course friction", "beside", "spring", "drift", "pulse_power",
-    "late_wall",
+    "late_wall", "pulse_wall",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -83,7 +84,7 @@ EFFECTS = {
     "course r": "1",
     "course friction": "m/s^2",
 }
-_PAD, _COURSE_R, _COURSE_RUB, _BESIDE, _SPRING, _DRIFT, _POWER, _LATE_WALL = range(
+_PAD, _COURSE_R, _COURSE_RUB, _BESIDE, _SPRING, _DRIFT, _POWER, _LATE_WALL, _PULSE_WALL = range(
     LOCALS.index("pad"), len(LOCALS)
 )
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
@@ -162,7 +163,7 @@ class Collisions:
     one_sided: float = 0.0
 
     def rest(self, p: Numbers) -> Numbers:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (27, ..., 1).
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (28, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
@@ -224,8 +225,8 @@ class Collisions:
         f = self.flights
         g_x, g_a, reading, share, late = p[2:7]
         even, odd = p[17:19]
-        beside, drift, pulse_power, late_wall = (
-            p[k] for k in (_BESIDE, _DRIFT, _POWER, _LATE_WALL)
+        beside, drift, pulse_power, late_wall, pulse_wall = (
+            p[k] for k in (_BESIDE, _DRIFT, _POWER, _LATE_WALL, _PULSE_WALL)
         )
         late, own = late + drift * self.course, 0.5 * late_wall * f.side
         scale = np.exp(-g_x)
@@ -248,7 +249,8 @@ class Collisions:
             x - x_before + late * (middle - v_previous) + own * (middle + v_previous),
             x_after - x + late * (v_next - middle) - own * (v_next + middle),
         )
-        reads = np.exp(g_x) * np.exp(reading), np.exp(g_a + pulse_power * self._faster)
+        unlike = pulse_power * self._faster + 0.5 * pulse_wall * f.side
+        reads = np.exp(g_x) * np.exp(reading), np.exp(g_a + unlike)
         by_laser = here * f.jump_displacement * np.exp(-reading)
         by_pulse = f.jump_acceleration / reads[1]
         of_laser, of_pulse = self._weights
@@ -499,7 +501,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     Parameters
     ----------
     c : Collisions
-    p : array (27,)
+    p : array (28,)
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.

@@ -71,6 +71,8 @@ _GENERATOR, _SAME_RATE = 5e-5, 1e-5
 #: Power of the speed with which the area of a pulse reads too large: the contact of a fast ball is
 #: shorter, and its pulse higher than one template shows it. By how much a record may differ.
 _PULSE_POWER, _OWN_PULSE_POWER = 0.05, 0.02
+#: By which pulses at one wall may read larger than those at the other: one template finds both.
+_UNLIKE_PULSES = 0.1
 #: The area of the pulse that a record learns is less sure than its noise alone would make it.
 _TEMPLATE = 1e-2
 _PULSE = 3.0
@@ -101,7 +103,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
     0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1e-3, 0.01, 0.1,
-    1.0, 1.0, 1e-4, 0.1, 1e-4,
+    1.0, 1.0, 1e-4, 0.1, 1e-4, 0.1,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
@@ -130,6 +132,8 @@ class Observed:
     order : ids of the records in the order of records.csv.
     kinds : kind of unknown to its unknowns, each with the record that it belongs to, or "".
     law : f0 and zeta over amplitude, as the ring-downs alone show them.
+    cells : record whose stated added mass others have too, to the name of what its own differs by
+        from theirs, kg, and the stated mass: one cell may be wrong.
     """
 
     names: tuple[str, ...]
@@ -146,6 +150,7 @@ class Observed:
     order: tuple[str, ...]
     kinds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     law: Law = NO_LAW
+    cells: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
     def common(self, own: str) -> str:
         """The unknown of all records beside which one record has its own."""
@@ -176,6 +181,7 @@ class _Builder:
     clearances: dict[tuple[str, int], tuple[str, float]] = field(default_factory=dict)
     levels: dict[float, str] = field(default_factory=dict)
     loads: dict[float, str] = field(default_factory=dict)
+    cells: dict[str, tuple[str, float]] = field(default_factory=dict)
     releases: dict[float, str] = field(default_factory=dict)
     gains: dict[tuple[str, str], str] = field(default_factory=dict)
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
@@ -330,7 +336,7 @@ def observe(
     return Observed(
         names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
         b.balls, b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
-        tuple(record.id for record in campaign.records), b.kinds, b.law,
+        tuple(record.id for record in campaign.records), b.kinds, b.law, b.cells,
     )  # fmt: skip
 
 
@@ -421,6 +427,9 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                     "load", 0.0, inputs.added_mass.of(load), of=f"{1e3 * load:g} g"
                 )
                 sums[-1][b.loads[load]] = 1.0
+                if [one.added_mass for one in b.campaign.records].count(load) > 1:
+                    b.cells[record.id] = b.own("own load", record, 0.0), load
+                    sums[-1][b.cells[record.id][0]] = 1.0
             sums += [
                 {"ln_zeta": 1.0} if "ln_zeta" in b.priors else {},
                 # a damper warms up: a decay alone tells it from no law over amplitude
@@ -688,7 +697,7 @@ def _group(
         {b.add("spring", 0.0, _SPRING): 1.0},
         {b.own("drift", record, _DRIFT): 1.0} if both and record.more_files else {},
         _power_of_pulses(b, record) if both else {},
-        {b.add("late wall", 0.0, _OF_PULSE * _pulse_of(collisions)): 1.0} if both else {},
+        *_unlike_walls(b, record, collisions, both=both, ball=number),
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -733,6 +742,20 @@ def _pulse_of(collisions: Collisions) -> float:
     pulse = collisions.flights.pulse
     durations = pulse[np.isfinite(pulse)]
     return float(np.median(durations)) if durations.size else 0.0
+
+
+def _unlike_walls(
+    b: _Builder, record: Record, collisions: Collisions, *, both: bool, ball: int
+) -> tuple[dict[str, float], dict[str, float]]:
+    """By what pulses at one wall are timed later, s, and read larger than those at the other.
+
+    A record learns one template for both, or one for each where it has to.
+    """
+    if not both:
+        return {}, {}
+    width = _OF_PULSE * _pulse_of(collisions)
+    late = b.own("late wall", record, width, ball=ball)
+    return {late: 1.0}, {b.own("pulse wall", record, _UNLIKE_PULSES, ball=ball): 1.0}
 
 
 def _power_of_pulses(b: _Builder, record: Record) -> dict[str, float]:

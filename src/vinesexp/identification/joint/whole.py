@@ -238,6 +238,7 @@ def answer_of(
     wide = observed.beliefs.wider(
         {name: _ANY_VALUE * largest for name, _ in observed.clearances.values()}
         | {name: _ANY_VALUE * load for load, name in observed.loads.items()}
+        | {name: _ANY_VALUE * load for name, load in observed.cells.values()}
         | {"load scale": _ANY_LOAD, "aboard": abs(_started(observed, "aboard"))}
     )
     # With `uncertainties: exact` the test log is no evidence that could be wrong.
