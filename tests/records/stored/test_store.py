@@ -1,5 +1,7 @@
 """Records on disk: what goes in comes out, other netCDF readers agree, nothing is half-written."""
 
+import fcntl
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -165,3 +167,13 @@ def test_a_file_says_what_its_channels_are_and_which_conventions_it_follows(tmp_
         assert data["base"].attrs["long_name"] == "bandpassed displacement of the base"
         assert data["acceleration"].attrs["long_name"].endswith("acceleration of the oscillator")
         assert data["time"].attrs["axis"] == "T"
+
+
+def test_a_record_is_read_while_another_process_holds_its_lock(tmp_path):
+    """A copy of a process, made while it writes, holds the lock until it ends; NFS has none."""
+    path = tmp_path / "record.nc"
+    write(path, [np.arange(10.0)])
+    with path.open("rb") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        with open_record(path) as record:
+            assert record.n == 10

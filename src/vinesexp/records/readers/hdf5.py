@@ -61,7 +61,8 @@ def open_file(path: Path, *, scalars: bool = False) -> TableSource:
     """
     import h5py
 
-    file = h5py.File(path, "r")  # as long as its datasets are read
+    # as long as its datasets are read; network disks have no locks
+    file = h5py.File(path, "r", locking=False)
     held = _Contents(file, scalars, most=_SWELL * path.stat().st_size)
     held.down("", file)
     losses = [said for name, item in held.datasets for said in _never_written(name, item)]

@@ -348,7 +348,8 @@ class RecordView:
 
         self.path = Path(path)
         try:
-            self._file: Any = h5py.File(self.path, "r")
+            # a record is written elsewhere and moved here whole: no lock, which network disks lack
+            self._file: Any = h5py.File(self.path, "r", locking=False)
             held = dict(self._file)
         except (OSError, KeyError, RuntimeError) as error:
             raise _unreadable(self.path, error) from None
