@@ -175,7 +175,8 @@ def cubic_stiffness(k1: float, kappa: float) -> float:
 #: Rows of identified.csv on the ball beyond its mass and r.
 OF_BALL = (
     "friction", "tilt", "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed",
-    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow", "drag", "rolls_from",
+    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow", "drag", "viscous",
+    "rolls_from",
 )  # fmt: skip
 
 
@@ -186,7 +187,7 @@ def ball_effects(identified: Rows) -> dict[str, float]:
 
 
 def ball_of(m: float, b: float, r: float, effects: Mapping[str, float]) -> NES:
-    """A ball with the effects that were found, all but a pull to the middle and drag of the air.
+    """A ball with the effects that were found, all but a pull to the middle and drag.
 
     Examples
     --------
@@ -220,7 +221,7 @@ def _as_simulated(r: float, m: float, effects: Mapping[str, float]) -> tuple[NES
 
     None with a pull to the middle or with drag: there the effective r and mass remain.
     """
-    if {"hollow", "drag"} & effects.keys():
+    if {"hollow", "drag", "viscous"} & effects.keys():
         return ()
     ball = ball_of(m, 1.0, r, effects)
     if ball.friction and ball.contact_time:

@@ -700,7 +700,7 @@ def _restitutions(answer: Answer) -> list[Estimate]:
 _ROWS = {"slope": ("r_speed_slope", "s/m"), "friction": ("friction", "m/s^2"),
          "tilt": ("tilt", "m/s^2"), "contact": ("contact_time", "s"),
          "pad": ("contact_difference", "s"), "rolling": ("rolling", "1"),
-         "hollow": ("hollow", "1/s^2"), "drag": ("drag", "1/m"),
+         "hollow": ("hollow", "1/s^2"), "drag": ("drag", "1/m"), "viscous": ("viscous", "1/s"),
          "even": ("displacement_even", "1/m"), "odd": ("displacement_odd", "1/m^2"),
          "course r": ("r_change", "1"), "course friction": ("friction_change", "m/s^2"),
          }  # fmt: skip

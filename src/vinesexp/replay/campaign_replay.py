@@ -159,8 +159,8 @@ def _oscillator(record: Record, model: Model) -> Oscillator:
 
 
 def _ball(m: float, b: float, r: float, of: Mapping[str, float]) -> NES:
-    """A ball with the effects that were chosen; contact, hollow and drag by effective values."""
-    if {"contact_time", "hollow", "drag"} & of.keys() and "r_effective" in of:
+    """A ball with the effects that were chosen; the others by effective values."""
+    if {"contact_time", "hollow", "drag", "viscous"} & of.keys() and "r_effective" in of:
         r, m = of["r_effective"], of.get("nes_mass_effective", m)
         return replace(ball_of(m, b, r, of), friction=0.0, contact_time=0.0)
     return ball_of(m, b, r, of)

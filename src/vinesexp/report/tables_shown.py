@@ -257,6 +257,7 @@ EFFECTS = {
     "rolling": "share of the floor's motion that a rolling ball takes up",
     "hollow": "pull to the middle of the cavity per metre from it (concave floor, magnet)",
     "drag": "drag of the air on the ball, over its mass and the square of its speed",
+    "viscous": "viscous friction of the ball, over its mass and its speed",
     "displacement_even": "share by which the displacement reads more, per metre from rest",
     "displacement_odd": "the same, per square metre: a gain that changes toward both ends",
     "r_effective": "restitution of the plain model with nearly the same motion",

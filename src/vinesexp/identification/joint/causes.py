@@ -60,10 +60,13 @@ _WIDTHS = {
     "contact": 1e-3,
     "pad": 3e-4,
     "hollow": 10.0,
-    "drag": 0.1,
+    "drag": 0.03,
+    "viscous": 0.1,
     "course r": 0.01,
     "course friction": 0.05,
 }
+#: They take speed, or time: never less than none.
+_NEVER_LESS = ("friction", "contact", "drag", "viscous")
 #: Share of the largest displacement by which a sensor that is not linear reads it wrong.
 _BENT = 0.01
 #: Between a line and a logarithm with the same slope at the usual speed: the curve of a soft wall
@@ -100,6 +103,8 @@ _OF_PULSE = (0.6, 0.4)
 #: contact lasts.
 _ODDS = {
     "effect contact": 1.0,
+    "effect drag": 0.005,  # of a ball of 20 mm in the open 0.003 1/m, in a tube ten times that
+    "effect drag, strong": 0.005,
     "effect": 0.05,
     "remounting": 0.05,
     "mistake": 0.01,
@@ -693,7 +698,7 @@ def _effects(o: Observed) -> list[Cause]:
     found = [
         Cause(f"effect {name}{how}", "effect", _ABOUT.get(name, name),
               Direction(_ALONG.get(name, {name: 1.0}), Prior(prior.value, times * prior.error)),
-              least=0.0 if name in ("friction", "contact", "drag") else -math.inf, members=members)
+              least=0.0 if name in _NEVER_LESS else -math.inf, members=members)
         for name, prior in priors.items()
         for how, times, members in _AS_FAR[: 1 if name in _NEAR else 2]
     ]  # fmt: skip

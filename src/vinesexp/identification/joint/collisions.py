@@ -28,6 +28,7 @@ of ball and contact moves them in its own way:
     drag, kappa w |w|              the air in a narrow cavity slows a ball of relative speed w:
                                    by kappa times the mean of w^2 t over the flight slower at the
                                    end, of w^2 (T - t) faster at the beginning
+    viscous, nu w                  so does a film of oil, by nu times the mean of w t
 
 A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of it after it begins,
 with the r of this impact: there the motions before and after meet if they are continued.
@@ -64,8 +65,8 @@ Numbers = NDArray[Any]
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
     "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "pad", "course r", "course friction", "beside", "spring", "drift", "pulse_power",
-    "late_wall", "pulse_wall",
+    "odd", "pad", "course r", "course friction", "viscous", "beside", "spring", "drift",
+    "pulse_power", "late_wall", "pulse_wall",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -83,10 +84,20 @@ EFFECTS = {
     "pad": "s",
     "course r": "1",
     "course friction": "m/s^2",
+    "viscous": "1/s",
 }
-_PAD, _COURSE_R, _COURSE_RUB, _BESIDE, _SPRING, _DRIFT, _POWER, _LATE_WALL, _PULSE_WALL = range(
-    LOCALS.index("pad"), len(LOCALS)
-)
+(
+    _PAD,
+    _COURSE_R,
+    _COURSE_RUB,
+    _VISCOUS,
+    _BESIDE,
+    _SPRING,
+    _DRIFT,
+    _POWER,
+    _LATE_WALL,
+    _PULSE_WALL,
+) = range(LOCALS.index("pad"), len(LOCALS))
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
 #: Power of the speed with which a contact lasts, and by what it may be another: -1/5 of a ball on a
@@ -163,7 +174,7 @@ class Collisions:
     one_sided: float = 0.0
 
     def rest(self, p: Numbers) -> Numbers:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (28, ..., 1).
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (29, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
@@ -186,7 +197,7 @@ class Collisions:
         pulled = [-self.omega2 * place for place in places]
         first = _Flight(s * b, ways[0], T_before, (v_previous, v_before), pulled[:2])
         last = _Flight(-s * b, ways[1], T_after, (v_after, v_next), pulled[1:])
-        pulls = tilt, hollow, drag
+        pulls = tilt, hollow, drag, p[_VISCOUS]
         _, slowed, spin = first.rubbed(rub, joined=self._joined)
         ends = first.pulled(pulls)[1] + slowed
         begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
@@ -394,24 +405,27 @@ class _Flight:
         v, a = ([first(one) for one in ends] for ends in (self.v, self.a))
         return _Flight(first(self.begin), first(self.way), self.T, v, a)
 
-    def pulled(self, pulls: tuple[Numbers, Numbers, Numbers]) -> tuple[Numbers, Numbers]:
+    def pulled(self, pulls: tuple[Numbers, ...]) -> tuple[Numbers, Numbers]:
         """By how much a ball is slower than its mean at the beginning, faster at the end.
 
-        First order in tilt, hollow and drag: the ball goes straight.
+        First order in tilt, hollow, drag and viscous friction: the ball goes straight.
         """
-        tilt, hollow, drag = pulls
+        tilt, hollow, drag, viscous = pulls
         # a pull of nothing has no derivative but its own
         at = self if any(pull.real.any() for pull in pulls) else self.real
-        side, dragged, off = np.sign(at.begin.real), [0.0 * at.way] * 2, [0.0 * at.way] * 2
+        side = np.sign(at.begin.real)
+        dragged, oiled, off = ([0.0 * at.way] * 2 for _ in range(3))
         for s, weight in _GAUSS:
             x, v = at.mass(s)
-            slowed = (at.mean - v) ** 2 * side
+            speed = (v - at.mean) * side
             place = at.begin * (1.0 - 2.0 * s) + at.way * s - x
             for end, share in enumerate((weight * (1.0 - s), weight * s)):
-                dragged[end] = dragged[end] + share * slowed
+                dragged[end] = dragged[end] + share * side * speed**2
+                oiled[end] = oiled[end] + share * side * speed
                 off[end] = off[end] + share * place
         at_begin, at_end = (
-            self.T * (0.5 * tilt + drag * a - hollow * b) for a, b in zip(dragged, off, strict=True)
+            self.T * (0.5 * tilt + drag * a + viscous * c - hollow * b)
+            for a, c, b in zip(dragged, oiled, off, strict=True)
         )
         return at_begin, at_end
 
@@ -501,7 +515,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     Parameters
     ----------
     c : Collisions
-    p : array (28,)
+    p : array (29,)
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.

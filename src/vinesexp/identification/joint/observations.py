@@ -102,7 +102,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
     0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1e-3, 0.01, 0.1,
+    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1e-3, 0.01, 0.1, 0.3,
     1.0, 1.0, 1e-4, 0.1, 1e-4, 0.1,
 )  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
@@ -314,11 +314,19 @@ def observe(
         if record.exclude or record.id not in impacts:
             continue
         _flights(b, record, impacts[record.id], driven.get(record.id))
+    pulses = [pulse for c in b.collisions.values() if (pulse := _pulse_of(c))]
     for id, seen in b.bends.items():  # once, of however many balls
         sums = next((own for key, own in b.sums.items() if key[0] == id), None)
         if sums is not None:
-            late = sums[LOCALS.index("late")]
-            b.blocks.append(Block(id, "bends", (late,), _Single(*seen)))
+            # a coupling turns the phase, and moves no bend; contacts and filters bend it a little
+            # before or after their middle, in all records
+            late = {
+                k: v
+                for k, v in sums[LOCALS.index("late")][0].items()
+                if k not in b.kinds["coupling"]
+            }
+            late[b.add("bends", 0.0, _OF_PULSE * float(np.median(pulses or [0.0])))] = 1.0
+            b.blocks.append(Block(id, "bends", ((late, 0.0),), _Single(*seen)))
     sides = [c.one_sided for c in b.collisions.values()]
     half = 0.5 * float(np.median(sides)) if sides else 0.0
     b.add("one-sided", half, abs(half))
@@ -728,11 +736,13 @@ def _late(
     `both` channels show the impacts, or the displacement is the acceleration `integrated`. The
     phases of the channels are as unsure as the bends of the displacement contradict them.
     """
-    centre = _OF_PULSE * _pulse_of(collisions) if both else 0.0
     lag, error = b.late.get(record.id, (0.0, _LATE))
-    error = math.hypot(error, centre, b.contradicted(record, centre))
-    common = b.add("late", 0.0, _LATE)
-    late = {common: 1.0, b.own("own late", record, error, value=lag): 1.0}
+    late = {b.add("late", 0.0, _LATE): 1.0}
+    if both:  # pulses of all records are alike; but each record learns a template of its own
+        centre = _OF_PULSE * _pulse_of(collisions)
+        error = math.hypot(error, centre, b.contradicted(record, centre))
+        late[b.add("centre", 0.0, centre)] = 1.0
+    late[b.own("own late", record, error, value=lag)] = 1.0
     leads = record.test == "periodic" and not integrated
     return lag, late | ({_coupling(b, record): -1.0 / collisions.omega2} if leads else {})
 
@@ -801,11 +811,14 @@ def _misfit(collisions: Collisions, near: FloatArray) -> float:
     is left is noise that the errors of its means do not hold, and its information is worth as much
     less.
     """
-    data = _alone(collisions, near, near)
     prior = np.diag(np.array(_FREE) ** -2)
-    held = np.trace(np.linalg.solve(data.information + prior, data.information))
+    information, gradient, value = collisions.look(near)
+    H = information + prior
+    # near the best of them: what one more step would gain
+    value += 0.5 * float(gradient @ np.linalg.solve(H, gradient))
+    held = np.trace(np.linalg.solve(H, information))
     freedom = np.isfinite(collisions.sigma).sum() - held
-    return max(1.0, float((_WORTH - 2.0 * data.log_likelihood) / (_WORTH + freedom)))
+    return max(1.0, float((_WORTH - 2.0 * value) / (_WORTH + freedom)))
 
 
 def with_own_errors(
@@ -848,8 +861,9 @@ def collisions_of(
     way = 2.0 * flights.side * flights.clearance
     before = x - (flights.u_before * flights.time_before + way)
     after = x + flights.u_after * flights.time_after - way
-    # walls take turns: this is where the mass rests, wherever the sensor has its zero
-    rest = float(np.median(0.25 * (before + 2.0 * x + after)))
+    # walls take turns: this is where the mass rests, wherever the sensor has its zero; that of an
+    # integrated velocity, whose mean was left out, drifts by as much as the mass moves
+    rest = _line(impacts.time_s[flights.index], 0.25 * (before + 2.0 * x + after))
     x, before, after = x - rest, before - rest, after - rest
     jump = flights.jump_acceleration
     both = np.isfinite(jump) & np.isfinite(flights.jump)
@@ -872,6 +886,13 @@ def collisions_of(
         flights, x, before, after, omega2, base, course, float(np.median(speed)), known, np.ones(3),
         (none, none, none), np.zeros((3, 0)),
     )  # fmt: skip
+
+
+def _line(t: FloatArray, y: FloatArray) -> FloatArray:
+    """Values at `t` of the line whose slope is the median of all slopes from point to point."""
+    i, k = np.triu_indices(t.size, 1)
+    slope = float(np.median((y[k] - y[i]) / (t[k] - t[i])))
+    return np.asarray(slope * t + np.median(y - slope * t))
 
 
 def _pulse_area(b: _Builder) -> str:
@@ -1009,7 +1030,7 @@ def _answered(
     turned[b.own("bent phase", record, off)] = 1.0
     inertia = _inertia(f0, zeta, driven.rate)
     turned[_beside(b, record)] = inertia.imag
-    for name in ("friction", "rolling", "drag"):
+    for name in ("friction", "rolling", "drag", "viscous"):
         b.add(name, 0.0, 0.0)
     speed = 4.0 * f0 * record.clearance[0] if record.clearance else 0.0  # from wall to wall
     rubs = {"friction": 1.0, b.own("own friction", record, 0.0): 1.0}
@@ -1027,7 +1048,8 @@ def _answered(
           b.own("bent", record, math.hypot(_CHANNELS, off)): 1.0},
          math.log(level)),
         (turned, inverted),
-        ({"drag": eps * speed**2, b.own("own push", record, push * drive): 1.0}, 0.0),
+        ({"drag": eps * speed**2, "viscous": eps * speed,
+          b.own("own push", record, push * drive): 1.0}, 0.0),
         ({_coupling(b, record): 1.0}, 0.0),
         (rubs, 0.0),
     )  # fmt: skip

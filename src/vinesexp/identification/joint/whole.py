@@ -64,6 +64,7 @@ HIDDEN = (
     "contact",
     "hollow",
     "drag",
+    "viscous",
 )  # effects that r and the ball's mass can stand for
 
 #: Inputs by the kinds of unknown that they are a prior of.

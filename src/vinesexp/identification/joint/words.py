@@ -40,6 +40,7 @@ _NAMES = {
     "rolling": "a ball that rolls",
     "hollow": "a concave floor, or a magnet",
     "drag": "drag of the air on the ball",
+    "viscous": "viscous friction of the ball (a film of oil)",
     "even": (
         "a displacement sensor that is not linear (it reads more on one side than on the other)"
     ),
@@ -347,6 +348,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         f"the air in the cavity slows the ball by {with_error(v, e)} m/s^2 at 1 m/s (it grows with "
         "the square of the speed); r is corrected for it, and b_c is predicted with r_effective "
         "and nes_mass_effective"
+    ),
+    "viscous": lambda v, e: (
+        f"viscous friction slows the ball by {with_error(v, e)} m/s^2 at 1 m/s (a film of oil on "
+        "its floor or its walls); r is corrected for it, and b_c is predicted with r_effective and "
+        "nes_mass_effective"
     ),
     "even": lambda v, e: (
         f"the displacement sensor is not linear: it reads x + ({with_error(1e-3 * v, 1e-3 * e)}) "
