@@ -483,7 +483,7 @@ def test_what_the_base_channel_picks_up_of_the_mass_is_no_other_f0(tmp_path, sha
     rows = identify_together(campaign, paths=paths).rows
     f0, zeta = (the_combined(rows, name) for name in ("f0", "zeta"))
     assert abs(f0.value - np.sqrt(K1 / M) / (2.0 * np.pi)) < 2.5 * f0.std_error
-    assert f0.std_error < 3e-4 * f0.value
+    assert f0.std_error < (3e-4 + abs(share)) * f0.value  # the base may yield by as much
     assert abs(zeta.value - C1 / (2.0 * np.sqrt(K1 * M))) < 2.5 * zeta.std_error
 
 

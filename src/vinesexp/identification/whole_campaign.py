@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.identification.average import DISAGREES, mean_of, weighted_mean
 from vinesexp.identification.budget import Source
 from vinesexp.identification.driven_motion import DRIVEN, DrivenMotion, driven_from
@@ -45,6 +46,8 @@ from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.theory.boundaries import end_of_permanent_response
+from vinesexp.theory.orbits import Reduced, family
 from vinesexp.units import COVERAGE_95
 
 _METHODS = ("log decrement", "likelihood", "envelope", "half power", "sweep")
@@ -447,7 +450,10 @@ def identify_campaign(
     levels: tuple[LevelValues, ...] = ()
     if answer.observed.law.free and {"ln_f0", "ln_zeta"} <= set(answer.posterior.names):
         law = law_found(answer.posterior, answer.observed.law)
-        levels = level_values(answer.posterior, law, swing_of_levels(used, campaign))
+        swings = swing_of_levels(used, campaign)
+        rig = rig_posterior(answer, campaign)
+        swings |= {level: _at_the_end(rig, law, campaign, level, A) for level, A in swings.items()}
+        levels = level_values(answer.posterior, law, swings)
         bare = [e for e in used if e.data and e.parameter in ("f0", "f0_added")]
         rows += law_rows(answer.posterior, law, tuple(e.records[0] for e in bare))
         checks += law_checks(
@@ -463,6 +469,35 @@ def identify_campaign(
         inputs,
         rig_posterior(answer, campaign),
     )
+
+
+def _at_the_end(
+    rig: RigPosterior, law: Law, campaign: Campaign, level: float, swing: float
+) -> float:
+    """Amplitude of the mass on the exact orbit at b_c, m, where damping or spring depend on it.
+
+    That of the tests, `swing`, where there is no such orbit: friction in the guide of the mass has
+    tests stop at a larger amplitude than b_c has.
+    """
+    known = {name: value[0] for name in ("M", "f0", "zeta", "r", "m") if (value := rig.of(name))}
+    base = rig.of(f"G:{1e3 * level:.6g}")
+    if base is None or len(known) < 5:
+        return swing
+    of_level = [r for r in campaign.records if r.base_amplitude == level and r.frequency]
+    driven = [sum(r.frequency) / 2.0 for r in of_level if r.frequency]
+    for _ in range(_ITERATED):
+        f0, zeta = (known[name] * math.exp(float(law.log(name, swing))) for name in ("f0", "zeta"))
+        Omega = float(np.median(driven)) / f0 if driven else 1.0
+        try:
+            p = Reduced.of(eps=known["m"] / known["M"], zeta=zeta, r=known["r"], Omega=Omega)
+            end = end_of_permanent_response(p)
+        except (AnalysisError, ParameterError):
+            break
+        swing = base[0] * float(family(end.C_low, p).amplitude)
+    return swing
+
+
+_ITERATED = 8  # each leaves less than half of what is off
 
 
 def _switched(found: Sequence[Estimate], campaign: Campaign) -> Iterator[Check]:

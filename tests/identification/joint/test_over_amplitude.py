@@ -12,9 +12,12 @@ import pytest
 from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.identification.estimate import Estimate, combined
 from vinesexp.identification.joint.over_amplitude import Law, level_rows, log_of, slopes_of
-from vinesexp.identification.whole_campaign import identify_campaign
+from vinesexp.identification.joint.whole import RigPosterior
+from vinesexp.identification.whole_campaign import _at_the_end, identify_campaign
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
+from vinesexp.theory.boundaries import end_of_permanent_response
+from vinesexp.theory.orbits import Reduced, family
 from vinesexp.units import Quantity
 
 LINEAR, QUADRATIC, COULOMB, KAPPA, SMALL = 0.32, 10.0, 3e-4, 25.0, 7.862
@@ -255,3 +258,22 @@ def test_the_prediction_of_a_level_takes_its_row():
     assert rig.values["c1"].value == pytest.approx(2.0 * 4.7 * rig.zeta.value * w, rel=1e-9)
     assert rig.values["k1"].std_error > 0.0
     assert at_level(plain, rows, G=0.2e-3) == plain
+
+
+def test_a_level_works_at_the_amplitude_of_its_orbit_at_b_c():
+    """Friction in the guide had tests stop at three times that of b_c, which was 10 % too large."""
+    G, rig = 1e-4, {"M": 3.66, "f0": 6.25, "zeta": 0.0046, "r": 0.765, "m": 0.026}
+    names = (*rig, "G:0.1")
+    values = np.array([*rig.values(), G])
+    posterior = RigPosterior(names, values, np.zeros((6, 6)), {})
+    law = Law(3.5e-3, 3.5e-3, 3.5e-3, ("law coulomb",), np.array([0.5, 0.0, 0.0, 0.0]), 0.0046)
+    records = (Record("p", Path("x"), "periodic", clearance=(0.015,), base_amplitude=G),)
+    A = _at_the_end(posterior, law, replace(campaign(), records=records), G, 3.5e-3)
+    zeta = 0.0046 * math.exp(float(law.log("zeta", A)))
+    assert zeta == pytest.approx(0.0046 * (1.0 + 0.5 * (3.5e-3 / A - 1.0)))
+    p = Reduced.of(eps=0.026 / 3.66, zeta=zeta, r=0.765)
+    orbit = family(end_of_permanent_response(p).C_low, p)
+    assert G * float(orbit.amplitude) == pytest.approx(A, rel=0.01)
+    assert A < 2e-3
+    unknown = replace(posterior, names=("M", "f0", "zeta", "r", "m", "G:0.2"))
+    assert _at_the_end(unknown, law, replace(campaign(), records=records), G, 3.5e-3) == 3.5e-3

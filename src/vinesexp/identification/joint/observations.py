@@ -249,6 +249,20 @@ class _Builder:
         each = zip(("crosstalk", "crosstalk ahead"), errors, (per.real, -per.imag), strict=True)
         return {self.add(name, 0.0, error, of=record.setup): share for name, error, share in each}
 
+    def yields(self, record: Record, per: complex) -> dict[str, float]:
+        """Share of the mass's motion by which the base itself follows in the tests, likewise.
+
+        It may be all that the channel shows in ring-downs: a shaker of finite stiffness gives as
+        much more or less than its level. Decays and tests alone do not tell it from crosstalk.
+        """
+        if (seen := self.followed(record)) is None:
+            return {}
+        parts = ((seen.real, per.real), (min(seen.imag, 0.0), -per.imag))
+        each = zip(("yields", "yields ahead"), parts, strict=True)
+        return {
+            self.add(name, 0.0, abs(part), of=record.setup): share for name, (part, share) in each
+        }
+
     def followed(self, record: Record) -> complex | None:
         """Share of the mass's motion that the base channel shows in ring-downs of a setup."""
         own = [
@@ -969,6 +983,7 @@ def _base(
             seen = math.log(e.value / level)
             error = max(e.std_error / e.value, 1e-5)
             sums = ({**here, b.gain(record, "base"): 1.0, **b.crosstalk(record, per),
+                     **b.yields(record, per),
                      b.own("own base", record, _OWN_BASE): 1.0}, picked.real)  # fmt: skip
             b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
     if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
@@ -1010,12 +1025,12 @@ def _answered(
     # what a straight spring and damper do not follow, as a share of the force of the spring
     bent = 2.0 * math.hypot(of["f0"].half, of["zeta"].half * zeta)
     swing = swing or level
+    picked, per = _picked_up(b, record, driven)
     if driven.recorded:
         # the base may be recorded with the displacement, or with a sensor that it is late beside
         lags = [e.value for e in found if e.parameter == "channel_lag"]
         width = math.hypot(_BASE_LATE, float(np.median(lags)) if lags else 0.0)
         late = b.add("base late", 0.0, width, of=record.setup)
-        picked, per = _picked_up(b, record, driven)
         turned = {late: driven.rate, b.own("own base late", record, 0.0): driven.rate,
                   **b.crosstalk(record, 1j * per)}  # fmt: skip
         inverted = (math.pi if math.cos(phase) < 0.0 else 0.0) - picked.imag
@@ -1043,7 +1058,8 @@ def _answered(
           b.add("mounting zeta", 0.0, inputs.damping.of(1.0), of=place): 1.0,
           b.own("own zeta", record, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
           "driven zeta": 1.0, "rolling": -0.5 * eps}, of["zeta"].constant),
-        ({**base, **b.own_gain(record, "displacement"), _beside(b, record): inertia.real,
+        ({**base, **b.yields(record, per), **b.own_gain(record, "displacement"),
+          _beside(b, record): inertia.real,
           b.own("own base", record, _OWN_BASE): 1.0,
           b.own("bent", record, math.hypot(_CHANNELS, off)): 1.0},
          math.log(level)),

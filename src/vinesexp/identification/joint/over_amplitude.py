@@ -306,7 +306,7 @@ class LevelValues:
     Attributes
     ----------
     base_amplitude : of records.csv, m.
-    amplitude : of the mass, m: the least mean amplitude of its tests.
+    amplitude : of the mass at b_c, m; else the least mean amplitude of its tests.
     f0, zeta : Quantity
         With what the range around the amplitude adds to their errors.
     """
