@@ -761,3 +761,12 @@ def test_scatter_of_what_the_flights_do_not_show_makes_no_doubt_of_what_they_sho
     found = {w.cause.key: w for w in weighed(data, both, CAUSES, [drift(), scatter]).found}
     assert found["scatter"].log_odds > found["drift of r"].log_odds > 10.0
     assert found["drift of r"].sure == sure
+
+
+def test_a_base_channel_in_another_range_from_one_test_on_is_the_base_channel():
+    """It was the displacement and the acceleration, both by the same share the other way."""
+    observed, data = steps([0.0] * 6 + [0.015] * 2, kind="own base gain")
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    assert [w.cause.key for w in judged.found] == ["change of base gain from t6"]
+    (check,) = cause_checks(judged)
+    assert "base gain changes by +1.51" in check.detail

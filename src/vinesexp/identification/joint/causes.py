@@ -947,6 +947,7 @@ def _of_gains(o: Observed) -> list[Cause]:
 _DRIFTS = {"own r": ("r", 0.05), "own f0": ("f0", 5e-3), "own momentum": ("ball mass", 0.1),
            "own displacement gain": ("displacement gain", 0.05),
            "own zeta": ("zeta", 0.1), "own acceleration gain": ("acceleration gain", 0.05),
+           "own base gain": ("base gain", 0.05),
            "own friction": ("friction", 0.3), "own tilt": ("slope of the cavity", 0.1),
            "clearance": ("clearance", 1e-3)}  # fmt: skip
 

@@ -983,7 +983,7 @@ def _base(
             seen = math.log(e.value / level)
             error = max(e.std_error / e.value, 1e-5)
             sums = ({**here, b.gain(record, "base"): 1.0, **b.crosstalk(record, per),
-                     **b.yields(record, per),
+                     **b.yields(record, per), b.own("own base gain", record, 0.0): 1.0,
                      b.own("own base", record, _OWN_BASE): 1.0}, picked.real)  # fmt: skip
             b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
     if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
