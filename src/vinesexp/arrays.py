@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
+
+
+def median_of(values: ArrayLike) -> float:
+    """Median; 0 of nothing.
+
+    Examples
+    --------
+    >>> median_of([3.0, 1.0, 2.0]), median_of([])
+    (2.0, 0.0)
+    """
+    found = np.asarray(values, dtype=np.float64)
+    return float(np.median(found)) if found.size else 0.0
 
 
 def runs_of(chosen: BoolArray) -> list[tuple[int, int]]:

@@ -326,6 +326,7 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
     AnalysisError
         There is no stable orbit at any clearance.
     """
+    from vinesexp.identification.joint.whole import base_at
     from vinesexp.theory.intervals import predict_periodic
     from vinesexp.theory.optimal_clearance import b_c_exact
 
@@ -338,7 +339,7 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
         return float(b_c_exact(G=G, frequency=frequency, **rig.numbers)) - found.exact
 
     by = {name: found.gradient[name] * rig.values[name].value for name in RIG_VALUES}
-    name = f"G:{1e3 * level:.6g}"
+    name = base_at(level)
     gradient = {
         "M": by["M"] + by["c1"] + by["k1"],
         "f0": by["c1"] + 2.0 * by["k1"],
@@ -533,17 +534,12 @@ _PULLED, _AT_WALL = 0.4, 0.99  # of the clearance
 
 
 def orbit_swing(b: FloatArray, p: Reduced) -> FloatArray:
-    """Largest |x| on the exact symmetric orbit at clearance b, both in units of G.
-
-    Of 201 samples over half a period the largest misses the top by less than
-    (pi/400)^2/2 = 3e-5 of the amplitude; NaN where there is no orbit.
-    """
-    from vinesexp.theory.floquet import steady_samples
+    """Largest |x| on the exact orbit at clearance b, both in units of G; NaN where it is not."""
+    from vinesexp.theory.floquet import swing_of
     from vinesexp.theory.orbits import amplitudes_at, family
 
     C = amplitudes_at(b, p)[1]
-    orbit = family(np.where(np.isnan(C), 1.0, C), p)
-    swing = np.abs(steady_samples(orbit, samples=201)[0]).max(axis=-1)
+    swing = swing_of(family(np.where(np.isnan(C), 1.0, C), p))
     return np.where(np.isnan(C), np.nan, swing)
 
 

@@ -36,6 +36,7 @@ from vinesexp.identification.joint.whole import (
     Answer,
     RigPosterior,
     answer_of,
+    base_at,
     effective,
     rig_posterior,
     rolling_from,
@@ -47,6 +48,7 @@ from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.theory.boundaries import end_of_permanent_response
+from vinesexp.theory.floquet import swing_of
 from vinesexp.theory.orbits import Reduced, family
 from vinesexp.units import COVERAGE_95
 
@@ -447,18 +449,10 @@ def identify_campaign(
     rows += _ball(answer, campaign)
     rows += [*_bases(answer, campaign), *_frequencies(driven, campaign)]
     rows += _releases(answer, campaign)
-    levels: tuple[LevelValues, ...] = ()
-    if answer.observed.law.free and {"ln_f0", "ln_zeta"} <= set(answer.posterior.names):
-        law = law_found(answer.posterior, answer.observed.law)
-        swings = swing_of_levels(used, campaign)
-        rig = rig_posterior(answer, campaign)
-        swings |= {level: _at_the_end(rig, law, campaign, level, A) for level, A in swings.items()}
-        levels = level_values(answer.posterior, law, swings)
-        bare = [e for e in used if e.data and e.parameter in ("f0", "f0_added")]
-        rows += law_rows(answer.posterior, law, tuple(e.records[0] for e in bare))
-        checks += law_checks(
-            answer.posterior, law, max((e.amplitude or 0.0 for e in bare), default=law.amplitude)
-        )
+    rig = rig_posterior(answer, campaign)
+    levels, of_law, said_of_law = _over_amplitude(answer, rig, used, campaign)
+    rows += of_law
+    checks += said_of_law
     inputs = tuple(_inputs(answer, campaign))
     said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)]
     return Identified(
@@ -467,7 +461,26 @@ def identify_campaign(
         sources,
         levels,
         inputs,
-        rig_posterior(answer, campaign),
+        rig,
+    )
+
+
+def _over_amplitude(
+    answer: Answer, rig: RigPosterior, used: Sequence[Estimate], campaign: Campaign
+) -> tuple[tuple[LevelValues, ...], list[Estimate], list[Check]]:
+    """Values of each level, the law as rows, and what is said of it; nothing without a law."""
+    posterior = answer.posterior
+    if not (answer.observed.law.free and {"ln_f0", "ln_zeta"} <= set(posterior.names)):
+        return (), [], []
+    law = law_found(posterior, answer.observed.law)
+    swings = swing_of_levels(used, campaign)
+    swings |= {level: _at_the_end(rig, law, campaign, level, A) for level, A in swings.items()}
+    bare = [e for e in used if e.data and e.parameter in ("f0", "f0_added")]
+    top = max((e.amplitude or 0.0 for e in bare), default=law.amplitude)
+    return (
+        level_values(posterior, law, swings),
+        law_rows(posterior, law, tuple(e.records[0] for e in bare)),
+        law_checks(posterior, law, top),
     )
 
 
@@ -480,21 +493,21 @@ def _at_the_end(
     tests stop at a larger amplitude than b_c has.
     """
     known = {name: value[0] for name in ("M", "f0", "zeta", "r", "m") if (value := rig.of(name))}
-    base = rig.of(f"G:{1e3 * level:.6g}")
+    base, found = rig.of(base_at(level)), swing
     if base is None or len(known) < 5:
         return swing
-    of_level = [r for r in campaign.records if r.base_amplitude == level and r.frequency]
+    of_level = [r for r in campaign.records if r.base_amplitude == level and not r.exclude]
     driven = [sum(r.frequency) / 2.0 for r in of_level if r.frequency]
     for _ in range(_ITERATED):
-        f0, zeta = (known[name] * math.exp(float(law.log(name, swing))) for name in ("f0", "zeta"))
+        f0, zeta = (known[name] * math.exp(float(law.log(name, found))) for name in ("f0", "zeta"))
         Omega = float(np.median(driven)) / f0 if driven else 1.0
         try:
             p = Reduced.of(eps=known["m"] / known["M"], zeta=zeta, r=known["r"], Omega=Omega)
             end = end_of_permanent_response(p)
         except (AnalysisError, ParameterError):
-            break
-        swing = base[0] * float(family(end.C_low, p).amplitude)
-    return swing
+            return swing
+        found = base[0] * float(swing_of(family(end.C_low, p)))
+    return found
 
 
 _ITERATED = 8  # each leaves less than half of what is off

@@ -119,6 +119,15 @@ def steady_samples(orbit: Family, *, samples: int = 65) -> tuple[FloatArray, Flo
     return x, (orbit.x - orbit.b)[..., None] + orbit.u[..., None] * t
 
 
+def swing_of(orbit: Family) -> FloatArray:
+    """Largest |x| on an orbit, w0 = 1 and G = 1, which is what the amplitude of a record is.
+
+    Of 201 samples over half a period the largest misses the top by less than
+    (pi/400)^2/2 = 3e-5 of the amplitude.
+    """
+    return np.asarray(np.abs(steady_samples(orbit, samples=201)[0]).max(axis=-1))
+
+
 def stays_inside(orbit: Family) -> BoolArray:
     """Whether the ball keeps inside its cavity between impacts, so that the orbit is a motion.
 

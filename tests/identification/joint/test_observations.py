@@ -8,17 +8,22 @@ import pytest
 
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.joint.collisions import LOCALS
 from vinesexp.identification.joint.observations import (
     _Answer,
     _base,
+    _Builder,
+    _common_of_records,
     _Decay,
     _inertia,
     _of_response,
+    _picked_up,
     _sensors,
     _share_of_ball,
     _start_tests,
 )
 from vinesexp.identification.joint.over_amplitude import NO_LAW, TERMS
+from vinesexp.identification.joint.unknowns import Prior
 
 
 @pytest.mark.parametrize(("stated", "share"), [((0.032, 0.04), 0.008), ((), 0.0)])
@@ -194,3 +199,34 @@ def test_flights_that_are_not_from_wall_to_wall_pull_in_a_way_that_nobody_knows(
     some, none = (block.look.rolls_from for block in b.blocks)
     assert (some == [2.0] * 30 + [0.0] * 10).all()
     assert (none == [2.0] * 30).all()
+
+
+def test_what_the_base_channel_picks_up_ahead_of_the_mass_is_no_base():
+    """x = 30 e, of which the channel shows 2 % ahead beside e: one base, and its derivative."""
+    share, x = 0.02j, 30.0 * np.exp(-1.3j)
+    shown = 1.0 + share * x
+    b = SimpleNamespace(followed=lambda record: share)
+    swing = x / shown
+    driven = SimpleNamespace(recorded=True, swing=(2.0 * swing.real, 2.0 * swing.imag), scale=2.0)
+    picked, by_share = _picked_up(b, None, driven)
+    assert np.exp(picked) == pytest.approx(shown)
+    more = -np.log(1.0 - (share + 1e-6) * swing)
+    assert (more - picked) / 1e-6 == pytest.approx(by_share, rel=1e-4)
+    passive = SimpleNamespace(followed=lambda record: 0.01 - 0.02j)
+    assert _picked_up(passive, None, driven) == (0.0, pytest.approx(swing))
+
+
+def test_a_coupling_moves_no_bend_and_all_bends_may_be_off_alike():
+    pulse = SimpleNamespace(
+        flights=SimpleNamespace(pulse=np.array([4e-4, np.nan])), one_sided=-2e-3
+    )
+    late = {"late": 1.0, "own late: a": 1.0, "coupling": -1e-3}
+    sums = [({}, 0.0)] * LOCALS.index("late") + [(late, 0.0)]
+    b = _Builder(None, NO_LAW, {})
+    b.kinds["coupling"] = {"coupling": ""}
+    b.collisions["a", 0], b.sums["a", 0], b.bends = pulse, tuple(sums), {"a": (2e-5, 5e-6)}
+    _common_of_records(b)
+    (block,) = b.blocks
+    assert block.sums == (({"late": 1.0, "own late: a": 1.0, "bends": 1.0}, 0.0),)
+    assert b.priors["bends"] == Prior(0.0, pytest.approx(0.04 * 4e-4))
+    assert b.priors["one-sided"] == Prior(-1e-3, 1e-3)

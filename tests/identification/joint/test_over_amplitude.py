@@ -17,6 +17,8 @@ from vinesexp.identification.whole_campaign import _at_the_end, identify_campaig
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
 from vinesexp.theory.boundaries import end_of_permanent_response
+from vinesexp.theory.floquet import swing_of
+from vinesexp.theory.optimal_clearance import b_c_exact
 from vinesexp.theory.orbits import Reduced, family
 from vinesexp.units import Quantity
 
@@ -261,7 +263,7 @@ def test_the_prediction_of_a_level_takes_its_row():
 
 
 def test_a_level_works_at_the_amplitude_of_its_orbit_at_b_c():
-    """Friction in the guide had tests stop at three times that of b_c, which was 10 % too large."""
+    """Friction in the guide has tests stop at three times that of b_c, which would be too large."""
     G, rig = 1e-4, {"M": 3.66, "f0": 6.25, "zeta": 0.0046, "r": 0.765, "m": 0.026}
     names = (*rig, "G:0.1")
     values = np.array([*rig.values(), G])
@@ -273,7 +275,12 @@ def test_a_level_works_at_the_amplitude_of_its_orbit_at_b_c():
     assert zeta == pytest.approx(0.0046 * (1.0 + 0.5 * (3.5e-3 / A - 1.0)))
     p = Reduced.of(eps=0.026 / 3.66, zeta=zeta, r=0.765)
     orbit = family(end_of_permanent_response(p).C_low, p)
-    assert G * float(orbit.amplitude) == pytest.approx(A, rel=0.01)
+    assert G * float(swing_of(orbit)) == pytest.approx(A, rel=0.01)
     assert A < 2e-3
+    rig = {"G": G, "M": 3.66, "k1": 3.66 * (2.0 * math.pi * 6.25) ** 2, "m": 0.026, "r": 0.765}
+    here, of_tests = (
+        float(b_c_exact(c1=4.0 * math.pi * 6.25 * 3.66 * z, **rig)) for z in (zeta, 0.0046)
+    )
+    assert 1.10 < of_tests / here < 1.14
     unknown = replace(posterior, names=("M", "f0", "zeta", "r", "m", "G:0.2"))
     assert _at_the_end(unknown, law, replace(campaign(), records=records), G, 3.5e-3) == 3.5e-3

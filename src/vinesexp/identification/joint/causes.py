@@ -377,10 +377,7 @@ def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> l
 
     What flights leave tells of causes of the flights alone.
     """
-    left = {True: 0.0, False: 0.0}
-    for one in found:
-        if one.cause.kind == "scatter" or one.doubted:
-            left[bool(one.cause.moves & in_flights)] += one.log_odds
+    left = unexplained(found, in_flights)
     return [
         replace(one, sure=one.sure and (
             one.cause.kind == "remounting"
@@ -388,6 +385,15 @@ def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> l
         ))
         for one in found
     ]  # fmt: skip
+
+
+def unexplained(found: Sequence[Weighed], in_flights: set[str]) -> dict[bool, float]:
+    """Logarithm of the odds of what no cause explains: in flights (True), and in all else."""
+    left = {True: 0.0, False: 0.0}
+    for one in found:
+        if one.cause.kind == "scatter" or one.doubted:
+            left[bool(one.cause.moves & in_flights)] += one.log_odds
+    return left
 
 
 def believing(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:

@@ -37,8 +37,7 @@ The sensors move them too: gains of displacement and acceleration, a common late
 displacement and a drift of it from the middle of the record to its ends, impacts with one wall that
 are timed late and whose pulses read larger, as one template finds unlike pulses, slopes whose
 change reads off by a share, areas of pulses that go with a power of the speed, as faster balls
-touch shorter,
-velocities on either side of an impact off by a share of the jump, a displacement
+touch shorter, velocities on either side of an impact off by a share of the jump, a displacement
 x + even x^2 + odd x^3 in the place of x, as lasers near the ends of their range show it, and
 x - beside x_e, as a sensor on the table shows it (beside = 1).
 """
@@ -54,7 +53,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray, median_of
 from vinesexp.identification.flights import Flights
 from vinesexp.identification.joint.unknowns import IMAGINARY, Local
 
@@ -530,7 +529,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         if good.sum() < _FEWEST:
             means.append(np.zeros(member.shape))
             continue
-        centre = np.array([_median(part[own & good]) for own in member])[groups]
+        centre = np.array([median_of(part[own & good]) for own in member])[groups]
         off = np.where(good, part - centre, 0.0)
         scatter[k] = _scatter(part[good], groups[good]) + _TINY
         weight = np.where(good, (_FREEDOM + 1.0) / (_FREEDOM + (off / scatter[k]) ** 2), 0.0)
@@ -560,7 +559,7 @@ def one_by_one(c: Collisions, p: FloatArray) -> Collisions:
     every = 2 * math.ceil(c.x.size / _SINGLE)
     c = c.keep(np.arange(c.x.size) % max(every, 2) < 2)
     rest = np.where(c.known, c.rest(p[:, np.newaxis]), np.nan)
-    scale = np.array([1.4826 * _median(np.abs(own[np.isfinite(own)])) for own in rest]) + _TINY
+    scale = np.array([1.4826 * median_of(np.abs(own[np.isfinite(own)])) for own in rest]) + _TINY
     off = rest / scale[:, np.newaxis]
     sigma = scale[:, np.newaxis] * np.sqrt((_FREEDOM + off**2) / (_FREEDOM + 1.0))
     each = np.eye(rest.shape[1])
@@ -591,8 +590,8 @@ def _stands_out(rest: FloatArray, side: FloatArray) -> BoolArray:
     """
     out = np.zeros(rest.size, dtype=bool)
     for wall in (side > 0.0, side <= 0.0):
-        off = np.abs(rest - _median(rest[wall & np.isfinite(rest)]))
-        usual = 1.4826 * _median(off[wall & np.isfinite(off)])
+        off = np.abs(rest - median_of(rest[wall & np.isfinite(rest)]))
+        usual = 1.4826 * median_of(off[wall & np.isfinite(off)])
         out |= wall & (off > _STANDS_OUT * usual)
     return out
 
@@ -609,12 +608,8 @@ def bounced(c: Collisions, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         -a[known] / (b - a)[known]
         for a, b in zip(after, both, strict=True) if (known := c.known[0] & (b != a)).size
     ]  # fmt: skip
-    middle = np.clip([_median(r) for r in single], *_ANY_R)
-    return middle, np.array([_median(np.abs(r - m)) for r, m in zip(single, middle, strict=True)])
-
-
-def _median(values: FloatArray) -> float:
-    return float(np.median(values)) if values.size else 0.0
+    middle = np.clip([median_of(r) for r in single], *_ANY_R)
+    return middle, np.array([median_of(np.abs(r - m)) for r, m in zip(single, middle, strict=True)])
 
 
 def _alike(c: Collisions, time_error: float) -> IntArray:
@@ -666,7 +661,7 @@ def _of_sums(own: FloatArray, z: FloatArray) -> FloatArray:
     of the other the other way. As if each were for itself where there are too few to tell. What
     changes along a record moves collisions farther apart than neighbours are.
     """
-    wide = max(1.0, 1.4826 * _median(np.abs(z[z != 0.0])))
+    wide = max(1.0, 1.4826 * median_of(np.abs(z[z != 0.0])))
     alone = wide**2 * (own**2).sum(axis=1)
     z = np.clip(z / wide, -4.0, 4.0)
     power, lags = float(z @ z), z.size // _APART_AT_MOST

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, median_of
 from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import FIRST_SWING, INTEGRATED, Estimate
@@ -243,11 +243,9 @@ class _Builder:
         The real part of this complex share times a factor. In ring-downs it looks like a base that
         yields, which may be as much of it.
         """
-        if (seen := self.followed(record)) is None:
-            return {}
-        errors = (min(abs(part), _CROSSTALK) for part in (seen.real, seen.imag))
-        each = zip(("crosstalk", "crosstalk ahead"), errors, (per.real, -per.imag), strict=True)
-        return {self.add(name, 0.0, error, of=record.setup): share for name, error, share in each}
+        seen = self.followed(record)
+        errors = min(abs(seen.real), _CROSSTALK), min(abs(seen.imag), _CROSSTALK)
+        return self._shares("crosstalk", record, errors, per)
 
     def yields(self, record: Record, per: complex) -> dict[str, float]:
         """Share of the mass's motion by which the base itself follows in the tests, likewise.
@@ -255,23 +253,26 @@ class _Builder:
         It may be all that the channel shows in ring-downs: a shaker of finite stiffness gives as
         much more or less than its level. Decays and tests alone do not tell it from crosstalk.
         """
-        if (seen := self.followed(record)) is None:
-            return {}
-        parts = ((seen.real, per.real), (min(seen.imag, 0.0), -per.imag))
-        each = zip(("yields", "yields ahead"), parts, strict=True)
-        return {
-            self.add(name, 0.0, abs(part), of=record.setup): share for name, (part, share) in each
-        }
+        seen = self.followed(record)
+        return self._shares("yields", record, (abs(seen.real), max(-seen.imag, 0.0)), per)
 
-    def followed(self, record: Record) -> complex | None:
+    def _shares(
+        self, kind: str, record: Record, errors: tuple[float, float], per: complex
+    ) -> dict[str, float]:
+        """A complex share times a factor, by its two parts; none where the base rests."""
+        each = zip((kind, f"{kind} ahead"), errors, (per.real, -per.imag), strict=True)
+        return {
+            self.add(name, 0.0, error, of=record.setup): factor
+            for name, error, factor in each if any(errors)
+        }  # fmt: skip
+
+    def followed(self, record: Record) -> complex:
         """Share of the mass's motion that the base channel shows in ring-downs of a setup."""
         own = [
             share for id, share in self.follows.items()
             if self.campaign.record(id).setup == record.setup
         ]  # fmt: skip
-        if not own:
-            return None
-        return complex(*np.median([[rho.real, rho.imag] for rho in own], axis=0).tolist())
+        return complex(median_of([one.real for one in own]), median_of([one.imag for one in own]))
 
     def contradicted(self, record: Record, more: float = 0.0) -> float:
         """By which the bends of the displacement surely contradict the lateness by phase, s.
@@ -328,25 +329,9 @@ def observe(
         if record.exclude or record.id not in impacts:
             continue
         _flights(b, record, impacts[record.id], driven.get(record.id))
-    pulses = [pulse for c in b.collisions.values() if (pulse := _pulse_of(c))]
-    for id, seen in b.bends.items():  # once, of however many balls
-        sums = next((own for key, own in b.sums.items() if key[0] == id), None)
-        if sums is not None:
-            # a coupling turns the phase, and moves no bend; contacts and filters bend it a little
-            # before or after their middle, in all records
-            late = {
-                k: v
-                for k, v in sums[LOCALS.index("late")][0].items()
-                if k not in b.kinds["coupling"]
-            }
-            late[b.add("bends", 0.0, _OF_PULSE * float(np.median(pulses or [0.0])))] = 1.0
-            b.blocks.append(Block(id, "bends", ((late, 0.0),), _Single(*seen)))
-    sides = [c.one_sided for c in b.collisions.values()]
-    half = 0.5 * float(np.median(sides)) if sides else 0.0
-    b.add("one-sided", half, abs(half))
+    _common_of_records(b)
     for k, name in enumerate(("f0", "zeta")):
-        off = [one.misfit[k] for one in driven.values()]
-        b.add(f"driven {name}", 0.0, float(np.median(off)) if off else 0.0)
+        b.add(f"driven {name}", 0.0, median_of([one.misfit[k] for one in driven.values()]))
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
             _base(b, record, found, driven.get(record.id))
@@ -360,6 +345,24 @@ def observe(
         b.balls, b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
         tuple(record.id for record in campaign.records), b.kinds, b.law, b.cells,
     )  # fmt: skip
+
+
+def _common_of_records(b: _Builder) -> None:
+    """What all flights show alike: bends of the displacement, r that scatters to one side.
+
+    A coupling turns the phase, and moves no bend; contacts and filters bend it a little before or
+    after their middle, in all records.
+    """
+    width = _OF_PULSE * median_of([pulse for c in b.collisions.values() if (pulse := _pulse_of(c))])
+    couplings = b.kinds.get("coupling", {})
+    late_of = {id: sums[LOCALS.index("late")][0] for (id, _), sums in b.sums.items()}
+    for id, seen in b.bends.items():  # once, of however many balls
+        if id in late_of:
+            late = {name: share for name, share in late_of[id].items() if name not in couplings}
+            late[b.add("bends", 0.0, width)] = 1.0
+            b.blocks.append(Block(id, "bends", ((late, 0.0),), _Single(*seen)))
+    half = 0.5 * median_of([c.one_sided for c in b.collisions.values()])
+    b.add("one-sided", half, abs(half))
 
 
 @dataclass(frozen=True)
@@ -764,8 +767,7 @@ def _late(
 def _pulse_of(collisions: Collisions) -> float:
     """How long a pulse lasts, s; 0 where none was believed."""
     pulse = collisions.flights.pulse
-    durations = pulse[np.isfinite(pulse)]
-    return float(np.median(durations)) if durations.size else 0.0
+    return median_of(pulse[np.isfinite(pulse)])
 
 
 def _unlike_walls(
@@ -1025,18 +1027,7 @@ def _answered(
     # what a straight spring and damper do not follow, as a share of the force of the spring
     bent = 2.0 * math.hypot(of["f0"].half, of["zeta"].half * zeta)
     swing = swing or level
-    picked, per = _picked_up(b, record, driven)
-    if driven.recorded:
-        # the base may be recorded with the displacement, or with a sensor that it is late beside
-        lags = [e.value for e in found if e.parameter == "channel_lag"]
-        width = math.hypot(_BASE_LATE, float(np.median(lags)) if lags else 0.0)
-        late = b.add("base late", 0.0, width, of=record.setup)
-        turned = {late: driven.rate, b.own("own base late", record, 0.0): driven.rate,
-                  **b.crosstalk(record, 1j * per)}  # fmt: skip
-        inverted = (math.pi if math.cos(phase) < 0.0 else 0.0) - picked.imag
-    else:
-        turned = {b.own("base phase", record, _WIDE, value=phase): 1.0}
-        inverted = 0.0
+    turned, inverted, per = _turned(b, record, found, driven, phase)
     # a ball that rolls is inertia that the mass takes along; one that rubs pulls at it
     eps = _share_of_ball(b)
     drive = (2.0 * math.pi * f0) ** 2 * level
@@ -1071,6 +1062,26 @@ def _answered(
     )  # fmt: skip
 
 
+def _turned(
+    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion, phase: float
+) -> tuple[dict[str, float], float, complex]:
+    """Phase of the base beside its channel, rad, as unknowns and a constant; `_picked_up`'s slope.
+
+    Without a channel nothing is known of it: `phase` is where it begins.
+    """
+    picked, per = _picked_up(b, record, driven)
+    if not driven.recorded:
+        return {b.own("base phase", record, _WIDE, value=phase): 1.0}, 0.0, per
+    # the base may be recorded with the displacement, or with a sensor that it is late beside
+    lags = [e.value for e in found if e.parameter == "channel_lag"]
+    late = b.add("base late", 0.0, math.hypot(_BASE_LATE, median_of(lags)), of=record.setup)
+    turned = {
+        late: driven.rate, b.own("own base late", record, 0.0): driven.rate,
+        **b.crosstalk(record, 1j * per),
+    }  # fmt: skip
+    return turned, (math.pi if math.cos(phase) < 0.0 else 0.0) - picked.imag, per
+
+
 def _picked_up(b: _Builder, record: Record, driven: DrivenMotion | None) -> tuple[complex, complex]:
     """Logarithm of what the base's channel shows over the base, and its derivative by what share
     of the mass's motion it picks up.
@@ -1078,7 +1089,7 @@ def _picked_up(b: _Builder, record: Record, driven: DrivenMotion | None) -> tupl
     No base feeds the decay of a mass: what would is picked up. 0 where the motion was not held
     beside that channel.
     """
-    if driven is None or not driven.recorded or (seen := b.followed(record)) is None:
+    if driven is None or not driven.recorded or not (seen := b.followed(record)):
         return 0j, 0j
     per = complex(*driven.swing) / driven.scale
     left = 1.0 - 1j * max(seen.imag, 0.0) * per

@@ -27,6 +27,7 @@ from vinesexp.identification.joint.causes import (
     possible,
     possible_causes,
     proposed,
+    unexplained,
     weighed,
     with_unlike,
 )
@@ -123,6 +124,17 @@ class RigPosterior:
         i = self.names.index(name)
         error = math.sqrt(max(float(self.covariance[i, i]), 0.0))
         return float(self.values[i]), error * (1.0 if name == "r" else float(self.values[i]))
+
+
+def base_at(level: float) -> str:
+    """Name of the base amplitude of a level, stated in m, in a `RigPosterior`.
+
+    Examples
+    --------
+    >>> base_at(0.25e-3)
+    'G:0.25'
+    """
+    return f"G:{1e3 * level:.6g}"
 
 
 def write_rig(path: Path, rig: RigPosterior | None) -> None:
@@ -407,10 +419,7 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     laws of the flights alone.
     """
     found, in_flights = judged.posterior, names_in_flights(observed)
-    left = {True: 0.0, False: 0.0}
-    for one in judged.found:
-        if one.cause.kind == "scatter" or one.doubted:
-            left[bool(one.cause.moves & in_flights)] += one.log_odds
+    left = unexplained(judged.found, in_flights)
     shifts = [np.zeros_like(found.values)]
     for one in judged.found:
         if one.cause.kind == "drift":
@@ -505,7 +514,7 @@ def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
         "r": (r, 0.0),
         "m": (m, stated),
         **{
-            f"G:{1e3 * level:.6g}": ({name: 1.0}, math.log(level))
+            base_at(level): ({name: 1.0}, math.log(level))
             for level, name in answer.observed.levels.items()
         },
     }
