@@ -111,3 +111,18 @@ def test_the_displacement_alone_does_not_show_that_no_ball_hits(measure, tmp_pat
     assert found.n == 0
     assert row["regime"] is None
     assert said == ["ball"]
+
+
+@pytest.mark.parametrize(("noise", "regimes"), [(1e-5, "two symmetric"), (2e-5, None)])
+def test_impacts_that_hardly_stand_clear_of_the_noise_hide_others(
+    noise: float, regimes: str | None, measure, tmp_path: Path
+) -> None:
+    """A laser alone: two impacts a cycle are so for all that is lost; fewer are no regime."""
+    x = driven(measure)["displacement"]
+    x = x + noise * np.random.default_rng(2).standard_normal(x.size)
+    row, found = regime({"displacement": x}, 1e4, tmp_path)
+    assert (found.n > 300) == (regimes is not None)  # of 314 in the 20 s
+    assert row["regime"] == regimes
+    assert (row["impacts_per_cycle"] is None) == (regimes is None)
+    assert row["amplitude_mean_m"] == pytest.approx(5.8e-3, rel=0.03)
+    assert said == ([] if regimes else ["ball"])

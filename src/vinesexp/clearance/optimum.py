@@ -195,9 +195,9 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     seen = [test for test in tests if test.regime and test.regime != UNSEEN]
     if not seen:
         raise AnalysisError(
-            "no impact was found in any of these tests: the ball did not reach its walls, or the "
-            "impacts were not seen (slow sampling, a weak or missing accelerometer); the end "
-            "of two impacts per cycle is unknown"
+            "none of these tests shows how often the ball hits: it did not reach its walls, or the "
+            "impacts were not seen (noise, slow sampling, a weak or missing accelerometer); the "
+            "end of two impacts per cycle is unknown"
         )
     points, records = _points(seen), _records(seen)
     undecided = {test.clearance for test in swings(seen)}

@@ -44,6 +44,7 @@ from vinesexp.theory.regime_definitions import (
     activation_spells,
     regime_of,
 )
+from vinesexp.theory.regime_definitions import PERMANENT as TWO_PER_CYCLE
 
 #: Clearances that differ by less than this share are alike.
 _ALIKE = 0.01
@@ -422,15 +423,20 @@ def shown_by_record(
         row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
     if not record.clearance:
         return shown
+    end = length
+    if record.test == "transient":
+        end = min(free + settings.first_cycles * period, length)
     if not _seen(record, view, impacts, frequency):
         if not impacts.n and record.test != "sweep":
             checks.append(_NOTHING_SEEN)
         return shown
-    end = length
-    if record.test == "transient":
-        end = min(free + settings.first_cycles * period, length)
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
-    row |= _regimes(record, series, period=period, begin=start + begin, end=start + end)
+    found = _regimes(record, series, period=period, begin=start + begin, end=start + end)
+    lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
+    if not lasting and _some_hidden(impacts, start + begin, start + end):
+        checks.append(_SOME_HIDDEN)
+        return shown
+    row |= found
     if row["regime"] == Regime.NO_IMPACT.value and record.test != "sweep":
         checks.append(_did_not_work(min(record.clearance), float(counted.max())))
     row |= _spells(record, impacts, period)
@@ -487,6 +493,27 @@ _NOTHING_SEEN: Said = "ball", "warning", (
     "no impact was found: the ball did not move, or those of a light ball are lost in the "
     "noise or the sampling of this record; the test shows nothing of the NES"
 )  # fmt: skip
+
+
+_SOME_HIDDEN: Said = "ball", "warning", (
+    "the impacts that were found are hardly larger than the smallest that stand clear of the noise "
+    "of this record, so others are lost in it: how often the ball hits is not known, and the test "
+    "has no regime; record the acceleration too, or a displacement with less noise"
+)  # fmt: skip
+
+#: A repetition would find an impact again with less than this probability: it is near the limit of
+#: what the record shows. As many as this share of all, of more than this share of the usual jump,
+#: and others like them are below it.
+_UNSURE, _MANY_UNSURE, _AS_LARGE = 0.95, 0.1, 0.5
+
+
+def _some_hidden(impacts: Impacts, begin: float, end: float) -> bool:
+    """Whether as many of a span are near the limit of what is found that others are below it."""
+    own = (impacts.time_s >= begin) & (impacts.time_s <= end)
+    jump, unsure = np.abs(impacts.velocity_jump_m_s[own]), impacts.confidence[own] < _UNSURE
+    if unsure.sum() <= _MANY_UNSURE * unsure.size:
+        return False
+    return bool(np.median(jump[unsure]) > _AS_LARGE * np.median(jump))
 
 
 def _seen(record: Record, view: RecordView, impacts: Impacts, frequency: float) -> bool:

@@ -39,7 +39,6 @@ from vinesexp.identification.joint.unknowns import (
     Block,
     Local,
     Prior,
-    Quadratic,
     Sum,
     Tempered,
     fit,
@@ -848,24 +847,23 @@ def with_own_errors(
     start = start.copy()
     start[LOCALS.index("r")] = bounced(collisions, start[:, np.newaxis])[0][0]
     at, prior = start, np.diag(np.array(_FREE) ** -2)
+
+    def closer(seen: Collisions) -> FloatArray:
+        information, gradient, _ = seen.look(at)
+        return at + np.linalg.solve(information + prior, gradient + prior @ (start - at))
+
     for _ in range(_ROUGHLY):
-        information, gradient, _ = one_by_one(collisions, at).look(at)
-        at = at + np.linalg.solve(information + prior, gradient + prior @ (start - at))
+        at = closer(one_by_one(collisions, at))
     near = with_errors(collisions, at, time_error=time_error)
-    own = _alone(near, start, start).at
-    return with_errors(near, own, time_error=time_error), own
+    for _ in range(_CLOSELY):
+        at = closer(near)
+    return with_errors(near, at, time_error=time_error), at
 
 
-_ROUGHLY = 5  # steps of a fit to single collisions, whose outliers count less from one to the next
-
-
-def _alone(collisions: Collisions, start: FloatArray, near: FloatArray) -> Quadratic:
-    """Fit of a record on its own, its local quantities about `start` as free as in any lab."""
-    beliefs = Beliefs(
-        {n: Prior(v, w) for n, v, w in zip(LOCALS, start.tolist(), _FREE, strict=True)}
-    )
-    block = Block("", "flights", tuple(({name: 1.0}, 0.0) for name in LOCALS), collisions.look)
-    return fit([block], LOCALS, beliefs, near)
+#: Steps of a fit of a record on its own, its local quantities as free as in any lab: to single
+#: collisions, whose outliers count less from one to the next, and to means over those alike. Their
+#: scatter does not change where the last step would still lead.
+_ROUGHLY, _CLOSELY = 5, 3
 
 
 def collisions_of(
