@@ -209,6 +209,16 @@ def test_ring_downs_alone_have_no_row_and_one_reason():
     assert "several NESs" not in found.detail
 
 
+def test_two_impacts_in_every_cycle_whose_phase_swings_are_no_end():
+    records = [periodic(20), periodic(30)]
+    regimes = [
+        regime_row(record.id, 5.0, "strongly modulated") | {"captured": share}
+        for record, share in zip(records, (1.0, 0.95), strict=True)
+    ]
+    (level,) = periodic_levels(campaign(records), regimes, [])
+    assert [test.regime for test in level.tests] == ["", "strongly modulated"]
+
+
 def test_only_single_nes_records_enter():
     records = [periodic(20), periodic(30, clearance=(0.03, 0.03)), periodic(40, exclude=True)]
     records.append(periodic(45, base_amplitude=None))
@@ -254,6 +264,42 @@ def test_releases_are_grouped_by_release_and_amplitude():
         "release from 30 mm to 15 mm: the fastest clearance is not known: 2 clearances tried, "
         "expected 3 or more to have one between two"
     ]
+
+
+def test_releases_by_hand_are_one_level_and_begin_at_one_amplitude():
+    """Each ball takes 5 mm/s off, whatever it was let go at: all clearances are equally fast."""
+    pulled = {10: 0.0206, 20: 0.0196, 27: 0.0194, 33: 0.0204, 48: 0.0201}
+    records = [release(b, x0) for b, x0 in pulled.items()]
+    still = release(60, 0.0198)  # of a ball that no wall reached
+    regimes = [
+        regime_row(r.id, 1.0, "two symmetric") | {"amplitude_max_m": 0.98 * r.release}
+        for r in records
+    ] + [regime_row(still.id, 1.0, "no impact") | {"amplitude_max_m": 0.0194}]
+    times = [
+        time_row(r.id, share * r.release, (0.98 - share) * r.release / 0.005)
+        for r in [*records, still] for share in (0.5, 0.25)
+    ]  # fmt: skip
+    half, quarter = release_levels(campaign([*records, still]), regimes, times)
+    assert [half.x0, half.target] == [0.0201, 0.01005]
+    for level in half, quarter:
+        assert [test.clearance for test in level.tests] == [r.clearance[0] for r in records]
+        fell = (0.98 * 0.0201 - level.target) / 0.005
+        assert [test.value for test in level.tests] == pytest.approx([fell] * 5, rel=1e-6)
+
+
+def test_base_amplitudes_and_frequencies_as_read_are_one_level():
+    """The median is the level; tests at another setting are another level, or have no frequency."""
+    read = ((0.2494, 7.8621), (0.2500, 7.8625), (0.2506, 7.8623), (0.2700, 7.8623))
+    records = [
+        Record(f"g{G}", Path("x"), "periodic", clearance=(0.03,), base_amplitude=1e-3 * G,
+               frequency=(f,))
+        for G, f in read
+    ]  # fmt: skip
+    regimes = [regime_row(r.id, 5e-3, "two symmetric") for r in records]
+    levels = periodic_levels(campaign(records), regimes, [])
+    assert [level.name for level in levels] == ["G = 0.25 mm", "G = 0.27 mm"]
+    assert [len(level.tests) for level in levels] == [3, 1]
+    assert levels[0].frequency == pytest.approx(7.8623, abs=1e-6)
 
 
 def test_b_t_needs_r_only():

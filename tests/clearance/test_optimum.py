@@ -84,30 +84,55 @@ def test_the_end_lies_between_the_last_permanent_and_the_first_modulated():
     assert end.clearance == pytest.approx(0.03425)
 
 
-def test_coexisting_regimes_widen_the_end():
-    tests = valley([0.030, 0.033, 0.034, 0.035, 0.036], 0.033, 0.0345)
-    odd = [*tests[:1], Tested(0.033, 6.0, MODULATED), *tests[2:]]
-    end = end_of_permanent(odd)
-    assert (end.low, end.high) == (0.030, 0.035)
-    repeats_disagree = [*tests, Tested(0.034, 7.0, MODULATED)]
-    assert end_of_permanent(repeats_disagree).low == 0.033
+def test_a_test_that_began_beside_the_orbit_says_nothing_of_its_end():
+    """Swept up the ball keeps two impacts per cycle to 34 mm; swept down it catches them at 33."""
+    up = valley([0.030, 0.033, 0.034, 0.035, 0.036], 0.034, 0.0345)
+    down = [Tested(b, 7.0, MODULATED) for b in (0.034, 0.035)] + [Tested(0.033, up[1].value, TWO)]
+    end = end_of_permanent([*up, *down])
+    assert (end.low, end.high) == (0.034, 0.035)
+    best = lowest_amplitude([*up, *down])  # at 34 mm it is not the mean of both motions
+    assert (best.clearance, best.low, best.high) == (0.034, 0.033, 0.035)
+
+
+@pytest.mark.parametrize("often", ["three or more per cycle", "chatter"])
+def test_more_impacts_in_a_narrow_cavity_are_no_end(often):
+    tests = [Tested(0.004, 9.0, often), Tested(0.010, 8.0, often)]
+    assert end_of_permanent([*tests, *valley([0.030, 0.034, 0.036], 0.033, 0.035)]).low == 0.034
+    end = end_of_permanent([*tests, Tested(0.036, 7.0, MODULATED)])
+    assert (end.low, end.high, end.bound) == (None, 0.036, "at most")
+    with pytest.raises(AnalysisError, match="more often than twice a cycle: try larger ones"):
+        end_of_permanent([*tests, Tested(0.012, 7.0, often)])
+
+
+def test_where_all_are_lost_the_valley_lies_below():
+    lost = [Tested(b, a, MODULATED) for b, a in ((0.034, 2.0), (0.036, 1.8), (0.040, 2.1))]
+    best = lowest_amplitude(lost)
+    assert (best.clearance, best.low, best.high, best.bound) == (0.036, None, 0.040, "at most")
+
+
+def test_a_test_that_lost_an_orbit_that_is_there_bounds_nothing():
+    tests = [Tested(0.028, 6.0, TWO), Tested(0.030, 5.0, TWO), Tested(0.032, 9.0, MODULATED)]
+    for beyond, high in ([], None), ([Tested(0.036, 9.0, MODULATED)], 0.036):
+        best = lowest_amplitude([*tests, *beyond], b_c=0.0339)
+        assert (best.clearance, best.low, best.high) == (0.030, 0.028, high)
+    assert lowest_amplitude(tests).high == 0.032  # nobody knows where the orbit ends
 
 
 @pytest.mark.parametrize(
     ("regimes", "bound", "low", "high"),
     [
         ((TWO, TWO, TWO), "at least", 0.03, None),
-        ((TWO, MODULATED, TWO), "at least", 0.01, None),
+        ((TWO, MODULATED, TWO), "at least", 0.03, None),
         ((MODULATED, MODULATED, MODULATED), "at most", None, 0.01),
-        ((MODULATED, TWO, MODULATED), "at most", None, 0.03),
-        ((MODULATED, TWO, TWO), "open", None, None),
+        ((MODULATED, TWO, MODULATED), "", 0.02, 0.03),
+        ((MODULATED, TWO, TWO), "at least", 0.03, None),
     ],
 )
 def test_an_end_that_is_not_between_two_tests_is_a_bound(regimes, bound, low, high):
     tests = [Tested(round(0.01 * (i + 1), 2), 5.0, regime) for i, regime in enumerate(regimes)]
     end = end_of_permanent(tests)
     assert (end.bound, end.low, end.high) == (bound, low, high)
-    assert end.clearance == (low or high or 0.01)
+    assert end.clearance == pytest.approx(0.5 * ((low or high) + (high or low)))
 
 
 @pytest.mark.parametrize("regime", ["", "no impact"])

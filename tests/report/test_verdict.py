@@ -128,18 +128,18 @@ def test_headline_of_a_measured_optimum():
 def test_headline_of_a_bound_is_a_bound():
     low = verdict(measured_mm=26.8, measured_low_mm=None, measured_high_mm=29.2, bound="at most")
     assert headline([low], [], {}).startswith(
-        "At G = 0.2 mm the mass moved least with a clearance of 26.8 mm, the smallest that was "
-        "tried, or as good as that one (the best one lies below 29.2 mm). In these tests "
+        "At G = 0.2 mm the mass moved least with a clearance of 26.8 mm, and smaller ones "
+        "may be better (the best one lies below 29.2 mm). In these tests "
     )
     high = verdict(measured_mm=48.0, measured_low_mm=42.0, measured_high_mm=None, bound="at least")
     assert (
-        "a clearance of 48.0 mm, the largest that was tried, or as good as that one (the best one "
+        "a clearance of 48.0 mm, and larger ones may be better (the best one "
         "lies above 42 mm)." in headline([high], [], {})
     )
     assert "26.4 mm (the best one lies between" in headline(
         [verdict(), high], [], {}
     )  # what is bracketed comes first
-    assert "the largest that was tried, or as good as that one (the best one lies above 42 mm)" in (
+    assert "and larger ones may be better (the best one lies above 42 mm)" in (
         headline([], [release(10.0, 48.0, 42.0, None, "at least")], {})
     )
 
@@ -175,9 +175,22 @@ def release(target: float, best: float, low: float | None, high: float | None, b
 
 
 def test_headline_of_releases_says_that_there_is_no_single_best():
-    text = headline([], [release(3.0, 30.0, 24.0, 33.0)], {})
+    to_3 = release(3.0, 30.0, 24.0, 33.0)
+    text = headline([], [to_3, release(10.0, 36.0, 33.0, 42.0)], {})
     assert "30.0 mm (the best one lies between 24 and 33 mm)" in text
     assert "To another amplitude another clearance is fastest" in text
+    alike = headline([], [to_3, release(10.0, 30.0, 24.0, 33.0)], {})
+    assert alike == text.removesuffix(" To another amplitude another clearance is fastest.")
+
+
+def test_clearances_that_are_far_apart_test_nothing():
+    """Any prediction within a fifth would lie between them."""
+    predicted = {"exact_mm": 33.91, "predicted_low_mm": 33.8, "predicted_high_mm": 34.0}
+    end = {"measured_mm": 34.0, "measured_low_mm": 30.0, "measured_high_mm": 38.0} | predicted
+    sentence, agrees = agreement({}, end)
+    assert agrees is None
+    assert "too far apart to test it; try some near b_c" in sentence
+    assert agreement({}, end | {"measured_low_mm": 32.0})[1] is True
 
 
 def test_what_is_absent_stays_absent():

@@ -88,8 +88,8 @@ def test_row_of_a_record(tmp_path, monkeypatch):
     write(tmp_path / "c.nc", np.zeros(10), "acceleration", oscillation_hz=F)
     with open_record(tmp_path / "a.nc") as measured, open_record(tmp_path / "c.nc") as conditioned:
         views = {"measured": measured, "conditioned": conditioned}
-        (row,) = base_rows(Record("a", tmp_path, "periodic"), **views)
-        assert base_rows(Record("a", tmp_path, "transient"), **views) == []
+        (row,) = base_rows(Record("a", tmp_path, "periodic"), **views, steady_from=None)
+        assert base_rows(Record("a", tmp_path, "transient"), **views, steady_from=None) == []
     assert row["record"] == "a"
     assert row["amplitude_m"] == pytest.approx(0.9 * G, rel=1e-3)
     assert row["frequency_hz"] == pytest.approx(F, rel=1e-6)

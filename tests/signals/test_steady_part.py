@@ -1,5 +1,6 @@
 """The start of a test is left out, and the error of a mean amplitude holds what it states."""
 
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordWriter, open_record
-from vinesexp.signals.impacts.impact_table import no_impacts
+from vinesexp.signals.impacts.impact_table import Impacts, no_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.regimes import shown_by_record
 from vinesexp.signals.steady_part import from_rest, steady_part
@@ -98,3 +99,40 @@ def test_a_modulated_response_that_begins_low_is_not_a_start_from_rest(b: float)
     assert from_rest(amplitude[:60])
     later = [amplitude[first : first + 60] for first in range(400, amplitude.size - 60)]
     assert not any(from_rest(part) for part in later)
+
+
+def ball_that_is_caught(times: list[float]) -> Impacts:
+    t = np.array(times)
+    none = np.zeros((len(fields(Impacts)), t.size))
+    found = Impacts(*none)
+    side = np.where(np.arange(t.size) % 2, -1, 1)
+    return replace(found, time_s=t, side=side, confidence=np.ones(t.size))
+
+
+@pytest.mark.parametrize(("last", "regime"), [(0.0, "two symmetric"), (0.3, "strongly modulated")])
+def test_a_test_is_in_the_motion_that_it_ends_in(last: float, regime: str, tmp_path: Path) -> None:
+    """Spells of 20 cycles with gaps between them, then 80 at an amplitude that stays, or does not.
+
+    Of modulated motion the last spell may be the longest by chance; its amplitude moves.
+    """
+    rate, period = 48 * F, 1.0 / F
+    t = np.arange(round(250 * period * rate)) / rate
+    cycle = t / period
+    amplitude = np.where(cycle < 170, 3.0 + np.sin(2 * np.pi * cycle / 25.0), 1.5)
+    amplitude += last * np.where(cycle < 170, 0.0, np.sin(2 * np.pi * cycle / 60.0))
+    x = 1e-3 * amplitude * np.cos(2 * np.pi * cycle)
+    hits = [k for k in np.arange(0.25, 250, 0.5) if k > 170 or k % 25 < 18]
+    path = tmp_path / "c.nc"
+    with RecordWriter(
+        path, sample_rate=rate, quantities={"displacement": "displacement"},
+        attributes={"oscillation_hz": F},
+    ) as writer:  # fmt: skip
+        writer.append({"displacement": x})
+    record = Record("r", tmp_path / "r.csv", "periodic", clearance=(0.03,))
+    with open_record(path) as view:
+        impacts = ball_that_is_caught([k * period for k in hits])
+        row = shown_by_record(record, conditioned=view, impacts=impacts)["regime"][0]
+    assert row["regime"] == regime
+    if not last:
+        assert row["amplitude_mean_m"] == pytest.approx(1.5e-3, rel=0.01)
+        assert row["steady_from_s"] == pytest.approx(170 * period, abs=3 * period)

@@ -75,32 +75,28 @@ _HOW_TO_KNOW = {
 
 # Tests that ended before the oscillator had forgotten how they began.
 #
-# A lightly damped mass takes minutes to settle. A record that is shorter, on which the ball loses
-# its two impacts per cycle where the identified rig should keep them, may show the way there: to be
-# believed against the prediction it must last one decay time of the oscillator.
+# A lightly damped mass takes minutes to settle. A record from rest that is shorter, without two
+# impacts per cycle that last, may show the way there, at whatever clearance. One that begins in
+# motion was started by somebody who waited.
 
 
-def may_not_have_settled(
-    tests: Sequence[Tested], rig: IdentifiedRig, *, b_c: float | None
-) -> list[Tested]:
-    """Tests without permanent two impacts per cycle below b_c, too short to have settled.
+def may_not_have_settled(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Tested]:
+    """Tests from rest without permanent two impacts per cycle, too short to have settled.
 
     Parameters
     ----------
     tests : sequence of Tested
     rig : IdentifiedRig
         With f0 and zeta.
-    b_c : float or None
-        Predicted end of two impacts per cycle, m.
     """
-    forgets = _decay_time(rig)
-    if b_c is None or forgets is None:
+    forgets = decay_time(rig)
+    if forgets is None:
         return []
     return [
         test
         for test in tests
-        if test.length < forgets
-        and test.clearance < b_c
+        if math.isfinite(test.waited)
+        and test.length < forgets
         and test.regime not in (*PERMANENT, UNSEEN, "")
     ]
 
@@ -110,10 +106,10 @@ def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> C
     shortest = min(test.length for test in tests)
     names = ", ".join(test.record for test in tests)
     detail = (
-        f"{level}: {names}: no permanent two impacts per cycle, although the clearance is below "
-        f"b_c, in records of {shortest:.3g} s; the free amplitude of this mass falls to 1/e in "
-        f"{_decay_time(rig):.3g} s: the tests may not have settled, and do not count for the best "
-        "clearance; wait longer before recording, or record longer"
+        f"{level}: {names}: recorded from rest, no permanent two impacts per cycle in "
+        f"{shortest:.3g} s; the free amplitude of this mass falls to 1/e in {decay_time(rig):.3g} "
+        "s: the tests may not have settled, and do not count for the best clearance; wait longer "
+        "before recording, or record longer"
     )
     return Check("", "settling", "warning", detail)
 
@@ -130,7 +126,7 @@ def start_lasts(*, f0: float, zeta: float) -> float:
 
 def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say of tests whose counted cycles come too soon after a start from rest."""
-    forgets = _decay_time(rig)
+    forgets = decay_time(rig)
     if forgets is None:
         return []
     lasts = _WAITED * forgets
@@ -163,7 +159,7 @@ def _large_motion(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     return [Check("", "spring", "warning", detail)]
 
 
-def _decay_time(rig: IdentifiedRig) -> float | None:
+def decay_time(rig: IdentifiedRig) -> float | None:
     """Time in which a free amplitude falls to 1/e, s."""
     if rig.f0 is None or rig.zeta is None or rig.zeta.value <= 0.0:
         return None
@@ -207,12 +203,17 @@ def compare(
         )
         checks += start_checks(level, own)
         checks += _large_motion(level, own)
-        tests = _settled(checks, level, own, predicted)
-        for suffix, kind, find in (
-            ("", LOWEST, lowest_amplitude),
-            (END, PERMANENT_END, end_of_permanent),
-        ):
-            optimum = _measured(checks, kind, level.name, tests, find, reach)
+        tests = _settled(checks, level, own)
+        forgets = decay_time(own) or 0.0
+        at_rest = [test for test in tests if test.waited < forgets]  # their mean is of the start
+        lasts = None if predicted is None else predicted.low
+        for suffix, kind, find, counted in (
+            ("", LOWEST, partial(lowest_amplitude, b_c=lasts),
+             [test for test in tests if test not in at_rest]),
+            (END, PERMANENT_END, end_of_permanent, tests),
+        ):  # fmt: skip
+            young = len(level.tests) - len(counted)
+            optimum = _measured(checks, kind, level.name, counted, find, reach, young)
             row = _row("periodic", level.name + suffix, kind, optimum, predicted)
             rows.append(_in_mm(row, base_amplitude=level.G, stated_base=level.nominal))
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
@@ -267,12 +268,9 @@ def _predicted(
         return None
 
 
-def _settled(
-    checks: list[Check], level: PeriodicLevel, rig: IdentifiedRig, predicted: Predicted | None
-) -> Sequence[Tested]:
+def _settled(checks: list[Check], level: PeriodicLevel, rig: IdentifiedRig) -> Sequence[Tested]:
     """The tests of a level without those that may not have settled."""
-    b_c = None if predicted is None else predicted.exact
-    begun = may_not_have_settled(level.tests, rig, b_c=b_c)
+    begun = may_not_have_settled(level.tests, rig)
     if not begun:
         return level.tests
     checks.append(settling_check(level.name, begun, rig))
@@ -286,13 +284,15 @@ def _measured(
     tests: Sequence[Tested],
     find: Callable[[Sequence[Tested]], Optimum],
     reach: Callable[[float], float],
+    left_out: int = 0,
 ) -> Optimum | None:
     """The optimum that was tried for; what was not tried is for a plan and no fault of records."""
     what = f"{level}: {_IN_WORDS[kind]} is"
     try:
         optimum = find(tests)
     except AnalysisError as error:
-        checks.append(Check("", "optimal clearance", "ok", f"{what} not known: {error}"))
+        young = f" (not of {left_out} that had not settled)" if left_out else ""
+        checks.append(Check("", "optimal clearance", "ok", f"{what} not known: {error}{young}"))
         return None
     if optimum.bound:
         detail = f"{what} {bound_in_words(optimum, tests)}"
@@ -309,14 +309,18 @@ def bound_in_words(optimum: Optimum, tests: Sequence[Tested]) -> str:
     >>> bound_in_words(Optimum(0.02, None, 0.03, bound="at most"), tests)
     'below 30 mm, maybe smaller than any tried (20 to 40 mm); try smaller ones'
     """
-    tried = [1e3 * test.clearance for test in tests]
-    span = f"({min(tried):.4g} to {max(tried):.4g} mm)"
-    if optimum.low is None and optimum.high is None:
+    tried = sorted(1e3 * test.clearance for test in tests)
+    span = f"({tried[0]:.4g} to {tried[-1]:.4g} mm)"
+    low, high = optimum.low, optimum.high
+    if low is None and high is None:
         return f"not bracketed by the clearances tried {span}; try smaller and larger ones"
-    if optimum.low is None:
-        below = 1e3 * (optimum.high or 0.0)
-        return f"below {below:.4g} mm, maybe smaller than any tried {span}; try smaller ones"
-    return f"above {1e3 * optimum.low:.4g} mm, maybe larger than any tried {span}; try larger ones"
+    (side, at, more) = ("above", low, "larger") if high is None else ("below", high, "smaller")
+    at = 1e3 * (at or 0.0)
+    beyond = [f"{b:.4g}" for b in dict.fromkeys(tried) if (b > at if high is None else b < at)]
+    if beyond and 1e3 * optimum.clearance == at:
+        own = ", ".join(beyond)
+        return f"{side} {at:.4g} mm; the {more} ones tried ({own} mm) do not show where; try others"
+    return f"{side} {at:.4g} mm, maybe {more} than any tried {span}; try {more} ones"
 
 
 def _row(

@@ -9,8 +9,11 @@ predictions use what it found. `as_found` does the same for lengths and masses.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from statistics import median, median_low
+
+import numpy as np
 
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
@@ -24,6 +27,9 @@ Rows = Sequence[Row]
 
 #: Impacts per cycle below which the ball of a periodic test lies in the middle of its cavity.
 _STILL = 0.1
+_EVERY_CYCLE = (
+    0.99  # share of them with two impacts, but for a cycle that an end of the record cuts
+)
 #: Error of a mean amplitude, relative, that only an amplitude on its way has.
 _MOVES = 0.02
 #: A frequency that nobody measured is as good as the generator's clock and its display: twice the
@@ -149,8 +155,9 @@ def periodic_levels(
             )
             groups.setdefault(record.base_amplitude, []).append((record, tested))
     levels = []
-    for G in sorted(groups):
-        records, tests = zip(*groups[G], strict=True)
+    for values in _close(sorted(groups), _ONE_BASE):
+        G = median_low(values)
+        records, tests = zip(*(one for value in values for one in groups[value]), strict=True)
         moved = base_of_level(
             G,
             {record.frequency[0] for record in records if record.frequency},
@@ -167,13 +174,16 @@ def _regime(row: Row) -> str:
 
     What is found there are a false impact or two, or the last of how the test began. A test of few
     cycles does not tell what is permanent, nor does one whose amplitude still moves: on an orbit it
-    is constant.
+    is constant. Nor does one with two impacts in every cycle whose phase swings: they may be lost
+    or come to rest.
     """
     regime: str = row["regime"]
     per_cycle = row.get("impacts_per_cycle")
     if regime and per_cycle is not None and per_cycle < _STILL:
         return Regime.NO_IMPACT.value
     cycles = row.get("cycles")
+    if regime == Regime.MODULATED.value and (row.get("captured") or 0.0) >= _EVERY_CYCLE:
+        return ""
     if regime not in PERMANENT:
         return regime
     moves = (row.get("amplitude_error_m") or 0.0) > _MOVES * row["amplitude_mean_m"]
@@ -185,6 +195,9 @@ def release_levels(
 ) -> list[ReleaseLevel]:
     """Levels of the releases with one NES: by release, then from high to low amplitude.
 
+    Times of one level are counted from one amplitude, that of its median release: by hand releases
+    scatter by per cent, and a ball takes off a constant amount a cycle.
+
     Parameters
     ----------
     campaign : Campaign
@@ -194,25 +207,79 @@ def release_levels(
     reached: dict[str, dict[float, float | None]] = {}
     for row in times:
         reached.setdefault(row["record"], {})[float(row["target_m"])] = row["time_s"]
-    groups: dict[float, list[tuple[Record, Row]]] = {}
-    for record, row in single_nes(campaign, regimes, "transient"):
-        if record.release:
-            groups.setdefault(abs(record.release), []).append((record, row))
     levels = []
-    for x0 in sorted(groups):
-        ids = {record.id for record, _ in groups[x0]}
+    for x0, group in _by_release(single_nes(campaign, regimes, "transient")):
+        ids = {record.id for record, _ in group}
         stated = Quantity(x0, campaign.known.uncertainties.release.of(x0))
         release = found_length("release", identified, ids) or stated
-        targets: dict[float, list[Tested]] = {}
-        for record, row in groups[x0]:
-            for target, time in reached.get(record.id, {}).items():
-                tested = Tested(record.clearance[0], time, row["regime"], record.id)
-                targets.setdefault(target, []).append(tested)
-        for target in sorted(targets, reverse=True):
-            tests = sorted(targets[target], key=lambda t: t.clearance)
+        # the sensor shows by how much each was let go farther out than the others
+        starts = [row["amplitude_max_m"] for _, row in group if row.get("amplitude_max_m")]
+        common = median(starts) if starts else None
+        nearest = min(group, key=lambda one: abs(abs(one[0].release or 0.0) - x0))[0].id
+        for target in sorted(reached.get(nearest, {}), reverse=True):
+            tests = [
+                Tested(record.clearance[0], time, row["regime"], record.id)
+                for record, row in sorted(group, key=lambda one: one[0].clearance)
+                if (fell := reached.get(record.id)) is not None
+                for time in [_time_from(common, fell, row.get("amplitude_max_m"), target)]
+            ]
             if any(test.value is not None for test in tests):
                 levels.append(ReleaseLevel(x0, target, tuple(tests), release))
     return levels
+
+
+#: Neighbouring values that differ by less than this share are one, as somebody read it: base
+#: amplitudes, and releases by hand.
+_ONE_BASE, _ONE_RELEASE = 0.02, 0.05
+
+
+def _close(values: Sequence[float], share: float) -> list[list[float]]:
+    """Sorted values in groups of close ones."""
+    groups: list[list[float]] = []
+    for value in values:
+        if groups and value <= groups[-1][-1] * (1.0 + share):
+            groups[-1].append(value)
+        else:
+            groups.append([value])
+    return groups
+
+
+def _by_release(
+    records: Iterable[tuple[Record, Row]],
+) -> Iterable[tuple[float, list[tuple[Record, Row]]]]:
+    """Releases of one height, m, and their records, small ones first.
+
+    A ball that never met a wall shows nothing of its clearance.
+    """
+    let_go: dict[float, list[tuple[Record, Row]]] = {}
+    for record, row in records:
+        if record.release and row["regime"] != Regime.NO_IMPACT.value:
+            let_go.setdefault(abs(record.release), []).append((record, row))
+    for values in _close(sorted(let_go), _ONE_RELEASE):
+        group = [one for value in values for one in let_go[value]]
+        yield median_low(abs(record.release or 0.0) for record, _ in group), group
+
+
+def _time_from(
+    common: float | None, fell: Mapping[float, float | None], start: float | None, target: float
+) -> float | None:
+    """Time to fall to a target, s, as if the release had begun at a `common` amplitude, m.
+
+    In between the amplitude falls by straight lines. None if the target is not reached.
+    """
+    if common is None or not start:
+        return fell.get(target)
+    known = sorted(((a, t) for a, t in fell.items() if t is not None and a < start), reverse=True)
+    amplitude, time = np.array([(start, 0.0), *known]).T
+    if amplitude.size < 2 or target < amplitude[-1] * (1.0 - _ONE_RELEASE):
+        return None
+
+    def at(a: float) -> float:
+        i = int(np.clip(np.searchsorted(-amplitude, -a), 1, amplitude.size - 1))
+        slope = (time[i] - time[i - 1]) / (amplitude[i] - amplitude[i - 1])
+        return float(time[i] + slope * (a - amplitude[i]))
+
+    return at(target) - at(common)
 
 
 def single_nes(campaign: Campaign, regimes: Rows, test: str) -> Iterable[tuple[Record, Row]]:
@@ -271,23 +338,28 @@ def base_of_level(
     >>> base.G.std_error, base.frequency.value
     (5e-06, 7.86)
     """
-    stated = next(iter(frequencies)) if len(frequencies) == 1 else None
     amplitude, frequency = found
     if not rows:
-        if frequency is None and stated is not None:
-            frequency = Quantity(stated, GENERATOR * inputs.clock.of(stated))
+        if frequency is None and frequencies and _one(frequencies):
+            f, spread = _mean([(one, 0.0) for one in frequencies])
+            frequency = Quantity(f, math.hypot(GENERATOR * inputs.clock.of(f), spread))
         amplitude = amplitude or Quantity(nominal, inputs.base_amplitude.of(nominal))
         return LevelBase(amplitude, frequency)
     gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
     G, noise = _mean([(r["amplitude_m"], r["amplitude_error_m"]) for r in rows])
     f, f_noise = _mean([(r["frequency_hz"], r["frequency_error_hz"]) for r in rows])
     # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
-    each = [r["frequency_hz"] for r in rows]
-    shared = max(each) - min(each) < 1e-3 * f
+    shared = _one([r["frequency_hz"] for r in rows])
     return LevelBase(
         amplitude or Quantity(G, math.hypot(noise, gain * G)),
         Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
     )
+
+
+def _one(frequencies: Iterable[float]) -> bool:
+    """Whether tests were made at one frequency, as far as it was held or read."""
+    each = list(frequencies)
+    return max(each) - min(each) < 1e-3 * max(each)
 
 
 def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:

@@ -15,11 +15,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import dropwhile
 from typing import Literal
 
 from vinesexp.clearance.levels import Tested
 from vinesexp.errors import AnalysisError
-from vinesexp.theory.regime_definitions import PERMANENT
+from vinesexp.theory.regime_definitions import PERMANENT, Regime
 from vinesexp.theory.regime_definitions import SWINGS as LOSES_THE_BALL
 from vinesexp.units import counted
 
@@ -29,6 +30,9 @@ UNSEEN = "no impact"
 #: What the edge of what was tried leaves open: the optimum lies at the clearance or below, at it or
 #: above, or anywhere.
 Bound = Literal["", "at most", "at least", "open"]
+
+#: Regimes of a cavity that is too narrow for two impacts per cycle.
+_OFTEN = (Regime.MORE.value, Regime.CHATTER.value)
 
 #: Swing of the impacts' phase, in periods and over that of the other tests, that leaves it open
 #: whether two impacts per cycle are permanent.
@@ -60,44 +64,57 @@ class Optimum:
 
 @dataclass(frozen=True)
 class _Point:
-    """All tests at one clearance: mean value, and whether impacts are permanent in all of them.
+    """All tests at one clearance: where impacts are permanent in some, the mean value of those.
 
-    `permanent` is None where no test of them shows a regime.
+    `permanent` is whether they are in any: the others began beside that motion. It is None where no
+    test shows a regime.
     """
 
     clearance: float
     value: float
     permanent: bool | None
+    often: bool = False  # the ball hits more often than twice a cycle
+
+    @property
+    def lost(self) -> bool:
+        """Two impacts per cycle did not last, from wherever these tests began."""
+        return self.permanent is False and not self.often
 
 
-def _points(tests: Sequence[Tested]) -> list[_Point]:
+def _points(tests: Sequence[Tested], *, fewest: int = FEWEST) -> list[_Point]:
     """Tests by clearance; repeats are averaged, as the mean of a level is what counts."""
     found = []
     for clearance in sorted({test.clearance for test in tests}):
-        mine = [test for test in tests if test.clearance == clearance]
-        values = [test.value for test in mine if test.value is not None]
+        own = [t for t in tests if t.clearance == clearance and t.value is not None]
+        regimes = [test.regime for test in own if test.regime]
+        stay = [test for test in own if test.regime in PERMANENT]
+        values = [test.value for test in stay or own if test.value is not None]
         if values:
-            regimes = [test.regime for test in mine if test.regime]
-            permanent = all(regime in PERMANENT for regime in regimes) if regimes else None
-            found.append(_Point(clearance, sum(values) / len(values), permanent))
-    if len(found) < FEWEST:
+            often = any(regime in _OFTEN for regime in regimes)
+            permanent = bool(stay) if regimes else None
+            found.append(_Point(clearance, sum(values) / len(values), permanent, often))
+    if len(found) < fewest:
         tried = counted(len(found), "clearance")
-        raise AnalysisError(f"{tried} tried, expected {FEWEST} or more to have one between two")
+        raise AnalysisError(f"{tried} tried, expected {fewest} or more to have one between two")
     return found
 
 
-def lowest_amplitude(tests: Sequence[Tested]) -> Optimum:
+def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Optimum:
     """Clearance of lowest mean amplitude in periodic tests at one base amplitude.
 
     The vertex of the parabola through the lowest point and its neighbours on the smooth side of
     the valley, nowhere beyond the last tried clearance whose impacts are permanent: no curve is
     drawn across the jump. Bracketed by the tried clearances next to the lowest point, which is
-    all that a valley of one minimum guarantees.
+    all that a valley of one minimum guarantees. A test that lost two impacts per cycle where they
+    can last began beside that motion, and bounds nothing; where all are lost, the valley lies
+    below.
 
     Parameters
     ----------
     tests : sequence of Tested
         Mean amplitude, m.
+    b_c : float, optional
+        Clearance up to which two impacts per cycle surely can last, m.
 
     Raises
     ------
@@ -114,15 +131,23 @@ def lowest_amplitude(tests: Sequence[Tested]) -> Optimum:
     """
     points = _points(tests)
     best = min(range(len(points)), key=lambda i: points[i].value)
-    low, high = max(best - 1, 0), min(best + 1, len(points) - 1)
-    bound: Bound = "at most" if best == 0 else "at least" if best == len(points) - 1 else ""
+    below = points[:best]
+    if points[best].lost:  # not on the smooth side: that begins where two impacts last
+        below = [point for point in below if not point.lost]
+    above = [p for p in points[best + 1 :] if not (p.lost and p.clearance < (b_c or 0.0))]
+    low = below[-1].clearance if below else None
+    high = above[0].clearance if above else None
+    bound = _bound(low, high)
     return Optimum(
         clearance=points[best].clearance if bound else _vertex(points, best),
-        low=None if best == 0 else points[low].clearance,
-        high=None if bound == "at least" else points[high].clearance,
-        bound=bound,
-        records=_records(tests),
-    )
+        low=low, high=high, bound=bound, records=_records(tests),
+    )  # fmt: skip
+
+
+def _bound(low: float | None, high: float | None) -> Bound:
+    if low is None:
+        return "open" if high is None else "at most"
+    return "at least" if high is None else ""
 
 
 def widened(optimum: Optimum, of: Callable[[float], float]) -> Optimum:
@@ -172,17 +197,19 @@ def _vertex(points: Sequence[_Point], best: int) -> float:
 def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     """Where permanent two impacts per cycle end: between the tried clearances around the jump.
 
-    The lower bound is the largest clearance up to which every test is permanent, the upper one the
-    smallest from which none is; the estimate is their middle. Permanent at all of them, or at none,
-    is a bound. A test without a found impact says nothing: what was not seen is unknown. Nor does
+    The lower bound is the largest clearance at which a test is permanent, the upper one the next at
+    which none is; the estimate is their middle. Permanent at the largest, or at none, is a bound. A
+    test without a found impact says nothing: what was not seen is unknown. Nor does
     one of two impacts per cycle whose phase swings without dying away (`swings`): near its end the
     orbit takes longer to be lost than a record lasts. For the same reason a test whose amplitude
-    still moves has no regime here (`levels.periodic_levels`).
+    still moves has no regime here (`levels.periodic_levels`). In a narrow cavity the ball hits more
+    often than twice a cycle: below all permanent ones that is the other end of two impacts.
 
     Raises
     ------
     AnalysisError
-        Impacts were found at fewer than three different clearances.
+        Impacts were found at fewer than three different clearances, or nowhere as few as two a
+        cycle.
 
     Examples
     --------
@@ -199,21 +226,21 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
             "impacts were not seen (noise, slow sampling, a weak or missing accelerometer); the "
             "end of two impacts per cycle is unknown"
         )
-    points, records = _points(seen), _records(seen)
-    undecided = {test.clearance for test in swings(seen)}
-    if len(points) - len(undecided) >= 1:
-        points = [point for point in points if point.clearance not in undecided]
-    tried = [point.clearance for point in points]
-    permanent = [bool(point.permanent) for point in points]
-    first = permanent.index(False) if False in permanent else len(tried)
-    last = max((i for i, stays in enumerate(permanent) if stays), default=-1)
-    low = tried[first - 1] if first else None
-    high = tried[last + 1] if last + 1 < len(tried) else None
-    if low is not None and high is not None:
-        return Optimum(0.5 * (low + high), low, high, records=records)
-    bound: Bound = "at least" if low is not None else "at most" if high is not None else "open"
-    at = low if low is not None else high if high is not None else tried[0]
-    return Optimum(at, low, high, bound=bound, records=records)
+    records, undecided = _records(seen), set(swings(seen))
+    points = _points(seen)  # as many were tried
+    if decided := [test for test in seen if test not in undecided]:
+        points = _points(decided, fewest=1)
+    points = list(dropwhile(lambda one: one.often and not one.permanent, points))
+    if not points:
+        raise AnalysisError(
+            "in all of these tests the ball hits more often than twice a cycle: try larger ones"
+        )
+    last = max((i for i, point in enumerate(points) if point.permanent), default=-1)
+    low = points[last].clearance if last >= 0 else None
+    high = points[last + 1].clearance if last + 1 < len(points) else None
+    middle = [b for b in (low, high) if b is not None]
+    bound = _bound(low, high)
+    return Optimum(sum(middle) / len(middle), low, high, bound=bound, records=records)
 
 
 def swings(tests: Sequence[Tested]) -> list[Tested]:
@@ -224,7 +251,7 @@ def swings(tests: Sequence[Tested]) -> list[Tested]:
 
     Examples
     --------
-    >>> from vinesexp.theory.regime_definitions import PERMANENT
+    >>> from vinesexp.theory.regime_definitions import PERMANENT, Regime
     >>> from vinesexp.theory.regime_definitions import Swing
     >>> steady, swinging = Swing(1e-4, 1e-4), Swing(0.016, 0.016)
     >>> tests = [Tested(0.030, 5.7, "two symmetric", "a", steady),

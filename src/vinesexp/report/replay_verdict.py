@@ -65,14 +65,21 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
         )
         return ReplayVerdict(warning, warning, shown)
     whose = "the record does" if len(records) == 1 else f"all {len(records)} records do"
-    sentence = f"The identified rig moves as {whose}: {_within(rows)}."
+    worst, within = _within(rows)
+    sentence = f"The identified rig moves as {whose}: {within}."
+    if worst > COARSE:
+        sentence = f"No record contradicts the identified rig, but they test it coarsely: {within}."
     if aside := [f"{row['record']} ({row['differs']})" for row in shown if row["differs"]]:
         sentence += f" Other quantities differ in {first_of(aside, 5)}."
     return ReplayVerdict(sentence, "", shown)
 
 
-def _within(rows: Sequence[Row]) -> str:
-    """How far the worst of each quantity is off."""
+#: Largest deviation up to which a replay says that the rig moves as a record.
+COARSE = 0.2
+
+
+def _within(rows: Sequence[Row]) -> tuple[float, str]:
+    """How far the worst of each quantity is off, and this in words."""
     steady = {
         row["record"]
         for row in rows
@@ -88,7 +95,8 @@ def _within(rows: Sequence[Row]) -> str:
         if off is not None and row["quantity"] in ("amplitude", "decay time"):
             parts[words] = max(parts.get(words, 0.0), abs(off))
     shown = [f"{words} within {max(100.0 * off, 0.1):.2g} %" for words, off in parts.items()]
-    return ", ".join(shown) or "as far as they can be compared"
+    worst = max(parts.values(), default=0.0)
+    return worst, ", ".join(shown) or "as far as they can be compared"
 
 
 def _records(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:

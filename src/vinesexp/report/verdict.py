@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
-from vinesexp.clearance.comparison import END
+from vinesexp.clearance.comparison import END, decay_time
 from vinesexp.clearance.levels import PeriodicLevel
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import predicted_lowest
@@ -98,6 +98,12 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
     if reach[0] <= high and reach[1] >= low:
         if bound:
             return f"{what} {within(row)}: b_c is not tested further", None
+        if high - low > 2.0 * DECIDES * exact:
+            return (
+                f"b_c lies where {what}, but that is {within(row)}: the clearances tried are too "
+                "far apart to test it; try some near b_c",
+                None,
+            )
         return f"b_c lies where {what}", True
     apart = exact / low - 1.0 if exact < low else exact / high - 1.0
     side = "below" if apart < 0.0 else "above"
@@ -139,7 +145,9 @@ def likely_causes(checks: Sequence[Row]) -> str:
     return f"likely causes by the checks: {', '.join(words)}"
 
 
-def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
+def left_early(
+    level: PeriodicLevel, end: Row, replay: Sequence[Row], *, forgets: float | None = None
+) -> str:
     """Why tests may lose two impacts per cycle below b_c: they began elsewhere; empty if not so.
 
     Parameters
@@ -149,6 +157,8 @@ def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
         Row of clearances.csv of the end of two impacts per cycle.
     replay : sequence of mappings
         Rows of replay.csv.
+    forgets : float, optional
+        Time in which a free amplitude falls to 1/e, s.
     """
     low, exact = end.get("measured_low_mm") or 0.0, end.get("exact_mm") or 0.0
     replayed = {row["record"]: row for row in replay if row["quantity"] == "regime"}
@@ -159,6 +169,11 @@ def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
             return (
                 f"at {b:g} mm the identified rig keeps two impacts per cycle from some starts "
                 "only, so these tests do not show where that orbit ends"
+            )
+        if lost and low < b < exact and test.length < (forgets or 0.0):
+            return (
+                f"the record at {b:g} mm lasts {test.length:.3g} s, and this mass takes "
+                f"{forgets:.3g} s to forget how it began, so it does not show where that orbit ends"
             )
     return ""
 
@@ -196,7 +211,7 @@ def periodic_verdicts(results: CampaignResults) -> list[PeriodicVerdict]:
         rig = results.rig_at(level)
         least = predicted_lowest(rig, G=level.G, frequency=level.frequency)
         sentence, agrees = agreement(lowest, end)
-        if agrees is False and (why := left_early(level, end, replay)):
+        if agrees is False and (why := left_early(level, end, replay, forgets=decay_time(rig))):
             sentence, agrees = f"{sentence}; {why}", None
         least = None if least is None else 1e3 * least
         verdicts.append(
@@ -246,10 +261,9 @@ def headline(
     reached = [row for row in releases if within(row)]
     if reached:
         first = ([row for row in reached if not row["bound"]] or reached)[0]
-        return (
-            f"From {first['level']} the amplitude fell fastest with {_best(first)}. To another "
-            "amplitude another clearance is fastest."
-        )
+        best = {row["measured_mm"] for row in reached}
+        others = " To another amplitude another clearance is fastest." if len(best) > 1 else ""
+        return f"From {first['level']} the amplitude fell fastest with {_best(first)}.{others}"
     missing = [row["detail"] for row in checks if row["check"] == MISSING]
     reason = (
         "too few clearances were tried to find the best one"
@@ -283,9 +297,9 @@ def _agreement(periodic: Sequence[PeriodicVerdict]) -> str:
 
 
 _EDGE = {
-    "at most": "the smallest that was tried, or as good as that one",
-    "at least": "the largest that was tried, or as good as that one",
-    "open": "no better than both ends of what was tried",
+    "at most": "and smaller ones may be better",
+    "at least": "and larger ones may be better",
+    "open": "and smaller and larger ones may be better",
 }
 
 

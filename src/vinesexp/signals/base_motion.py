@@ -16,6 +16,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_columns import BASE
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import coarse_channels
+from vinesexp.signals.steady_part import error_of_mean
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -85,18 +86,19 @@ def base_motion(
     if found is None:
         return None
     level = np.abs(found.first)
-    mean, count = float(level.mean()), level.size
+    mean = float(level.mean())
     if not mean > _MOVES * found.noise:  # a dead channel has no noise either
         return None
     order, f = ORDER[quantity], found.frequency
     scale = (2.0 * np.pi * f) ** -order
     shares = [float(abs(h)) / k**order / mean for k, h in zip(_HARMONICS, found.means, strict=True)]
+    single = float(level.std(ddof=1)) / math.sqrt(level.size)  # of windows that are independent
     wander = math.sqrt(max(float(level.var(ddof=1)) - found.noise**2, 0.0)) / mean
     return BaseMotion(
         frequency=f,
         frequency_error=found.frequency_error,
         amplitude=scale * mean,
-        amplitude_error=scale * float(level.std(ddof=1)) / math.sqrt(count),
+        amplitude_error=scale * float(np.nanmax([single, error_of_mean(level)])),
         harmonic_2=shares[1],
         harmonic_3=shares[2],
         wander=wander,
@@ -180,7 +182,7 @@ def _line(phase: FloatArray) -> tuple[float, float]:
 
 
 def base_rows(
-    record: Record, *, measured: RecordView, conditioned: RecordView
+    record: Record, *, measured: RecordView, conditioned: RecordView, steady_from: float | None
 ) -> list[dict[str, str | float | None]]:
     """The row of base.csv of a periodic test; none without a base channel, or for a base at rest.
 
@@ -189,18 +191,26 @@ def base_rows(
     record : Record
     measured, conditioned : RecordView
         As measured, and bandpassed.
+    steady_from : float or None
+        Start of the cycles that count, s from the first sample: the base that the mass answers in
+        these; None for all.
     """
     frequency = conditioned.oscillation
     if record.test != "periodic" or not frequency or "base" not in measured.roles:
         return []
-    found = base_of(measured, frequency=frequency)
+    counted = base_of(measured, frequency=frequency, begin=steady_from or 0.0)
+    found = counted or base_of(measured, frequency=frequency)
     if found is None:
         return []
     return [{"record": record.id, **dict(zip(BASE.names[1:], astuple(found), strict=True))}]
 
 
-def base_of(view: RecordView, *, frequency: float) -> BaseMotion | None:
-    """Motion of the base in an open record, read by blocks; `frequency` of the oscillation, Hz."""
+def base_of(view: RecordView, *, frequency: float, begin: float = 0.0) -> BaseMotion | None:
+    """Motion of the base in an open record, read by blocks, from `begin`, s, on.
+
+    `frequency` is that of the oscillation, Hz.
+    """
     _, step, (x,) = coarse_channels(view, frequency, _POINTS, "base")
     left = float(np.sinc(frequency * step))  # by block means
+    x = x[round(begin / step) :]
     return base_motion(x / left, step, frequency=frequency, quantity=view.quantity("base"))

@@ -362,7 +362,7 @@ def largest_running_mean(
 
 
 def shown_by_record(
-    record: Record, *, conditioned: RecordView, impacts: Impacts
+    record: Record, *, conditioned: RecordView, impacts: Impacts, aliased: bool = False
 ) -> dict[str, list[Any]]:
     """Regime and amplitude of a record; of a sweep its bands, of a release where balls are lost.
 
@@ -373,6 +373,8 @@ def shown_by_record(
         Bandpassed.
     impacts : Impacts
         Of the record.
+    aliased : bool
+        Samples are too few for the pulses of its impacts, and lose some.
 
     Returns
     -------
@@ -407,6 +409,7 @@ def shown_by_record(
     if not np.any(time >= begin):
         return shown
     if record.test == "periodic":
+        begin = _caught(impacts, record, begin, start=start, period=period, decay=(time, amplitude))
         steady, begin = steady_after(begin, time, amplitude, period=period)
         row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
         row["steady_from_s"] = begin
@@ -433,8 +436,9 @@ def shown_by_record(
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
     found = _regimes(record, series, period=period, begin=start + begin, end=start + end)
     lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
-    if not lasting and _some_hidden(impacts, start + begin, start + end):
-        checks.append(_SOME_HIDDEN)
+    hidden = _some_hidden(impacts, start + begin, start + end)
+    if not lasting and (hidden or aliased):
+        checks += [_SOME_HIDDEN] if hidden else []
         return shown
     row |= found
     if row["regime"] == Regime.NO_IMPACT.value and record.test != "sweep":
@@ -450,6 +454,33 @@ def shown_by_record(
 
 #: A start that moves the mean by less is not worth a line.
 _WORTH_A_LINE = 0.01
+
+
+#: Cycles of a constant amplitude, within this share, at the end of a record from which on a ball
+#: that was lost before is caught for good.
+_CAUGHT, _CONSTANT = 40, 0.03
+
+
+def _caught(
+    impacts: Impacts, record: Record, begin: float, *, start: float, period: float,
+    decay: tuple[FloatArray, FloatArray],
+) -> float:  # fmt: skip
+    """When the motion begins in which a test ends, s: that is its response, what was before is not.
+
+    A ball that comes and goes is caught at last, and keeps two impacts per cycle at one amplitude
+    to the end of the record. In strongly modulated motion the amplitude never stays.
+    """
+    counted = impacts.time_s >= start + begin
+    spells = activation_spells(impacts.time_s[counted], impacts.side[counted], period=period)
+    if len(record.clearance) != 1 or len(spells) < 2:
+        return begin
+    time, amplitude = decay
+    final = float(np.median(amplitude[-_CAUGHT:]))
+    moving = np.flatnonzero(np.abs(amplitude - final) > _CONSTANT * final)
+    first = int(moving[-1]) + 1 if moving.size else 0
+    if amplitude.size - first < _CAUGHT or start + time[first] < spells[-1, 0]:
+        return begin
+    return max(begin, float(time[first]))
 
 
 def _how_it_began(steady: SteadyPart, begin: float) -> Iterator[Said]:
@@ -667,9 +698,11 @@ def rows_or_refuse(
             settings=record.settings, said=said,
         )  # fmt: skip
         with open_record(measured) as raw, open_record(conditioned) as view:
+            lost = any(check == "aliased" for check, _, _ in said)
+            rows.update(shown_by_record(record, conditioned=view, impacts=impacts, aliased=lost))
+            counted = rows["regime"][0].get("steady_from_s")
             rows.update(
-                shown_by_record(record, conditioned=view, impacts=impacts),
-                base=base_rows(record, measured=raw, conditioned=view),
+                base=base_rows(record, measured=raw, conditioned=view, steady_from=counted),
                 times=decay_times(record, conditioned=view),
                 evidence=_evidence(record, raw, view),
             )

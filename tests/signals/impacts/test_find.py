@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 from vinesexp import Harmonic, Release
 from vinesexp.errors import TableError
 from vinesexp.records.stored.result_columns import IMPACTS
-from vinesexp.records.stored.store import open_record, write_refused
+from vinesexp.records.stored.store import RecordWriter, open_record, write_refused
 from vinesexp.signals.channel_agreement import agreement_of
 from vinesexp.signals.clipping import converter_range
 from vinesexp.signals.condition import condition
@@ -248,3 +249,26 @@ def test_pulses_beside_a_noisy_displacement_are_not_called_aliased(measure, stor
     assert np.isfinite(found.jump_acceleration_m_s).mean() > 0.9
     ratio = found.jump_acceleration_m_s / found.jump_displacement_m_s
     assert np.nanmedian(np.abs(ratio - np.nanmedian(ratio))) > 0.2  # more than good sensors show
+
+
+def test_a_mass_that_is_let_go_rings_and_nothing_hits(measure, tmp_path):
+    """The step of the acceleration, through the filter of the recorder: ripples of 0.4 ms."""
+    record = measure(b=[0.01], release=Release(0.02, y0=[0.015]), duration=4.0)
+    rate, hold = 1e4, 4000
+    x = np.concatenate([np.full(hold, record.channels["displacement"][0]),
+                        record.channels["displacement"]])  # fmt: skip
+    rng = np.random.default_rng(3)
+    a = np.concatenate([0.3 * rng.standard_normal(hold), record.channels["acceleration"]])
+    x[:hold] += 6e-6 * rng.standard_normal(hold)
+    a = sosfilt(butter(4, 2000.0, fs=rate, output="sos"), a)
+    x, a, rate = x[::2], a[::2], 0.5 * rate
+    kinds = {"displacement": "displacement", "acceleration": "acceleration"}
+    with RecordWriter(
+        tmp_path / "r.nc", sample_rate=rate, quantities=kinds, attributes={"test": "transient"}
+    ) as writer:
+        writer.append({"displacement": x, "acceleration": a})
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
+    found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
+                              clearance=(0.01,), test="transient")  # fmt: skip
+    assert found.n > 10
+    assert not (np.abs(found.time_s - 0.4) < 8e-3).any()

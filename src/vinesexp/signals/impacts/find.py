@@ -348,6 +348,8 @@ def _by_pulses(
     x = coarse_displacement(record, motion)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
     x = replace(x, late=max(lag, 0.0))
+    free = float(conditioned.attributes.get(FREE_FROM, 0.0))
+    found = found.keep(~_let_go(found, x, free=free, frequency=motion))
     knocked = np.zeros(found.time.size, dtype=bool)
     if len(clearance) == 1:
         knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)
@@ -357,7 +359,6 @@ def _by_pulses(
     fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion)
     found, slopes, others = _of_the_ball(found, fit, clearance, sign=sign, doubtful=doubtful)
     # the release of a mass that was held is a spike as well
-    free = float(conditioned.attributes.get(FREE_FROM, 0.0))
     others = others[(others > free + 0.5 / motion) | (free == 0.0)]
     if others.size:
         outcome = "warning" if others.size > max(_FEW * found.time.size, 2.0) else "ok"
@@ -370,6 +371,22 @@ def _by_pulses(
             slopes, lag, lambda at: _slopes(found, x=x, sign=sign, lag=at, frequency=motion)
         )
     return found, slopes, sign, lag
+
+
+#: s about the release in which a sensor and its filters ring, and how large this is at most over
+#: the step of the acceleration.
+_STEP_RINGS, _STEP_SHOWS = 8e-3, 1.2
+
+
+def _let_go(found: Detection, x: Coarse, *, free: float, frequency: float) -> BoolArray:
+    """Which spikes are the release itself: let go, the mass steps to its largest acceleration.
+
+    It does not move yet, so that no ball can hit it as hard.
+    """
+    if not free:
+        return np.zeros(found.time.size, dtype=bool)
+    step = (2.0 * math.pi * frequency) ** 2 * 0.5 * float(np.ptp(x.values))
+    return (np.abs(found.time - free) < _STEP_RINGS) & (np.abs(found.peak) < _STEP_SHOWS * step)
 
 
 def _where_it_is_late(
