@@ -15,7 +15,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.solver import lanes
 from vinesexp.solver.arrays import ball_table, balls_at
 from vinesexp.solver.in_turn import amplitudes_in_turn
-from vinesexp.solver.lanes import amplitudes, row_of
+from vinesexp.solver.lanes import R_DURATION, R_SETTLE, amplitudes
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 
@@ -35,12 +35,18 @@ def random_case(number):
     return rig, base, Release(x0, v0, [x0 + rng.uniform(-0.99, 0.99) * b], [speed])
 
 
+def row_of(rig, base, release, *, settle, duration):
+    """A run and its ball as the loops are given them, one behind the other."""
+    o, (ball, *_) = rig.oscillator, ball_table(rig, release)[0]
+    run = (o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
+    return np.concatenate([run, [release.x0, release.v0, settle, duration], ball])
+
+
 def scalar(rig, base, release, settle, duration, remainder=None):
     """Mean, largest, impacts, time of the last impact, by the loop of one motion."""
-    o, starts = rig.oscillator, ball_table(rig, release)[0]
-    run = (o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
-    run = (*run, release.x0, release.v0, settle, duration)
-    out = amplitudes_in_turn(np.array([run]), starts[np.newaxis], remainder=remainder)
+    run = row_of(rig, base, release, settle=settle, duration=duration)[: R_DURATION + 1]
+    starts = ball_table(rig, release)[0]
+    out = amplitudes_in_turn(run[np.newaxis], starts[np.newaxis], remainder=remainder)
     return np.array([out.mean, out.largest, out.impacts, out.latest])[:, 0]
 
 
@@ -52,9 +58,15 @@ def rows_of(cases, settle, cycles):
     ])  # fmt: skip
 
 
+def in_lanes(rows):
+    """The runs of some rows side by side."""
+    runs, balls = np.split(rows, [R_DURATION + 1], axis=1)
+    return amplitudes(runs.copy(), balls[:, np.newaxis].copy())
+
+
 def found(rows):
     """Mean, largest, impacts, time of the last impact: one row a run."""
-    out = amplitudes(rows)
+    out = in_lanes(rows)
     return np.array([out.mean, out.largest, out.impacts, out.latest]).T
 
 
@@ -68,7 +80,7 @@ def test_lanes_say_what_the_scalar_loop_says_start_by_start(cycles, share):
     cases = [random_case(number) for number in range(300)]
     rows = rows_of(cases, 0.15, cycles)
     expected = np.array(
-        [scalar(*case, *row[-2:]) for case, row in zip(cases, rows, strict=True)]
+        [scalar(*case, *row[[R_SETTLE, R_DURATION]]) for case, row in zip(cases, rows, strict=True)]
     )  # fmt: skip
     lanes = found(rows)
     assert (expected[:, 2] > 0).sum() > 100
@@ -90,8 +102,8 @@ def test_amplitude_while_a_ball_rests_is_that_of_the_motion(ratio, b, r):
     x, v = motion.at(np.linspace(settle, duration, 40_001))
     amplitude = np.hypot(x, v / TABLE_2.w0)
     row = row_of(rig, base, start, settle=settle, duration=duration)
-    in_lanes = found(np.array([row]))[0]
-    for mean, largest, *_ in (scalar(rig, base, start, settle, duration), in_lanes):
+    side_by_side = found(np.array([row]))[0]
+    for mean, largest, *_ in (scalar(rig, base, start, settle, duration), side_by_side):
         assert mean == pytest.approx(amplitude.mean(), rel=2e-3)
         assert largest == pytest.approx(amplitude.max(), rel=1e-2)
 
@@ -155,10 +167,10 @@ def test_regular_motion_stays_the_same_for_a_thousand_impacts():
         row_of(rig, base, Release(y0=[0.0299]), settle=0.0, duration=duration)
         for duration in np.linspace(1.0, 70.0, 70)
     ])  # fmt: skip
-    out = amplitudes(rows)
+    out = in_lanes(rows)
     times = simulate(rig, base, Release(y0=[0.0299]), 70.0).impacts["time"]
     assert len(times) > 1000
-    count = [int((times <= row[-1]).sum()) for row in rows]
+    count = [int((times <= row[R_DURATION]).sum()) for row in rows]
     assert (out.impacts == count).all()
     assert out.latest == pytest.approx([times[n - 1] for n in count], rel=1e-12)
 
@@ -182,7 +194,7 @@ def test_sticking_chatter_and_starts_at_a_wall_leave_the_lane():
     ]  # fmt: skip
     rows = rows_of(cases, 2.05, 6.3)
     expected = np.array(
-        [scalar(*case, *row[-2:]) for case, row in zip(cases, rows, strict=True)]
+        [scalar(*case, *row[[R_SETTLE, R_DURATION]]) for case, row in zip(cases, rows, strict=True)]
     )  # fmt: skip
     assert found(rows) == pytest.approx(expected, rel=1e-9)
 
@@ -196,7 +208,7 @@ def test_a_chatter_bounces_in_its_lane_as_in_the_scalar_loop():
             cases.append((rig, base, Release(y0=[share * 2e-3])))
     rows = rows_of(cases, 0.0, 11.3)
     expected = np.array(
-        [scalar(*case, *row[-2:]) for case, row in zip(cases, rows, strict=True)]
+        [scalar(*case, *row[[R_SETTLE, R_DURATION]]) for case, row in zip(cases, rows, strict=True)]
     )  # fmt: skip
     assert expected[:3, 2].min() > 150
     assert (found(rows)[:, 2] == expected[:, 2]).all()

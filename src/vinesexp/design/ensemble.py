@@ -28,7 +28,6 @@ from vinesexp.solver.arrays import balls_at, gap_of
 from vinesexp.solver.in_turn import amplitudes_in_turn
 from vinesexp.solver.lanes import Amplitudes, amplitudes
 from vinesexp.solver.simulation import simulate
-from vinesexp.solver.state import CLEARANCE, MASS, RESTITUTION, RHO, SIDE, D, U
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
@@ -500,14 +499,10 @@ def _settled(
     runs: Runs, starts: FloatArray, spans: FloatArray, stop: Callable[[], bool]
 ) -> Amplitudes:
     """What plain runs, all in lanes or none, settle to."""
-    v = runs.values
-    if not runs.in_lanes.all():
-        whole = np.column_stack([v, spans])
-        return amplitudes_in_turn(whole, starts, remainder=runs.remainder, stop=stop)
-    ball = starts[:, 0, [MASS, CLEARANCE, RESTITUTION]]
-    place = starts[:, 0, [D, SIDE, RHO, U]]
-    rows = (v[:, : V_PHASE + 1], ball, v[:, [V_X0, V_V0]], place, spans)
-    return amplitudes(np.column_stack(rows), stop=stop)
+    whole = np.column_stack([runs.values, spans])
+    if runs.in_lanes.all():
+        return amplitudes(whole, starts, stop=stop)
+    return amplitudes_in_turn(whole, starts, remainder=runs.remainder, stop=stop)
 
 
 def _work(

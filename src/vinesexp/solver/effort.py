@@ -17,6 +17,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, SteppedSweep, Sweep, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.solver.state import CLEARANCE, MASS, RESTITUTION
 
 #: Evaluations of one radian of the motion after which it is given up.
 STALL = 300_000
@@ -146,8 +147,9 @@ class Effort:
         return ", ".join(words)
 
 
-def stalled_run(values: FloatArray, balls: FloatArray, duration: float) -> AnalysisError:
-    """`Effort.stalled` of a run given by M, c1, k1, amplitude, frequency, phase; m, b, r."""
-    M, c1, k1, G, f, phase = values.tolist()
-    rig = Rig(Oscillator(M=M, c1=c1, k1=k1), [NES(m=m, b=b, r=r) for m, b, r in balls.tolist()])
-    return Effort(rig, Harmonic(G, f, phase), WeakDamping(), float(duration)).stalled(0.0)
+def stalled_run(run: FloatArray, balls: FloatArray) -> AnalysisError:
+    """`Effort.stalled` of a run as `lanes.amplitudes` is given it, and its balls (`state.py`)."""
+    M, c1, k1, G, f, phase, *_, duration = run.tolist()
+    nes = [NES(m=m, b=b, r=r) for m, b, r in balls[:, [MASS, CLEARANCE, RESTITUTION]].tolist()]
+    rig = Rig(Oscillator(M=M, c1=c1, k1=k1), nes)
+    return Effort(rig, Harmonic(G, f, phase), WeakDamping(), duration).stalled(0.0)

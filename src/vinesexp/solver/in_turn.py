@@ -22,17 +22,13 @@ from vinesexp.solver.lanes import O_SPENT, RESULTS, Amplitudes, amplitudes_from,
 from vinesexp.solver.response import ENTRIES, H_RATE, HEADER, WIDTH, fill_in
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.state import (
-    CLEARANCE,
     LOG_COLUMNS,
     MASS,
-    RESTITUTION,
     T_HIGH,
     WORK,
     IntArray,
 )
 
-# Columns of a run.
-R_M, R_C, R_K, R_G, R_F, R_PHASE, R_X0, R_V0, R_SETTLE, R_DURATION = range(10)
 #: Rows of the log: with all else that the loop reads they stay near the processor.
 LOG = 256
 
@@ -78,35 +74,33 @@ def amplitudes_in_turn(
     5.9
     """
     found, n = np.zeros((len(runs), RESULTS)), starts.shape[1]
-    M, c1, k1, G, f, *_, duration = runs.T
-    w0 = np.sqrt(k1 / M)
-    closed = has_closed_form(w0, 0.5 * c1 / (M * w0), 2.0 * math.pi * f, G > 0.0)
-    heavy = (starts[:, :, MASS] > M[:, np.newaxis]).any(axis=1)
+    mass, damping, stiffness, level, frequency, *_ = runs.T
+    w0 = np.sqrt(stiffness / mass)
+    zeta, rate = 0.5 * damping / (mass * w0), 2.0 * math.pi * frequency
+    closed = has_closed_form(w0, zeta, rate, level > 0.0)
+    heavy = (starts[:, :, MASS] > mass[:, np.newaxis]).any(axis=1)
     response, par, table = np.zeros(HEADER + WIDTH * ENTRIES), np.zeros(6), np.zeros((1, 5))
     log = np.zeros((LOG + 8 * n, LOG_COLUMNS)), np.zeros((LOG + 8 * n, 3), dtype=np.int32)
     limit, work = REMAINDER if remainder is None else remainder, np.zeros((WORK, ORDER + 1))
-    for k, one in enumerate(runs.tolist()):
-        fill_in(response, *one[: R_PHASE + 1])
-        par[:3], table[0, 1:4] = one[: R_K + 1], (one[R_G], one[R_PHASE], math.tau * one[R_F])
+    for k, (M, c1, k1, G, f, phase, x0, v0, settle, duration) in enumerate(runs.tolist()):
+        fill_in(response, M, c1, k1, G, f, phase)
+        par[:3], table[0, 1:4] = (M, c1, k1), (G, phase, math.tau * f)
         weak = work[2] if heavy[k] else None
-        state = np.array([0.0, 0.0, one[R_X0], one[R_V0]])
-        node, sums = np.array([0.0, one[R_X0], one[R_V0], 0.0]), np.zeros(5)
-        balls, shares = starts[k].copy(), starts[k, :, MASS] / one[R_M]
+        state, node, sums = np.array([0.0, 0.0, x0, v0]), np.array([0.0, x0, v0, 0.0]), np.zeros(5)
+        balls, shares = starts[k].copy(), starts[k, :, MASS] / M
         spent, all_spent, since = 0, 0, 0.0
-        while state[T_HIGH] < one[R_DURATION]:
+        while state[T_HIGH] < duration:
             if stop():
                 return amplitudes_from(found)
             row, used = run(
-                bool(closed[k]), response, par, 0, table, one[R_DURATION], limit, state, balls,
-                *log, work, weak,
+                bool(closed[k]), response, par, 0, table, duration, limit, state, balls, *log,
+                work, weak,
             )  # fmt: skip
-            add_amplitudes(response, *log, row, state, node, shares, one[R_SETTLE], sums)
+            add_amplitudes(response, *log, row, state, node, shares, settle, sums)
             spent, all_spent = spent + used, all_spent + used
             if (state[T_HIGH] - since) * response[H_RATE] > 1.0:
                 spent, since = 0, state[T_HIGH]
             if spent > STALL:
-                raise stalled_run(
-                    runs[k, :6], starts[k][:, [MASS, CLEARANCE, RESTITUTION]], duration[k]
-                )
+                raise stalled_run(runs[k], starts[k])
         found[k, : sums.size], found[k, O_SPENT] = sums, all_spent
     return amplitudes_from(found)

@@ -25,9 +25,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.excitation import Harmonic, Release
-from vinesexp.rig import Rig
-from vinesexp.solver.arrays import gap_of, starts_of
 from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import STALL, stalled_run
@@ -55,8 +52,6 @@ from vinesexp.solver.state import (
     LOG_COLUMNS,
     MASS,
     PHASOR,
-    R_MINUS,
-    R_PLUS,
     REST_END,
     REST_START,
     RESTITUTION,
@@ -221,11 +216,8 @@ SETTLED = 3e-6 / STEP_RATE  # of flight or step: the last step, whose error is i
 BRIEF = 1e-7
 WORTH = 10  # steps that a landing of a lane costs, and as many may be missed before it
 
-# Columns of a run, as it is given.
-(
-    R_M, R_C, R_K, R_G, R_F, R_PHASE, R_BALL, R_B, R_R, R_X0, R_V0, R_GAP, R_SIDE, R_RHO, R_U,
-    R_SETTLE, R_DURATION,
-) = range(17)  # fmt: skip
+# Columns of a run, as it is given; its balls are rows of their own (`state.py`).
+R_M, R_C, R_K, R_G, R_F, R_PHASE, R_X0, R_V0, R_SETTLE, R_DURATION = range(10)
 # and what is found: time, integral of A, largest A, impacts, the last one; 1 if it stands still;
 # evaluations of the scalar loop.
 O_TIME, O_SUM, O_LARGEST, O_HITS, O_LATEST, O_STALLED, O_SPENT = range(7)
@@ -578,7 +570,9 @@ def refresh(P: FloatArray, i: int, head: FloatArray) -> None:
 
 
 @apart
-def load(P: FloatArray, i: int, run: FloatArray, head: FloatArray) -> None:
+def load(
+    P: FloatArray, i: int, run: FloatArray, ball: FloatArray, head: FloatArray
+) -> None:  # fmt: skip
     """Put all that stays the same during a run into lane i."""
     h = spacing_of(head)
     w, w0sq, two_alpha = head[H_W] * h, head[H_W0SQ] * h * h, head[H_TWOALPHA] * h
@@ -601,9 +595,9 @@ def load(P: FloatArray, i: int, run: FloatArray, head: FloatArray) -> None:
     P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i] = w, w0sq, two_alpha
     P[PER_W * LANES + i], P[PER_W0 * LANES + i] = 1.0 / w, 1.0 / math.sqrt(w0sq)
     P[MISFIT * LANES + i] = head[H_MISFIT] * h
-    P[W4P * LANES + i], P[FULL * LANES + i] = w * w * w * w * head[H_P], 2.0 * run[R_B]
-    P[PUSH * LANES + i] = run[R_BALL] * (1.0 + run[R_R]) / (run[R_M] + run[R_BALL])
-    P[BOUNCE * LANES + i], P[SETTLE * LANES + i] = run[R_R], run[R_SETTLE]
+    P[W4P * LANES + i], P[FULL * LANES + i] = w * w * w * w * head[H_P], 2.0 * ball[CLEARANCE]
+    P[PUSH * LANES + i] = ball[MASS] * (1.0 + ball[RESTITUTION]) / (run[R_M] + ball[MASS])
+    P[BOUNCE * LANES + i], P[SETTLE * LANES + i] = ball[RESTITUTION], run[R_SETTLE]
     P[LAST * LANES + i] = (run[R_DURATION] - (1.0 + 2.0 * OVER) * h) * (1.0 - 1e-12)
     for row in range(TIME, LATEST + 1):
         P[row * LANES + i] = 0.0
@@ -620,30 +614,25 @@ def is_calm(balls: FloatArray, state: FloatArray, head: FloatArray, c: FloatArra
 
 @compiled
 def leave(
-    P: FloatArray, i: int, run: FloatArray, response: FloatArray, balls: FloatArray,
-    numbers: FloatArray, labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray,
-    scratch: FloatArray, begin: bool,
+    P: FloatArray, i: int, run: FloatArray, start: FloatArray, response: FloatArray,
+    balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray, table: FloatArray,
+    par: FloatArray, scratch: FloatArray, begin: bool,
 ) -> int:  # fmt: skip
     """Carry lane i on by the scalar loop, until it flies again or ends; evaluations used.
 
-    `begin`: from the start of the run.
+    `start` is the ball as it starts; `begin`: from the start of the run.
     """
     state, node, sums, shares = scratch[0], scratch[1], scratch[2], scratch[3]
     c, ball, duration, settle = work[PHASOR], balls[0], run[R_DURATION], P[SETTLE * LANES + i]
     for k in range(5):
         state[k] = node[k] = sums[k] = 0.0
-    shares[0] = run[R_BALL] / run[R_M]
+    shares[0] = start[MASS] / run[R_M]
     par[0], par[1], par[2] = run[R_M], run[R_C], run[R_K]
     table[0, 1], table[0, 2], table[0, 3] = run[R_G], run[R_PHASE], 2.0 * math.pi * run[R_F]
     for k in range(COLUMNS):
-        ball[k] = 0.0
-    ball[MASS], ball[CLEARANCE], ball[RESTITUTION] = run[R_BALL], run[R_B], run[R_R]
-    ball[R_PLUS] = ball[R_MINUS] = run[R_R]
+        ball[k] = start[k]
     if begin:
         state[X_NOW], state[V_NOW] = run[R_X0], run[R_V0]
-        ball[D], ball[SIDE], ball[RHO], ball[U] = (
-            run[R_GAP], run[R_SIDE], run[R_RHO], run[R_U],
-        )  # fmt: skip
     else:
         h, v = P[H * LANES + i], P[V_FREE * LANES + i] - P[W * LANES + i] * P[C_IM * LANES + i]
         state[T_HIGH], state[T_LOW] = time_of(P, i)
@@ -694,9 +683,9 @@ def move_lane(P: FloatArray, responses: FloatArray, old: int, new: int) -> None:
 
 @apart
 def attend_to(
-    P: FloatArray, i: int, runs: FloatArray, responses: FloatArray, found: FloatArray,
-    progress: IntArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
-    work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
+    P: FloatArray, i: int, runs: FloatArray, starts: FloatArray, responses: FloatArray,
+    found: FloatArray, progress: IntArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
 ) -> None:  # fmt: skip
     """Carry a lane on that has left, give one that is idle its next run."""
     response, mode, begin = responses[i], P[MODE * LANES + i], False
@@ -715,10 +704,10 @@ def attend_to(
                 runs[k, R_PHASE],
             )  # fmt: skip
             progress[2] = i
-            load(P, i, runs[k], response)
+            load(P, i, runs[k], starts[k, 0], response)
         spent = leave(
-            P, i, runs[k], response, balls, numbers, labels, work, table, par, scratch,
-            begin,
+            P, i, runs[k], starts[k, 0], response, balls, numbers, labels, work, table, par,
+            scratch, begin,
         )  # fmt: skip
         found[k, O_SPENT] += spent
         if P[MODE * LANES + i] != IDLE:
@@ -740,9 +729,10 @@ def whole_vectors(n: int) -> int:
 
 @entry
 def carry_on(
-    runs: FloatArray, P: FloatArray, responses: FloatArray, found: FloatArray,
-    progress: IntArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
-    work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray, steps: int,
+    runs: FloatArray, starts: FloatArray, P: FloatArray, responses: FloatArray,
+    found: FloatArray, progress: IntArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
+    steps: int,
 ) -> None:  # fmt: skip
     """Run every row of `runs` in lanes, or as far as so many steps of all lanes come.
 
@@ -760,8 +750,8 @@ def carry_on(
                     refresh(P, i, responses[i])
                 elif mode == LEAVING or mode == IDLE:  # noqa: SIM109
                     attend_to(
-                        P, i, runs, responses, found, progress, balls, numbers, labels, work,
-                        table, par, scratch,
+                        P, i, runs, starts, responses, found, progress, balls, numbers, labels,
+                        work, table, par, scratch,
                     )  # fmt: skip
                     if P[MODE * LANES + i] == IDLE:
                         n -= 1
@@ -807,26 +797,17 @@ def amplitudes_from(found: FloatArray) -> Amplitudes:
     return Amplitudes(mean, *(found[:, column] for column in others))
 
 
-def row_of(
-    rig: Rig, base: Harmonic, release: Release, *, settle: float, duration: float
-) -> FloatArray:
-    """One run as a row for `amplitudes`: SI values, the ball as it starts, the times (s)."""
-    o, [nes], ([y0], [vy0]) = rig.oscillator, rig.nes, starts_of(rig, release)
-    gap, side = gap_of(nes, 0, release.x0, y0)
-    return np.array([
-        o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase, nes.m,
-        0.5 * (nes.b + nes.clearance(-1)), nes.r, release.x0, release.v0, gap, side,
-        release.v0 - vy0, vy0, settle, duration,
-    ])  # fmt: skip
-
-
-def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) -> Amplitudes:
-    """Mean and largest amplitude of every run, each from its `settle` to its `duration`.
+def amplitudes(
+    runs: FloatArray, starts: FloatArray, *, stop: Callable[[], bool] = lambda: False
+) -> Amplitudes:
+    """Mean and largest amplitude of every run with one ball, from its `settle` to its `duration`.
 
     Parameters
     ----------
-    rows : ndarray of shape (runs, 17)
-        One row a run, as `row_of` makes it.
+    runs : ndarray of shape (runs, 10)
+        M, c1, k1; amplitude, frequency, phase of the base; x0, v0; settle, duration. SI.
+    starts : ndarray of shape (runs, 1, COLUMNS)
+        The ball as it starts (`arrays.balls_at`).
     stop : callable, optional
         Asked now and then; when it is true what is known so far is returned.
 
@@ -837,26 +818,23 @@ def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) ->
 
     Examples
     --------
-    >>> from vinesexp import NES, Oscillator
-    >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.03, r=0.6)])
-    >>> base = Harmonic(amplitude=0.25e-3, frequency=7.862)
-    >>> found = amplitudes(np.array([
-    ...     row_of(rig, base, Release(y0=[y0]), settle=40.0, duration=60.0)
-    ...     for y0 in (0.0299, 0.0)
-    ... ]))
+    >>> from vinesexp.solver.arrays import balls_at
+    >>> run = [4.7, 3.02, 1.147e4, 0.25e-3, 7.862, 0.0, 0.0, 0.0, 40.0, 60.0]
+    >>> balls = balls_at(m=0.032, b=0.03, r=0.6, gap=[[1e-4], [0.03]], side=1.0, v=0.0)
+    >>> found = amplitudes(np.array([run, run]), balls)
     >>> (1e3 * found.mean).round(1)  # a ball mid-cavity is never touched
     array([ 5.9, 19.2])
     """
-    n, found = min(MOST, len(rows)), np.zeros((len(rows), RESULTS))
+    n, found = min(MOST, len(runs)), np.zeros((len(runs), RESULTS))
     P, tables = np.zeros(ROWS * LANES), np.zeros((n, HEADER + WIDTH * ENTRIES))
     progress = np.array([0, 0, 0, n], dtype=np.int32)
     scratch = (
         np.zeros((1, COLUMNS)), np.zeros((64, LOG_COLUMNS)), np.zeros((64, 3), dtype=np.int32),
         np.zeros((WORK, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
     )  # fmt: skip
-    while progress[1] < len(rows) and not stop():
-        carry_on(rows, P, tables, found, progress, *scratch, STEPS_HEARD)
+    while progress[1] < len(runs) and not stop():
+        carry_on(runs, starts, P, tables, found, progress, *scratch, STEPS_HEARD)
     if found[:, O_STALLED].any():
-        row = rows[int(found[:, O_STALLED].argmax())]
-        raise stalled_run(row[:R_BALL], row[np.newaxis, R_BALL : R_R + 1], row[R_DURATION])
+        k = int(found[:, O_STALLED].argmax())
+        raise stalled_run(runs[k], starts[k])
     return amplitudes_from(found)
