@@ -26,6 +26,7 @@ from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import amplitudes
 from vinesexp.solver.series import ORDER
+from vinesexp.solver.state import IMPACT, LOGGED, WORK, Given, empty_log
 
 CELLS = 14
 BASE = Harmonic(amplitude=G, frequency=TABLE_2.f0)
@@ -58,19 +59,16 @@ def compiled_loop(clearances: tuple[float, ...]) -> tuple[float, float]:
     b = [1e-3 * one for one in clearances]
     rig = Rig(TABLE_2, nes=[NES(m=0.032 / len(b), b=one, r=0.6) for one in b])
     response, (kind, table) = closed_form(rig, BASE, WeakDamping()), drive_table(BASE)
-    par, log = parameters(rig, WeakDamping()), np.zeros((200000, 10))
-    labels, work = np.zeros((200000, 3), dtype=np.int32), np.zeros((25, ORDER + 1))
+    given = Given(response, parameters(rig, WeakDamping()), kind, table, 1000.0, REMAINDER)
+    log, work = empty_log(200000), np.zeros((WORK, ORDER + 1))
     best, used, hits = math.inf, 0, 1
     for _ in range(400):
         start = Release(y0=[0.99 * one * (-1) ** i for i, one in enumerate(b)])
-        balls, state = ball_table(rig, start)[0], np.zeros(4)
+        balls, state = ball_table(rig, start)[0], np.zeros(5)
         work[:] = 0.0
         begin = time.process_time_ns()
-        count, used = run(
-            True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work,
-            None,
-        )  # fmt: skip
-        hits = int((labels[:count, 0] == 1).sum())
+        used = run(given, True, state, balls, log, work, None)
+        hits = int((log.labels[: int(state[LOGGED]), 0] == IMPACT).sum())
         best = min(best, (time.process_time_ns() - begin) / hits)
     return best, used / hits
 

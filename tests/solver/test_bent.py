@@ -16,7 +16,7 @@ from vinesexp.solver import bent
 from vinesexp.solver.arrays import ball_table
 from vinesexp.solver.response import phasor, prepare
 from vinesexp.solver.simulation import _loop_of
-from vinesexp.solver.state import WORK
+from vinesexp.solver.state import LOGGED, WORK, empty_log
 
 TABLE2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 DRIVE = Harmonic(amplitude=0.25e-3, frequency=1.02 * TABLE2.f0, phase=0.4)
@@ -113,7 +113,8 @@ def test_a_steady_motion_needs_the_power_series_seldom():
     for general in (False, True):
         loop = _loop_of(rig, Harmonic(0.25e-3, TABLE2.f0), damping, 100.0, None, general)
         balls, _ = ball_table(rig, Release(y0=[0.0279]))
-        log, labels = np.empty((4096, 12)), np.empty((4096, 3), dtype=np.int32)
-        rows, turns[general] = loop(np.zeros(4), balls, log, labels)
+        state = np.zeros(5)
+        turns[general] = loop(state, balls, empty_log(4096))
+        rows = state[LOGGED]
         assert 1500 < rows < 1700
     assert turns[False] < 1.3 * rows < 3.0 * rows < turns[True]

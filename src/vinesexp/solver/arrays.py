@@ -21,9 +21,11 @@ from vinesexp.excitation import Base, Harmonic, Measured, Release, SteppedSweep,
 from vinesexp.rig import NES, Rig
 from vinesexp.solver.state import (
     B_PLUS,
+    CHIRP,
     CLEARANCE,
     COLUMNS,
     MASS,
+    POLYNOMIAL,
     R_MINUS,
     R_PLUS,
     R_SLOPE,
@@ -161,8 +163,6 @@ def scratch(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray:
         order = LOW  # no segment is longer than a sample
     return np.zeros((WORK, order + 1))
 
-
-CHIRP, POLYNOMIAL = 0, 1
 
 #: Splines of the measured records in use: every evaluation needs them.
 _SPLINES: WeakKeyDictionary[Measured, FloatArray] = WeakKeyDictionary()

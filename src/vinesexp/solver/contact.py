@@ -89,16 +89,14 @@ from vinesexp.solver.state import (
     SIDES,
     STATE,
     STUCK,
-    T_HIGH,
     TAU,
     TILT,
     TIMES,
     TOUCHED,
     V_NOW,
-    X_NOW,
     A,
     D,
-    IntArray,
+    Log,
     U,
     write_event,
 )
@@ -424,26 +422,20 @@ def lasts(balls: FloatArray, i: int, x2: float, now: float) -> bool:
 
 
 @apart
-def go_through(
-    balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int
-) -> int:
+def go_through(balls: FloatArray, M: float, state: FloatArray, log: Log) -> None:
     """Exchange the momentum of contacts that are in their middle, end those at their end."""
     for i in range(balls.shape[0]):
         if balls[i, STATE] == TOUCHED and balls[i, LEFT] <= 0.0:
-            row = exchange(balls, i, M, state, numbers, labels, row)
+            exchange(balls, i, M, state, log)
             balls[i, STATE], balls[i, LEFT] = LEAVING, balls[i, AFTER]
         elif balls[i, STATE] == LEAVING and balls[i, LEFT] <= 0.0:
             balls[i, STATE], balls[i, D] = FREE, 0.0
-    return row
 
 
 @compiled
-def exchange(
-    balls: FloatArray, i: int, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray,
-    row: int,
-) -> int:  # fmt: skip
+def exchange(balls: FloatArray, i: int, M: float, state: FloatArray, log: Log) -> None:
     """Give ball i and the oscillator the momentum of their contact; balls at rest are let go."""
-    v, u, x, t = state[V_NOW], balls[i, U], state[X_NOW], state[T_HIGH]
+    v, u = state[V_NOW], balls[i, U]
     dv = -balls[i, SIDE] * balls[i, JUMP] * balls[i, MASS] / (balls[i, MASS] + M)
     now = v + dv
     state[V_NOW] = now
@@ -452,9 +444,7 @@ def exchange(
             balls[j, RHO] += dv
         if balls[j, STATE] == RESTING:
             balls[j, STATE], balls[j, U] = FREE, v
-            labels[row, 0] = REST_END
-            row = write_event(numbers, labels, row, j, balls[j, SIDE], t, x, v, now, v, v)
+            write_event(state, log, REST_END, j, balls[j, SIDE], v, now, v, v)
     balls[i, RHO] -= balls[i, SIDE] * balls[i, JUMP]
     balls[i, U] = now - balls[i, RHO]
-    labels[row, 0] = IMPACT
-    return write_event(numbers, labels, row, i, balls[i, SIDE], t, x, v, now, u, balls[i, U])
+    write_event(state, log, IMPACT, i, balls[i, SIDE], v, now, u, balls[i, U])

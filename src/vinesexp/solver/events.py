@@ -64,6 +64,7 @@ from vinesexp.solver.state import (
     L_FORCE,
     L_MASS,
     LEFT,
+    LOGGED,
     MASS,
     RELEASED,
     REST_END,
@@ -90,7 +91,8 @@ from vinesexp.solver.state import (
     X_NOW,
     A,
     D,
-    IntArray,
+    Given,
+    Log,
     U,
     advance_clock,
     carry,
@@ -195,9 +197,7 @@ def move(
 
 
 @apart
-def carry_out(
-    balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int
-) -> int:
+def carry_out(balls: FloatArray, M: float, state: FloatArray, log: Log) -> None:
     """Carry out the impact of the marked balls and log it; rests that it ends are logged too.
 
     Rows of one instant hand the oscillator's velocity on from ball to ball (`Motion.impacts`).
@@ -223,20 +223,12 @@ def carry_out(
             count -= 1
             share = balls[i, MASS] * (balls[i, RHO] - balls[i, BEFORE] - dv) / moving
             left = handed + share if count > 0 else state[V_NOW]
-            labels[row, 0] = IMPACT
-            row = write_event(
-                numbers, labels, row, i, balls[i, SIDE], now, state[X_NOW],
-                handed, left, v - balls[i, BEFORE], balls[i, U],
-            )  # fmt: skip
+            before = v - balls[i, BEFORE]
+            write_event(state, log, IMPACT, i, balls[i, SIDE], handed, left, before, balls[i, U])
             handed = left
         elif balls[i, BEFORE] == math.inf and balls[i, STATE] != RESTING:
             balls[i, U] = v
-            labels[row, 0] = REST_END
-            row = write_event(
-                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
-                v, state[V_NOW], v, v,
-            )  # fmt: skip
-    return row
+            write_event(state, log, REST_END, i, balls[i, SIDE], v, state[V_NOW], v, v)
 
 
 @compiled
@@ -388,25 +380,19 @@ def next_slip(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noi
 
 
 @apart
-def write(
-    balls: FloatArray, i: int, what: int, state: FloatArray, numbers: FloatArray,
-    labels: IntArray, row: int,
-) -> int:  # fmt: skip
-    """A row about ball i at this instant, all but what `complete` knows; number of rows."""
+def write(balls: FloatArray, i: int, what: int, state: FloatArray, log: Log) -> None:
+    """A row about ball i at this instant, all but what `complete` knows."""
     side = balls[i, SIDE] if balls[i, D] <= 0.0 else 0.0
     v, vy = state[V_NOW], state[V_NOW] - balls[i, RHO]
-    labels[row, 0] = what
-    return write_event(numbers, labels, row, i, side, state[T_HIGH], state[X_NOW], v, v, vy, vy)
+    write_event(state, log, what, i, side, v, v, vy, vy)
 
 
 @apart
-def complete(
-    balls: FloatArray, M: float, numbers: FloatArray, labels: IntArray, first: int, end: int
-) -> None:
-    """Fill in, in rows first to end, where their balls are and what acts after the event."""
-    force, held = loads(balls)
-    for row in range(first, end):
-        i = labels[row, 1]
+def complete(balls: FloatArray, M: float, state: FloatArray, log: Log, first: int) -> None:
+    """Fill in, in the rows from `first` on, where their balls are and what acts after the event."""
+    numbers, (force, held) = log.numbers, loads(balls)
+    for row in range(first, int(state[LOGGED])):
+        i = log.labels[row, 1]
         numbers[row, L_APART], numbers[row, L_A] = x_minus_y(balls, i), balls[i, A]
         numbers[row, L_FORCE], numbers[row, L_MASS] = force, M + held
 
@@ -435,9 +421,8 @@ def free_acceleration(
 
 @compiled
 def decide(
-    par: FloatArray, state: FloatArray, balls: FloatArray, E: FloatArray, X: FloatArray,
-    numbers: FloatArray, labels: IntArray, row: int,
-) -> int:  # fmt: skip
+    par: FloatArray, state: FloatArray, balls: FloatArray, E: FloatArray, X: FloatArray, log: Log
+) -> None:
     """Settle who is held and which way friction acts; what has changed is logged."""
     n, v, waiting = balls.shape[0], state[V_NOW], False
     for i in range(n):
@@ -448,9 +433,9 @@ def decide(
                 new = balls[i, WAY] == UNSET or balls[i, RUB] != 0.0
                 balls[i, WAY] = way
                 if new:
-                    row = write(balls, i, SLIDE, state, numbers, labels, row)
+                    write(balls, i, SLIDE, state, log)
     if not waiting:
-        return row
+        return
     a = free_acceleration(par, balls, state[X_NOW], v, E, X)
     noise = par[P_K] * (abs(E[0]) + abs(state[X_NOW])) + par[P_C] * (abs(E[1]) + abs(v))
     for i in range(n):
@@ -463,21 +448,16 @@ def decide(
             balls[i, STATE] = RESTING if balls[i, D] <= 0.0 else STUCK
             balls[i, RHO], balls[i, WAY] = 0.0, 0.0
             if not was:
-                row = write(balls, i, REST_START, state, numbers, labels, row)
+                write(balls, i, REST_START, state, log)
         else:
             way = math.copysign(1.0, p)
             if was or way != balls[i, WAY]:
-                kind = REST_END if was else SLIDE
-                row = write(balls, i, kind, state, numbers, labels, row)
+                write(balls, i, REST_END if was else SLIDE, state, log)
             balls[i, STATE], balls[i, U], balls[i, WAY] = FREE, v, way
-    return row
 
 
 @compiled
-def collide(
-    balls: FloatArray, M: float, x2: float, state: FloatArray, numbers: FloatArray,
-    labels: IntArray, row: int,
-) -> int:  # fmt: skip
+def collide(balls: FloatArray, M: float, x2: float, state: FloatArray, log: Log) -> None:
     """The impact of the marked balls, with r of the wall and the speed; friction holds none in it.
 
     A contact that lasts begins, under x'' = `x2`; only where the wall holds the ball it is one
@@ -491,70 +471,64 @@ def collide(
                 balls[i, HIT] = 0.0
             struck = struck or balls[i, HIT] == 1.0
         elif balls[i, STATE] == STUCK:
-            row = write(balls, i, REST_END, state, numbers, labels, row)
+            write(balls, i, REST_END, state, log)
             balls[i, STATE], balls[i, U] = FREE, state[V_NOW]
         elif balls[i, STATE] == RELEASED:
             balls[i, STATE] = FREE
-    if not struck:
-        return row
-    return carry_out(balls, M, state, numbers, labels, row)
+    if struck:
+        carry_out(balls, M, state, log)
 
 
 @compiled
-def slip(
-    balls: FloatArray, state: FloatArray, tie: float, numbers: FloatArray, labels: IntArray,
-    row: int,
-) -> int:  # fmt: skip
+def slip(balls: FloatArray, state: FloatArray, tie: float, log: Log) -> None:
     """Let the held balls go that have reached a bound."""
     for i in range(balls.shape[0]):
         if is_held(balls, i) and balls[i, ROOT] <= tie:
-            row = write(balls, i, REST_END, state, numbers, labels, row)
+            write(balls, i, REST_END, state, log)
             balls[i, STATE], balls[i, WAY] = RELEASED, balls[i, WALL]
             balls[i, U] = state[V_NOW]
-    return row
 
 
 @apart
 def turn(
-    par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
-    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, first: int,
-    work: FloatArray, weak: FloatArray | None,
-) -> int:  # fmt: skip
-    """One turn of the loop: up to the next event, or as far as the series holds; rows written.
+    given: Given, piece: int, state: FloatArray, balls: FloatArray, log: Log, work: FloatArray,
+    weak: FloatArray | None,
+) -> None:  # fmt: skip
+    """One turn of the loop: up to the next event, or as far as the series holds.
 
     `weak` is scratch space for what a plain rig has not; None leaves that out of what is compiled.
     """
-    E, X, P, row = work[0], work[1], work[2], first
-    since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
-    base_rate = expand_base(kind, table[piece], since, E)
+    E, X, P, first, par = work[0], work[1], work[2], int(state[LOGGED]), given.par
+    since = (state[T_HIGH] - given.table[piece, 0]) + state[T_LOW]
+    base_rate = expand_base(given.kind, given.table[piece], since, E)
     if closing_now(balls, state[V_NOW]) > 0:
         x2 = 0.0
         if weak is not None and balls[:, TAU].any():
             x2 = free_acceleration(par, balls, state[X_NOW], state[V_NOW], E, X)
-        row = collide(balls, par[P_M], x2, state, numbers, labels, row)
+        collide(balls, par[P_M], x2, state, log)
         if weak is None:  # ends at the impact, from where samples of the amplitude count
-            complete(balls, par[P_M], numbers, labels, first, row)
-            return row
-    row = decide(par, state, balls, E, X, numbers, labels, row)
-    complete(balls, par[P_M], numbers, labels, first, row)
-    first = row
+            complete(balls, par[P_M], state, log, first)
+            return
+    decide(par, state, balls, E, X, log)
+    complete(balls, par[P_M], state, log, first)
+    first = int(state[LOGGED])
     force, held = loads(balls)
     mass, x, v = par[P_M] + held, state[X_NOW], state[V_NOW]
     reach = expand(par, mass, force, base_rate, x, v, E, X, weak)
     state[V_NOW] = X[1]
-    rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
-    T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], X[1], remainder)
+    rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / given.duration)
+    T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], X[1], given.remainder)
     if T >= 0.0:  # it may be too short for the clock to show
         advance_clock(state, T)
         state[X_NOW] += dx
         state[V_NOW] += dv
         for i in range(balls.shape[0]):
             if balls[i, HIT] == 1.0:
-                row = write(balls, i, REST_START, state, numbers, labels, row)
+                write(balls, i, REST_START, state, log)
                 balls[i, WAY] = 0.0
-        complete(balls, par[P_M], numbers, labels, first, row)
-        return row
-    step, goal = end_of_step(table, piece, duration, state, reach)
+        complete(balls, par[P_M], state, log, first)
+        return
+    step, goal = end_of_step(given.table, piece, given.duration, state, reach)
     noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
     soon = math.inf
     if weak is not None:
@@ -567,8 +541,7 @@ def turn(
     tie = move(balls, X, state, min(soon, step), bend, gain)
     if soon >= step and goal < math.inf:
         state[T_HIGH], state[T_LOW] = goal, 0.0
-    row = slip(balls, state, tie, numbers, labels, row)
+    slip(balls, state, tie, log)
     if weak is not None:
-        row = go_through(balls, par[P_M], state, numbers, labels, row)
-    complete(balls, par[P_M], numbers, labels, first, row)
-    return row
+        go_through(balls, par[P_M], state, log)
+    complete(balls, par[P_M], state, log, first)

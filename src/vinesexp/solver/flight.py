@@ -38,6 +38,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.bent import FIFTH, FOURTH, SECOND, bent_at
 from vinesexp.solver.compiled import apart, compiled, fused
@@ -68,6 +70,7 @@ from vinesexp.solver.state import (
     IMPACT,
     L_APART,
     L_MASS,
+    LOGGED,
     MASS,
     RATE,
     RESTITUTION,
@@ -81,7 +84,7 @@ from vinesexp.solver.state import (
     X_NOW,
     A,
     D,
-    IntArray,
+    Log,
     U,
     advance_clock,
     carry,
@@ -495,10 +498,7 @@ def arrive(
 
 
 @compiled
-def bounce(
-    state: FloatArray, balls: FloatArray, k: int, M: float, numbers: FloatArray, labels: IntArray,
-    row: int,
-) -> int:  # fmt: skip
+def bounce(state: FloatArray, balls: FloatArray, k: int, M: float, log: Log) -> None:
     """The impact of ball k alone, lighter than the oscillator, none resting (`contact.impact`)."""
     m, r, rho, v = balls[k, MASS], balls[k, RESTITUTION], balls[k, RHO], state[V_NOW]
     dv = -m * (1.0 + r) * rho / (M + m)
@@ -507,14 +507,10 @@ def bounce(
     balls[k, RHO] = -r * rho
     state[V_NOW] = v + dv
     balls[k, U] = state[V_NOW] + r * rho
-    now = state[T_HIGH]
-    expect(balls, k, now)
-    labels[row, 0] = IMPACT
-    numbers[row, L_APART], numbers[row, L_MASS] = x_minus_y(balls, k), M
-    return write_event(
-        numbers, labels, row, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
-        v - rho, balls[k, U],
-    )  # fmt: skip
+    expect(balls, k, state[T_HIGH])
+    row = np.uint64(state[LOGGED])
+    log.numbers[row, L_APART], log.numbers[row, L_MASS] = x_minus_y(balls, k), M
+    write_event(state, log, IMPACT, k, balls[k, SIDE], v, state[V_NOW], v - rho, balls[k, U])
 
 
 SHORT = 0.3  # rad: flights shorter than this are hops

@@ -21,13 +21,7 @@ from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import O_SPENT, RESULTS, Amplitudes, amplitudes_from, sum_amplitudes
 from vinesexp.solver.response import ENTRIES, H_RATE, HEADER, WIDTH, fill_in
 from vinesexp.solver.series import ORDER
-from vinesexp.solver.state import (
-    LOG_COLUMNS,
-    MASS,
-    T_HIGH,
-    WORK,
-    IntArray,
-)
+from vinesexp.solver.state import CHIRP, MASS, T_HIGH, WORK, Given, Log, empty_log
 
 #: Rows of the log: with all else that the loop reads they stay near the processor.
 LOG = 256
@@ -35,11 +29,11 @@ LOG = 256
 
 @entry
 def add_amplitudes(
-    response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
-    node: FloatArray, shares: FloatArray, settle: float, sums: FloatArray,
+    response: FloatArray, log: Log, state: FloatArray, node: FloatArray, shares: FloatArray,
+    settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """`lanes.sum_amplitudes`, for Python."""
-    sum_amplitudes(response, numbers, labels, rows, state, node, shares, settle, sums)
+    sum_amplitudes(response, log, state, node, shares, settle, sums)
 
 
 def amplitudes_in_turn(
@@ -80,23 +74,22 @@ def amplitudes_in_turn(
     closed = has_closed_form(w0, zeta, rate, level > 0.0)
     heavy = (starts[:, :, MASS] > mass[:, np.newaxis]).any(axis=1)
     response, par, table = np.zeros(HEADER + WIDTH * ENTRIES), np.zeros(6), np.zeros((1, 5))
-    log = np.zeros((LOG + 8 * n, LOG_COLUMNS)), np.zeros((LOG + 8 * n, 3), dtype=np.int32)
+    log = empty_log(LOG + 8 * n)
     limit, work = REMAINDER if remainder is None else remainder, np.zeros((WORK, ORDER + 1))
     for k, (M, c1, k1, G, f, phase, x0, v0, settle, duration) in enumerate(runs.tolist()):
         fill_in(response, M, c1, k1, G, f, phase)
         par[:3], table[0, 1:4] = (M, c1, k1), (G, phase, math.tau * f)
+        given = Given(response, par, CHIRP, table, duration, limit)
         weak = work[2] if heavy[k] else None
-        state, node, sums = np.array([0.0, 0.0, x0, v0]), np.array([0.0, x0, v0, 0.0]), np.zeros(5)
+        state, node = np.array([0.0, 0.0, x0, v0, 0.0]), np.array([0.0, x0, v0, 0.0])
+        sums = np.zeros(5)
         balls, shares = starts[k].copy(), starts[k, :, MASS] / M
         spent, all_spent, since = 0, 0, 0.0
         while state[T_HIGH] < duration:
             if stop():
                 return amplitudes_from(found)
-            row, used = run(
-                bool(closed[k]), response, par, 0, table, duration, limit, state, balls, *log,
-                work, weak,
-            )  # fmt: skip
-            add_amplitudes(response, *log, row, state, node, shares, settle, sums)
+            used = run(given, bool(closed[k]), state, balls, log, work, weak)
+            add_amplitudes(response, log, state, node, shares, settle, sums)
             spent, all_spent = spent + used, all_spent + used
             if (state[T_HIGH] - since) * response[H_RATE] > 1.0:
                 spent, since = 0, state[T_HIGH]

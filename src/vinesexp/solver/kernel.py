@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.bent import START as BENT
 from vinesexp.solver.bent import TURN_OFF, bend
@@ -54,6 +52,7 @@ from vinesexp.solver.state import (
     HEADING,
     HIT,
     LEFT,
+    LOGGED,
     PERIOD,
     PHASOR,
     RHO,
@@ -69,7 +68,8 @@ from vinesexp.solver.state import (
     WAY,
     X_NOW,
     D,
-    IntArray,
+    Given,
+    Log,
     advance_clock,
     carry,
 )
@@ -159,100 +159,94 @@ def cross_bent(
 
 @apart
 def glide(
-    response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
-    longest: float, numbers: FloatArray, labels: IntArray, row: int, work: FloatArray,
-) -> tuple[bool, int]:  # fmt: skip
+    given: Given, state: FloatArray, balls: FloatArray, longest: float, log: Log, work: FloatArray
+) -> bool:
     """One flight in closed form, all balls sliding, and the impact after it.
 
-    Or up to where the oscillator turns, if Coulomb friction acts on it. Whether it is proved (if
-    not, nothing is changed), and rows written.
+    Or up to where the oscillator turns, if Coulomb friction acts on it. Whether it is proved: if
+    not, nothing is changed.
     """
-    n, first, k = balls.shape[0], row, first_expected(balls, state[T_HIGH])
+    response, par, c = given.response, given.par, work[PHASOR]
+    n, first, k = balls.shape[0], int(state[LOGGED]), first_expected(balls, state[T_HIGH])
     if n == 1 and balls[0, STATE] >= TOUCHED and balls[0, LEFT] < longest:
         if par[P_COULOMB] != 0.0 or par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
-            return False, row
+            return False
         force, _ = loads(balls)
         coast(response, state, balls, c, balls[0, LEFT], force / par[P_K])
-        row = go_through(balls, par[P_M], state, numbers, labels, row)
-        complete(balls, par[P_M], numbers, labels, first, row)
-        return True, row
+        go_through(balls, par[P_M], state, log)
+        complete(balls, par[P_M], state, log, first)
+        return True
     if n == 0 or k < 0:
-        return False, row
+        return False
     for i in range(n):
         if may_hold(balls, i) or (balls[i, RUB] > 0.0 and balls[i, WAY] * balls[i, RHO] <= 0.0):
-            return False, row
+            return False
     if balls[k, TAU] > 0.0 and (par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0):
-        return False, row
+        return False
     force, _ = loads(balls)
     soon, way, turns = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0.0, math.inf
     if par[P_COULOMB] != 0.0 or par[P_QUADRATIC] != 0.0:
         way, turns = next_turn(response, par, state, c, force, work[0], work[1])
         if way == 0.0:
-            return False, row
+            return False
     shift = (force - way * par[P_COULOMB]) / par[P_K]
     if par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
         landed, turned = cross_bent(
             response, par, state, balls, c, k, soon, longest, shift, way, turns, work
         )
         if not landed:
-            return turned, row
+            return turned
     elif (
         turns < soon
         and cross(response, state, balls, c, -1, turns, longest, shift, way, None)[0] > 0.0
     ):
-        return True, row
+        return True
     elif cross(response, state, balls, c, k, soon, longest, shift, way, None)[0] == 0.0:
-        return False, row
+        return False
     for i in range(n):
         balls[i, HIT] = 1.0 if i == k else 0.0
     xh, vh = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1]
     x2 = second(response, c[0], xh, vh)
-    row = collide(balls, par[P_M], x2, state, numbers, labels, row)
+    collide(balls, par[P_M], x2, state, log)
     for i in range(n):
         way = math.copysign(1.0, balls[i, RHO])
         if way != balls[i, WAY] and not may_hold(balls, i):
             balls[i, WAY] = way
             if balls[i, RUB] != 0.0:
-                row = write(balls, i, SLIDE, state, numbers, labels, row)
-    complete(balls, par[P_M], numbers, labels, first, row)
-    return True, row
+                write(balls, i, SLIDE, state, log)
+    complete(balls, par[P_M], state, log, first)
+    return True
 
 
 @compiled
 def plain_turn(
-    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray, piece: int,
-    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, row: int, work: FloatArray,
-) -> tuple[int, int]:  # fmt: skip
-    """One flight and the impact after it, one bounce, or one turn of the general loop.
+    given: Given, closed: bool, piece: int, state: FloatArray, balls: FloatArray, log: Log,
+    work: FloatArray,
+) -> int:  # fmt: skip
+    """One flight and the impact after it, one bounce, or one turn of the general loop: evaluations.
 
-    Rows written so far, and evaluations; the phasor in work[PHASOR] is carried along.
+    The phasor in work[PHASOR] is carried along.
     """
-    head, c = response, work[PHASOR]
+    head, duration, c = given.response, given.duration, work[PHASOR]
     left, span = (duration - state[T_HIGH]) - state[T_LOW], (ENTRIES - 2) * head[H_SPACING]
     if closed and closing_now(balls, state[V_NOW]) == 0:
         xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
         a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
         flown = 0
         if is_flight(balls, a, head[H_RATE], SHORT):
-            flown = look_and_cross(response, state, balls, c, min(left, span))
-        elif hop(head, state, balls, c, work[1], a, left, 1.0 / duration, remainder):
+            flown = look_and_cross(head, state, balls, c, min(left, span))
+        elif hop(head, state, balls, c, work[1], a, left, 1.0 / duration, given.remainder):
             flown = 1
         if flown > 0:
             if state[T_HIGH] >= duration or left <= EPS * duration:
                 state[T_HIGH], state[T_LOW] = duration, 0.0
             elif closing_now(balls, state[V_NOW]) == 1:
-                row = bounce(
-                    state, balls, int(balls[:, HIT].argmax()), par[P_M], numbers, labels, row
-                )
-            return row, flown
-    row = turn(
-        par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
-        work, None,
-    )  # fmt: skip
+                bounce(state, balls, int(balls[:, HIT].argmax()), given.par[P_M], log)
+            return flown
+    turn(given, piece, state, balls, log, work, None)
     if closed:
         c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
-    return row, 1
+    return 1
 
 
 @compiled
@@ -265,92 +259,69 @@ def next_piece(table: FloatArray, piece: int, t: float) -> int:
 
 @compiled
 def fly_on(
-    closed: bool, response: FloatArray, M: float, duration: float, state: FloatArray,
-    balls: FloatArray, c: FloatArray, numbers: FloatArray, labels: IntArray, row: int, room: int,
-    age: int,
-) -> tuple[int, int, int]:  # fmt: skip
-    """The fast way, from contact to contact as long as its proofs hold: rows, evaluations, age."""
+    given: Given, closed: bool, state: FloatArray, balls: FloatArray, c: FloatArray, log: Log,
+    room: int, age: int,
+) -> tuple[int, int]:  # fmt: skip
+    """The fast way, from contact to contact as long as its proofs hold: evaluations, age."""
+    response = given.response
     evaluations, span = 0, (ENTRIES - 2) * response[H_SPACING]
-    while closed and balls.shape[0] > 0 and row < room:
+    while closed and balls.shape[0] > 0 and state[LOGGED] < room:
         k = first_expected(balls, state[T_HIGH])
         if k < 0:
             break
-        left = (duration - state[T_HIGH]) - state[T_LOW]
+        left = (given.duration - state[T_HIGH]) - state[T_LOW]
         soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
         T, tries = cross(response, state, balls, c, k, soon, min(left, span), 0.0, 0.0, None)
         evaluations += tries
         if T == 0.0:
             break
-        row = bounce(state, balls, k, M, numbers, labels, row)
+        bounce(state, balls, k, given.par[P_M], log)
         age += 1
         if age >= REFRESH:
             c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
             age = 0
-    return row, evaluations, age
+    return evaluations, age
 
 
-@apart
-def run_on(
-    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
-    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray, weak: FloatArray | None,
-) -> tuple[int, int]:  # fmt: skip
-    """Run to `duration`, until the log is full or ALLOWANCE is used: rows written, evaluations.
+@entry
+def run(
+    given: Given, closed: bool, state: FloatArray, balls: FloatArray, log: Log, work: FloatArray,
+    weak: FloatArray | None,
+) -> int:  # fmt: skip
+    """Run to the end, until the log is full or ALLOWANCE is used; evaluations.
 
-    Resume with the same arrays. `closed` says that `response` holds the closed form of the motion;
-    without it every turn is one of the general loop. The log and `work` (WORK, order + 1),
-    which is scratch space, are zeros at the start. `weak` is a row of it; None for a plain rig with
-    light balls, whose loop is compiled without all others.
+    Resume with the same arrays: the log is filled from its first row on, state[LOGGED] is their
+    number. `closed` says that there is a closed form of the motion; without it every turn is one of
+    the general loop. The log and `work` (WORK, order + 1), which is scratch space, are zeros at the
+    start. `weak` is a row of it; None for a plain rig with light balls, whose loop is compiled
+    without all others.
     """
-    row = int(np.int64(0))  # a literal 0 would be a type of its own, with machine code of its own
+    response, table, duration = given.response, given.table, given.duration
     evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
-    room = numbers.shape[0] - 6 * balls.shape[0] - 4
+    room = log.numbers.shape[0] - 6 * balls.shape[0] - 4
     c, span = work[PHASOR], (ENTRIES - 2) * response[H_SPACING]
     for i in range(balls.shape[0]):
         balls[i, PERIOD] = 1.0 / response[H_FREQUENCY] if closed else 0.0
     c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
-    while row < room and state[T_HIGH] < duration and evaluations < ALLOWANCE:
+    state[LOGGED] = 0.0
+    while state[LOGGED] < room and state[T_HIGH] < duration and evaluations < ALLOWANCE:
         used, flown = 1, False
         if weak is None:
-            row, tries, age = fly_on(
-                closed, response, par[P_M], duration, state, balls, c, numbers, labels, row, room,
-                age,
-            )  # fmt: skip
+            tries, age = fly_on(given, closed, state, balls, c, log, room, age)
             evaluations += tries
             piece = next_piece(table, piece, state[T_HIGH])
-            row, used = plain_turn(
-                closed, response, par, kind, table, piece, duration, remainder, state, balls,
-                numbers, labels, row, work,
-            )  # fmt: skip
+            used = plain_turn(given, closed, piece, state, balls, log, work)
         else:
             if closed:
                 left = (duration - state[T_HIGH]) - state[T_LOW]
-                flown, row = glide(
-                    response, par, state, balls, c, min(left, span), numbers, labels, row, work
-                )
+                flown = glide(given, state, balls, min(left, span), log, work)
             if not flown:
                 piece = next_piece(table, piece, state[T_HIGH])
-                row = turn(
-                    par, kind, table, piece, duration, remainder, state, balls, numbers, labels,
-                    row, work, weak,
-                )  # fmt: skip
+                turn(given, piece, state, balls, log, work, weak)
                 age = REFRESH
         evaluations += used
         age += 1
         if closed and age >= REFRESH:
             c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
             age = 0
-    return row, evaluations
-
-
-@entry
-def run(
-    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
-    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray, weak: FloatArray | None,
-) -> tuple[int, int]:  # fmt: skip
-    """`run_on`, for Python."""
-    return run_on(
-        closed, response, par, kind, table, duration, remainder, state, balls, numbers, labels,
-        work, weak,
-    )  # fmt: skip
+    return evaluations

@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,10 +47,11 @@ from vinesexp.solver.response import (
 )
 from vinesexp.solver.series import ORDER as SERIES_ORDER
 from vinesexp.solver.state import (
+    CHIRP,
     CLEARANCE,
     COLUMNS,
     IMPACT,
-    LOG_COLUMNS,
+    LOGGED,
     MASS,
     PHASOR,
     REST_END,
@@ -63,8 +65,11 @@ from vinesexp.solver.state import (
     WORK,
     X_NOW,
     D,
+    Given,
     IntArray,
+    Log,
     U,
+    empty_log,
 )
 
 #: Samples of the amplitude a cycle. No even number: half a cycle, the flight of a ball with two
@@ -75,8 +80,8 @@ REBASE = PER_CYCLE  # pieces: at most two cycles of the base, within the table o
 
 @apart
 def sum_amplitudes(
-    response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
-    node: FloatArray, shares: FloatArray, settle: float, sums: FloatArray,
+    response: FloatArray, log: Log, state: FloatArray, node: FloatArray, shares: FloatArray,
+    settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, the last one (s).
 
@@ -85,8 +90,8 @@ def sum_amplitudes(
     `settle` on, A is taken every `spacing_of` seconds after an event, of the oscillator with the
     balls that rest on it.
     """
-    w0, w = math.sqrt(response[H_W0SQ]), response[H_W]
-    h = spacing_of(response)
+    w0, w, rows = math.sqrt(response[H_W0SQ]), response[H_W], int(state[LOGGED])
+    h, (numbers, labels) = spacing_of(response), log
     # Turned from event to event: what rounding gathers over one log is far below any use of it.
     cr, ci, known = 0.0, 0.0, False
     old = amplitude(node[1], node[2], 1.0 / w0)
@@ -612,18 +617,34 @@ def is_calm(balls: FloatArray, state: FloatArray, head: FloatArray, c: FloatArra
     return bool(is_flight(balls, a, math.sqrt(w0sq), BRIEF))
 
 
+class Room(NamedTuple):
+    """Scratch space of the scalar loop in which the lanes are carried on, one after the other.
+
+    Its balls, log, `work` (`kernel.run`), base and oscillator; `rows` are its state and what
+    `sum_amplitudes` is given.
+    """
+
+    balls: FloatArray
+    log: Log
+    work: FloatArray
+    table: FloatArray
+    par: FloatArray
+    rows: FloatArray
+
+
 @compiled
 def leave(
     P: FloatArray, i: int, run: FloatArray, start: FloatArray, response: FloatArray,
-    balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray, table: FloatArray,
-    par: FloatArray, scratch: FloatArray, begin: bool,
+    room: Room, begin: bool,
 ) -> int:  # fmt: skip
     """Carry lane i on by the scalar loop, until it flies again or ends; evaluations used.
 
     `start` is the ball as it starts; `begin`: from the start of the run.
     """
-    state, node, sums, shares = scratch[0], scratch[1], scratch[2], scratch[3]
+    balls, log, work, table, par, rows = room
+    state, node, sums, shares = rows[0], rows[1], rows[2], rows[3]
     c, ball, duration, settle = work[PHASOR], balls[0], run[R_DURATION], P[SETTLE * LANES + i]
+    given = Given(response, par, int(np.int64(CHIRP)), table, duration, REMAINDER)
     for k in range(5):
         state[k] = node[k] = sums[k] = 0.0
     shares[0] = start[MASS] / run[R_M]
@@ -646,21 +667,17 @@ def leave(
         sums[4] = P[LATEST * LANES + i]
     node[0], node[1], node[2] = state[T_HIGH], state[X_NOW], state[V_NOW]
     c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
-    row, spent = int(np.int64(0)), int(np.int64(0))
+    spent = int(np.int64(0))
     calm = begin and is_calm(balls, state, response, c)
     while not calm and state[T_HIGH] < duration and spent < STALL:
-        had = row
-        row, used = plain_turn(
-            True, response, par, 0, table, 0, duration, REMAINDER, state, balls, numbers, labels,
-            row, work,
-        )  # fmt: skip
-        spent += used
-        if row > had:
+        had = state[LOGGED]
+        spent += plain_turn(given, True, 0, state, balls, log, work)
+        if state[LOGGED] > had:
             calm = is_calm(balls, state, response, c)
-        if row > numbers.shape[0] - 10 or calm:
-            sum_amplitudes(response, numbers, labels, row, state, node, shares, settle, sums)
-            row = 0
-    sum_amplitudes(response, numbers, labels, row, state, node, shares, settle, sums)
+        if state[LOGGED] > log.numbers.shape[0] - 10 or calm:
+            sum_amplitudes(response, log, state, node, shares, settle, sums)
+            state[LOGGED] = 0.0
+    sum_amplitudes(response, log, state, node, shares, settle, sums)
     start_flight(P, i, state, ball, response)
     h = P[H * LANES + i]
     P[SUM_TIME * LANES + i], P[SUM * LANES + i] = sums[0] / h, 2.0 * sums[1] / h
@@ -684,8 +701,7 @@ def move_lane(P: FloatArray, responses: FloatArray, old: int, new: int) -> None:
 @apart
 def attend_to(
     P: FloatArray, i: int, runs: FloatArray, starts: FloatArray, responses: FloatArray,
-    found: FloatArray, progress: IntArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
+    found: FloatArray, progress: IntArray, room: Room,
 ) -> None:  # fmt: skip
     """Carry a lane on that has left, give one that is idle its next run."""
     response, mode, begin = responses[i], P[MODE * LANES + i], False
@@ -705,10 +721,7 @@ def attend_to(
             )  # fmt: skip
             progress[2] = i
             load(P, i, runs[k], starts[k, 0], response)
-        spent = leave(
-            P, i, runs[k], starts[k, 0], response, balls, numbers, labels, work, table, par,
-            scratch, begin,
-        )  # fmt: skip
+        spent = leave(P, i, runs[k], starts[k, 0], response, room, begin)
         found[k, O_SPENT] += spent
         if P[MODE * LANES + i] != IDLE:
             return
@@ -730,15 +743,13 @@ def whole_vectors(n: int) -> int:
 @entry
 def carry_on(
     runs: FloatArray, starts: FloatArray, P: FloatArray, responses: FloatArray,
-    found: FloatArray, progress: IntArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
-    steps: int,
+    found: FloatArray, progress: IntArray, room: Room, steps: int,
 ) -> None:  # fmt: skip
     """Run every row of `runs` in lanes, or as far as so many steps of all lanes come.
 
     `progress` (loaded, done, last lane loaded, lanes in use) says how far it is; `found` (runs,
     RESULTS). `P` (ROWS LANES) holds the lanes, `responses` (lanes, header and table) their closed
-    forms. The rest is scratch space.
+    forms.
     """
     n, gone = progress[3], progress[3]
     waiting, missed = n, 0  # for all that is known here
@@ -749,10 +760,7 @@ def carry_on(
                 if mode == STALE:
                     refresh(P, i, responses[i])
                 elif mode == LEAVING or mode == IDLE:  # noqa: SIM109
-                    attend_to(
-                        P, i, runs, starts, responses, found, progress, balls, numbers, labels,
-                        work, table, par, scratch,
-                    )  # fmt: skip
+                    attend_to(P, i, runs, starts, responses, found, progress, room)
                     if P[MODE * LANES + i] == IDLE:
                         n -= 1
                         move_lane(P, responses, n, i)
@@ -828,12 +836,12 @@ def amplitudes(
     n, found = min(MOST, len(runs)), np.zeros((len(runs), RESULTS))
     P, tables = np.zeros(ROWS * LANES), np.zeros((n, HEADER + WIDTH * ENTRIES))
     progress = np.array([0, 0, 0, n], dtype=np.int32)
-    scratch = (
-        np.zeros((1, COLUMNS)), np.zeros((64, LOG_COLUMNS)), np.zeros((64, 3), dtype=np.int32),
-        np.zeros((WORK, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
+    room = Room(
+        np.zeros((1, COLUMNS)), empty_log(64), np.zeros((WORK, SERIES_ORDER + 1)),
+        np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
     )  # fmt: skip
     while progress[1] < len(runs) and not stop():
-        carry_on(runs, starts, P, tables, found, progress, *scratch, STEPS_HEARD)
+        carry_on(runs, starts, P, tables, found, progress, room, STEPS_HEARD)
     if found[:, O_STALLED].any():
         k = int(found[:, O_STALLED].argmax())
         raise stalled_run(runs[k], starts[k])

@@ -35,7 +35,7 @@ from numba.extending import intrinsic
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.search import first_root
-from vinesexp.solver.state import ALLOWANCE
+from vinesexp.solver.state import ALLOWANCE, POLYNOMIAL
 
 # Order of a series; of one that no segment needs to hold for long; of one with products.
 ORDER, LOW, HIGH = 20, 12, 30
@@ -47,10 +47,6 @@ PER = 1.0 / np.arange(1.0, 42.0)  # 1/(n + 1): a division would be most of a rec
 
 # Oscillator parameters in one array: mass, viscous, stiffness, quadratic, Coulomb, cubic stiffness.
 P_M, P_C, P_K, P_QUADRATIC, P_COULOMB, P_CUBIC = 0, 1, 2, 3, 4, 5
-
-# Base motion as a table: one row a piece. Chirp: start, amplitude, phase, omega, chirp rate.
-# Polynomial: start, then the coefficients of x_e in time since the start.
-CHIRP, POLYNOMIAL = 0, 1
 
 
 @compiled

@@ -25,10 +25,10 @@ from vinesexp.solver.arrays import (
 )
 from vinesexp.solver.effort import Effort, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
-from vinesexp.solver.state import L_MASS, LOG_COLUMNS, IntArray, U
+from vinesexp.solver.state import L_MASS, LOGGED, Given, IntArray, Log, U, empty_log
 
-Used = tuple[int, int]  # rows written, evaluations
-Loop = Callable[[FloatArray, FloatArray, FloatArray, IntArray], Used]
+#: Fills a log from a state and the balls on; evaluations.
+Loop = Callable[[FloatArray, FloatArray, Log], int]
 
 CHUNK = 4096  # rows of the log that are filled at a time
 
@@ -108,16 +108,15 @@ def simulate(
     if not rig.nes and rig.oscillator.k3 >= 0.0:  # nothing happens on the way, or can grow
         return Motion(rig, base, duration, damping, release, *log.finished())
     fill = _loop_of(rig, base, damping, duration, remainder, general)
-    state = np.array([0.0, 0.0, release.x0, release.v0])
+    state = np.array([0.0, 0.0, release.x0, release.v0, 0.0])
     while state[0] < duration:
-        numbers, labels = log.room()
         try:
-            count, used = fill(state, balls, numbers, labels)
+            used = fill(state, balls, log.room())
         except OverflowError:
             raise effort.unbounded(float(state[0])) from None
         except ArithmeticError:
             raise effort.stalled(float(state[0])) from None
-        log.rows += count
+        log.rows += int(state[LOGGED])
         effort.add(state, used)
         log.refuse_beyond_memory(duration, reached=float(state[0]))
     return Motion(rig, base, duration, damping, release, *log.finished())
@@ -132,20 +131,19 @@ class _Log:
         self.cycles = base.frequency if isinstance(base, Harmonic) else rig.oscillator.f0
         n = len(rig.nes)
         self.least, self.rows = CHUNK + 8 * n, max(n, 1)
-        self.numbers = np.zeros((self.rows, LOG_COLUMNS))
-        self.labels = np.zeros((self.rows, 3), dtype=np.int32)
+        self.numbers, self.labels = empty_log(self.rows)
         self.numbers[:, 1], self.numbers[:, 2:4] = release.x0, release.v0
         self.numbers[:n, 4], self.numbers[:n, 5] = y0, balls[:, U]
         self.numbers[:, L_MASS] = rig.oscillator.M
         self.labels[:, 1] = np.arange(self.rows)
         self.held, self.balls = 0, n
 
-    def room(self) -> tuple[FloatArray, IntArray]:
+    def room(self) -> Log:
         """Rows to be filled next."""
         if self.rows + self.least > len(self.numbers):
             self._resize(max(self.rows + self.least, int(1.25 * self.rows)))
         end = self.rows + self.least
-        return self.numbers[self.rows : end], self.labels[self.rows : end]
+        return Log(self.numbers[self.rows : end], self.labels[self.rows : end])
 
     def finished(self) -> tuple[FloatArray, IntArray]:
         """The arrays, as long as what is in them."""
@@ -182,7 +180,7 @@ def _loop_of(
     rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
     general: bool,
 ) -> Loop:  # fmt: skip
-    """The loop of `kernel.py`: fills a log from a state; rows and evaluations."""
+    """The loop of `kernel.py`."""
     from vinesexp.solver.contact import REMAINDER
     from vinesexp.solver.kernel import run
     from vinesexp.solver.response import HEADER
@@ -196,10 +194,9 @@ def _loop_of(
     if response is None:
         response = np.ones(HEADER)
 
-    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: IntArray) -> Used:
-        return run(
-            closed, response, par, kind, table, duration, limit, state, balls, log, labels, work,
-            weak,
-        )  # fmt: skip
+    given = Given(response, par, kind, table, duration, limit)
+
+    def fill(state: FloatArray, balls: FloatArray, log: Log) -> int:
+        return run(given, closed, state, balls, log, work, weak)
 
     return fill

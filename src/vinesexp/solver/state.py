@@ -8,15 +8,17 @@ by its half width alone: where its walls stand (+b1 and -b2) matters only to who
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
 
-# Clock and oscillator in one array, so that a full log can be emptied and the run resumed. The time
-# is a sum of two floats: 1e7 flights add up without drift.
-T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
+# Clock, oscillator and rows of the log in one array, so that a full log can be emptied and the run
+# resumed. The time is a sum of two floats: 1e7 flights add up without drift.
+T_HIGH, T_LOW, X_NOW, V_NOW, LOGGED = 0, 1, 2, 3, 4
 
 # Columns of the table of balls.
 MASS = 0  # kg
@@ -71,6 +73,42 @@ PHASOR, ALIKE_ROWS, WORK = 6, 7, 31
 ALLOWANCE = 200_000
 IntArray = NDArray[np.int32]
 
+# Base motion as a table: one row a piece. Chirp: start, amplitude, phase, omega, chirp rate.
+# Polynomial: start, then the coefficients of x_e in time since the start.
+CHIRP, POLYNOMIAL = 0, 1
+
+
+class Log(NamedTuple):
+    """The log of events: its columns of numbers; of each row what it is, which ball, which side."""
+
+    numbers: FloatArray
+    labels: IntArray
+
+
+class Given(NamedTuple):
+    """What a motion depends on besides its state.
+
+    Attributes
+    ----------
+    response : closed form of the oscillator (`response.py`), where there is one.
+    par : parameters of the oscillator (`series.py`).
+    kind, table : of the pieces of the base (`arrays.drive_table`).
+    duration : s.
+    remainder : rad from which on the rest of a chatter is summed.
+    """
+
+    response: FloatArray
+    par: FloatArray
+    kind: int
+    table: FloatArray
+    duration: float
+    remainder: float
+
+
+def empty_log(rows: int) -> Log:
+    """A log with room for so many rows."""
+    return Log(np.zeros((rows, LOG_COLUMNS)), np.zeros((rows, 3), dtype=np.int32))
+
 
 @compiled
 def advance_clock(state: FloatArray, s: float) -> None:
@@ -107,16 +145,18 @@ def x_minus_y(balls: FloatArray, i: int) -> float:
 
 @compiled
 def write_event(
-    numbers: FloatArray, labels: IntArray, row: int, nes: int, side: float, t: float,
-    x: float, v: float, v_after: float, vy: float, vy_after: float,
-) -> int:  # fmt: skip
-    """Put one row in the log, all but its kind; the number of rows."""
-    labels[row, 1] = nes
-    labels[row, 2] = int(side)
-    numbers[row, 0] = t
-    numbers[row, 1] = x
-    numbers[row, 2] = v
-    numbers[row, 3] = v_after
-    numbers[row, 4] = vy
-    numbers[row, 5] = vy_after
-    return row + 1
+    state: FloatArray, log: Log, kind: int, nes: int, side: float, v: float, v_after: float,
+    vy: float, vy_after: float,
+) -> None:  # fmt: skip
+    """Put one row in the log, of an event at this instant."""
+    row = np.uint64(state[LOGGED])  # an index that could count from the end costs more
+    log.labels[row, 0] = kind
+    log.labels[row, 1] = nes
+    log.labels[row, 2] = int(side)
+    log.numbers[row, 0] = state[T_HIGH]
+    log.numbers[row, 1] = state[X_NOW]
+    log.numbers[row, 2] = v
+    log.numbers[row, 3] = v_after
+    log.numbers[row, 4] = vy
+    log.numbers[row, 5] = vy_after
+    state[LOGGED] += 1.0
