@@ -5,16 +5,17 @@ There is no settled motion and no orbit: the measures are the peak and the rms o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.released import anywhere, judged, tried_closer
-from vinesexp.design.task import OpenRig, golden
-from vinesexp.excitation import Measured, Release, WeakDamping
+from vinesexp.design.released import anywhere, judged, motions_from, tried_closer
+from vinesexp.design.task import OpenRig
+from vinesexp.excitation import Measured
 from vinesexp.rig import Rig
+from vinesexp.solver.motion import Motion
 from vinesexp.solver.simulation import simulate
 
 #: Clearances tried at first, and between neighbours of the best; balls anywhere, and at a wall; and
@@ -108,15 +109,10 @@ def under_record(
     lots = [drawn(FRESH, FRESH * AT_WALL // STARTS) for _ in range(LOTS)]
 
     def tried(b: float, places: Sequence[FloatArray] = few) -> Driven:
-        starts = []
-        for place, own in zip(places, open_rig.delivered(b, golden(len(places))), strict=True):
-            rig = open_rig.rig(float(own))
-            y0 = [float(u) * one.b for u, one in zip(place, rig.nes, strict=True)]
-            starts.append((rig, Release(y0=y0)))
-        return _driven(starts, b, base, open_rig.damping)
+        return _driven(b, motions_from(places, open_rig, b, base, base.duration))
 
     alone = Rig(open_rig.oscillator)
-    bare = _driven([(alone, Release())], 0.0, base, open_rig.damping)
+    bare = _driven(0.0, [simulate(alone, base, None, base.duration, damping=open_rig.damping)])
     marks = [] if asked is None else [asked]
     first = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
     found = tried_closer(first, tried, (_rms, _peak), CLOSER)
@@ -143,14 +139,11 @@ def _peak(one: Driven) -> float:
     return float(np.percentile(one.peak, 90.0))
 
 
-def _driven(
-    starts: Sequence[tuple[Rig, Release]], b: float, base: Measured, damping: WeakDamping
-) -> Driven:
-    count = max(int(PER_CYCLE * starts[0][0].oscillator.f0 * base.duration), FEWEST)
-    t = np.linspace(0.0, base.duration, count)
+def _driven(b: float, motions: Iterable[Motion]) -> Driven:
     rows = []
-    for rig, start in starts:
-        motion = simulate(rig, base, start, base.duration, damping=damping)
+    for motion in motions:
+        count = max(int(PER_CYCLE * motion.rig.oscillator.f0 * motion.duration), FEWEST)
+        t = np.linspace(0.0, motion.duration, count)
         x, x_e = motion.at(t)[0], motion.base(t)[0]
         z = x - x_e
         rows.append(

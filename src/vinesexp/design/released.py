@@ -9,7 +9,7 @@ the release that its impacts have taken (Vakakis and others, Springer 2008).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -20,7 +20,7 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.design.ensemble import VISCOUS
 from vinesexp.design.task import OpenRig, golden
-from vinesexp.excitation import Release, WeakDamping
+from vinesexp.excitation import Measured, Release, WeakDamping
 from vinesexp.rig import Oscillator, Rig
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.simulation import simulate
@@ -159,7 +159,7 @@ def released(
     seed : int
         Of the ball positions: the same at every clearance.
     """
-    oscillator, damping = open_rig.oscillator, open_rig.damping
+    oscillator = open_rig.oscillator
     x_m = float(np.hypot(x0, v0 / oscillator.w0))
     rng = np.random.default_rng(seed)
     heading = float(np.sign(v0 if v0 != 0.0 else -x0))
@@ -172,12 +172,7 @@ def released(
 
     def tried(b: float, starts: tuple[FloatArray, BoolArray] = few) -> Fall:
         places, at_wall = starts
-        motions = []
-        for place, own in zip(places, open_rig.delivered(b, golden(len(places))), strict=True):
-            rig = open_rig.rig(float(own))
-            y0 = [x0 + float(u) * n.b for u, n in zip(place, rig.nes, strict=True)]
-            start = Release(x0, v0, y0)
-            motions.append(simulate(rig, None, start, duration=duration, damping=damping))
+        motions = motions_from(places, open_rig, b, None, duration, x0=x0, v0=v0)
         return _fall(b, motions, at_wall, levels)
 
     first = np.concatenate([x_m * np.geomspace(*ENDS, CLEARANCES), list(marks)])
@@ -190,11 +185,26 @@ def released(
         found=found,
         fastest=tuple(best[: len(levels)]),
         fastest_at_wall=tuple(best[len(levels) :]),
-        bare=_bare_times(oscillator, x0, v0, levels, damping),
+        bare=_bare_times(oscillator, x0, v0, levels, open_rig.damping),
         followed=duration,
         tolerance=open_rig.tolerance,
         asked=mine,
     )
+
+
+def motions_from(
+    places: Iterable[FloatArray], open_rig: OpenRig, b: float, base: Measured | None,
+    duration: float, *, x0: float = 0.0, v0: float = 0.0,
+) -> Iterator[Motion]:  # fmt: skip
+    """Motions of rigs as they are delivered for a clearance b (m): one for each place of the balls.
+
+    They are at rest, x0 - y0 over their clearances from the middle.
+    """
+    places = list(places)
+    for place, own in zip(places, open_rig.delivered(b, golden(len(places))), strict=True):
+        rig = open_rig.rig(float(own))
+        y0 = [x0 + float(u) * one.b for u, one in zip(place, rig.nes, strict=True)]
+        yield simulate(rig, base, Release(x0, v0, y0), duration, damping=open_rig.damping)
 
 
 class Tried(Protocol):
@@ -323,7 +333,7 @@ def _wanted(levels: int) -> list[Callable[[Fall], float]]:
     ]
 
 
-def _fall(b: float, motions: Sequence[Motion], at_wall: BoolArray, levels: Sequence[float]) -> Fall:
+def _fall(b: float, motions: Iterable[Motion], at_wall: BoolArray, levels: Sequence[float]) -> Fall:
     rows = [_measures(motion, levels) for motion in motions]
     times, captured, dissipated, pumping, left = zip(*rows, strict=True)
     return Fall(

@@ -123,9 +123,9 @@ def _middles(n: int) -> FloatArray:
     return np.asarray((np.arange(float(n)) + 0.5) / n)
 
 
-def golden(n: int, shift: float = 0.5) -> FloatArray:
+def golden(n: int) -> FloatArray:
     """n places from 0 to 1, evenly spread, in an order that has nothing to do with their size."""
-    return np.asarray((np.arange(float(n)) + shift) * GOLDEN % 1.0)
+    return np.asarray((np.arange(float(n)) + 0.5) * GOLDEN % 1.0)
 
 
 #: Starts from those of one clearance to those of the next, where each has its own. Levels and
