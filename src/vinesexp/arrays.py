@@ -1,6 +1,10 @@
-"""Names for the arrays that the package passes around, and the runs of true values in one."""
+"""Names for the arrays that the package passes around, and what several rooms do to them."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,6 +13,30 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
+T = TypeVar("T")
+
+
+def each_array(change: Callable[..., NDArray[Any]], table: T, *others: T) -> T:
+    """A dataclass with the same change of each of its arrays; with those of others, if any.
+
+    Examples
+    --------
+    >>> from dataclasses import make_dataclass
+    >>> Table = make_dataclass("Table", ["time", "size", "unit"])
+    >>> table = Table(np.array([1.0, 2.0]), np.array([5.0, 7.0]), "m")
+    >>> each_array(lambda values: values[1:], table)
+    Table(time=array([2.]), size=array([7.]), unit='m')
+    """
+    whole: Any = table
+    names = [one.name for one in fields(whole) if isinstance(getattr(whole, one.name), np.ndarray)]
+    arrays = {name: change(*(getattr(one, name) for one in (table, *others))) for name in names}
+    changed: T = replace(whole, **arrays)
+    return changed
+
+
+def joined_arrays(table: T, *others: T, axis: int = 0) -> T:
+    """A dataclass of arrays and others of its kind, one behind the other."""
+    return each_array(lambda *every: np.concatenate(every, axis=axis), table, *others)
 
 
 def median_of(values: ArrayLike) -> float:

@@ -18,7 +18,7 @@ from functools import lru_cache, partial
 import numpy as np
 from scipy.special import betainc
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray, each_array, joined_arrays
 from vinesexp.design.ensemble import B_B, Responses, Runs, responses, together, watched
 from vinesexp.design.task import STRETCH, Task, random_starts, wall_starts
 
@@ -234,8 +234,8 @@ class Tried:
         every = every.reshape(len(clearances), self.conditions, -1)
         made = runs.balls[..., B_B].max(axis=1).reshape(every.mean.shape)[:, 0]
         for i, b in enumerate(clearances):
-            more = every.each(lambda values, i=i: values[i])
-            self.found[b] = self.found[b].joined(more) if b in self.found else more
+            more = each_array(lambda values, i=i: values[i], every)
+            self.found[b] = joined_arrays(self.found[b], more, axis=-1) if b in self.found else more
             self.made[b] = np.concatenate([self.made[b], made[i]])
         return float(every.work.sum())
 
@@ -245,7 +245,7 @@ class Tried:
 
     def of(self, b: float, n: int) -> Responses:
         """Responses to the first n starts, shape (conditions, n)."""
-        return self.found[b].each(lambda values: values[..., :n])
+        return each_array(lambda values: values[..., :n], self.found[b])
 
     def pool(self, b: float, n: int, seed: int) -> tuple[Responses, FloatArray]:
         """Responses that tell of a clearance, and the weight of each start.
@@ -265,11 +265,10 @@ class Tried:
         density = np.zeros(made.size)
         for c in near:
             density += (np.abs(made / c - 1.0) <= reach) * (self.made[c].size / c)
-        few = [self.found[c] for c in near]
-        every = few[0].each(lambda *all_of: np.concatenate(all_of, axis=-1), *few[1:])
+        every = joined_arrays(*(self.found[c] for c in near), axis=-1)
         inside = np.flatnonzero(np.abs(made / b - 1.0) <= reach)
         numbers = np.concatenate([np.arange(self.made[c].size) for c in near])[inside]
-        told = every.each(lambda values: values[..., inside])
+        told = each_array(lambda values: values[..., inside], every)
         weights = told.weight.mean(axis=0) / density[inside]
         return told, _resampled(weights, numbers, seed)
 
@@ -644,10 +643,8 @@ def scanned(
         starts.ask([b for curve in curves for b in closer(curve, minima, many)], n)
         curves = [curve_of(starts, one, n) for one in criteria]
     again = np.arange(n)  # of a dear one the few starts over and over
-    rows = [
-        starts.of(b, n).each(lambda v: v[..., again % v.shape[-1]]).reshape(1, -1) for b in known
-    ]
-    return curves, rows[0].each(lambda *all_of: np.concatenate(all_of), *rows[1:])
+    rows = (each_array(lambda v: v[..., again % v.shape[-1]], starts.of(b, n)) for b in known)
+    return curves, joined_arrays(*(row.reshape(1, -1) for row in rows))
 
 
 def closer(curve: Curve, minima: int, n: int) -> list[float]:

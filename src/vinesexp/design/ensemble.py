@@ -14,13 +14,13 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
 from scipy.special import ellipe
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray, each_array, joined_arrays
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
@@ -153,8 +153,7 @@ class Runs(Sequence[Run]):
 
     def __getitem__(self, which: int | slice | IntArray) -> Run | Runs:
         if not isinstance(which, int | np.integer):
-            values, balls, weight = (one[which] for one in (self.values, self.balls, self.weight))
-            return replace(self, values=values, balls=balls, weight=weight)
+            return each_array(lambda values: values[which], self)
         M, c1, k1, G, f, phase, x0, v0 = self.values[which].tolist()
         balls = self.balls[which].tolist()
         nes = [NES(m=m, b=b, r=r, friction=self.friction) for m, b, r, _ in balls]
@@ -189,11 +188,7 @@ class Runs(Sequence[Run]):
 
 def together(blocks: Sequence[Runs]) -> Runs:
     """Blocks of runs under one damping and friction, one after the other."""
-    values, balls, weight = (
-        np.concatenate([getattr(one, name) for one in blocks])
-        for name in ("values", "balls", "weight")
-    )
-    return replace(blocks[0], values=values, balls=balls, weight=weight)
+    return joined_arrays(*blocks)
 
 
 @dataclass(frozen=True)
@@ -234,29 +229,17 @@ class Responses:
         """Share that is captured, over the last axis."""
         return self.average(self.captured.astype(np.float64))
 
-    def each(self, change: Callable[..., FloatArray], *others: Responses) -> Responses:
-        """The same change of every array; with those of others, if any."""
-        mean, largest, impacts, work, step, weight = (
-            change(*(getattr(one, name) for one in (self, *others)))
-            for name in ("mean", "largest", "impacts_per_cycle", "work", "step", "weight")
-        )
-        return Responses(mean, largest, impacts, work, step, weight, self.balls)
-
-    def joined(self, more: Responses) -> Responses:
-        """These runs and more of them, along the last axis."""
-        return self.each(lambda *both: np.concatenate(both, axis=-1), more)
-
     def split(self, counts: Sequence[int]) -> list[Responses]:
         """The runs of each of several blocks that were simulated together."""
         ends = np.cumsum(counts)
         return [
-            self.each(lambda values, a=end - count, b=end: values[a:b])
+            each_array(lambda values, a=end - count, b=end: values[a:b], self)
             for count, end in zip(counts, ends, strict=True)
         ]
 
     def reshape(self, *shape: int) -> Responses:
         """The same runs in another shape."""
-        return self.each(lambda values: values.reshape(shape))
+        return each_array(lambda values: values.reshape(shape), self)
 
 
 def slow_time(rig: Rig) -> float:

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, each_array, joined_arrays
 from vinesexp.design.ensemble import VISCOUS
 from vinesexp.design.task import OpenRig, golden
 from vinesexp.excitation import Measured, Release, WeakDamping
@@ -79,11 +79,7 @@ class Fall:
 
     def anywhere(self) -> Fall:
         """The starts with the ball anywhere alone."""
-        rows = ~self.at_wall
-        return Fall(
-            self.b, self.times[rows], self.at_wall[rows], self.captured[rows],
-            self.dissipated[rows], self.pumping[rows], self.left[rows],
-        )  # fmt: skip
+        return each_array(lambda values: values[~self.at_wall], self)
 
     @property
     def share(self) -> float:
@@ -274,18 +270,10 @@ def judged(
     for value in wanted:
         while had[i := int(np.argmin([value(one) for one in found]))] < len(lots):
             more = tried(found[i].b, lots[had[i]])
-            found[i] = more if had[i] == 0 else _joined(found[i], more)
+            found[i] = more if had[i] == 0 else joined_arrays(found[i], more)
             had[i] += 1
         best.append(i)
     return best
-
-
-def _joined(one: Any, more: Any) -> Any:
-    """What a clearance did from some starts, and from more of them."""
-    arrays = [name for name, values in vars(one).items() if isinstance(values, np.ndarray)]
-    return replace(
-        one, **{name: np.concatenate([getattr(one, name), getattr(more, name)]) for name in arrays}
-    )
 
 
 def _bare_times(

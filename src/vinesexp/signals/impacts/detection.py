@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, each_array, joined_arrays
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import (
     CHUNK,
@@ -77,20 +77,13 @@ class Detection:
 
     def keep(self, chosen: BoolArray) -> Detection:
         """The chosen contacts."""
-        return replace(self, **{name: each[chosen] for name, each in self._each().items()})
+        return each_array(lambda values: values[chosen], self)
 
     def beside(self, other: Detection) -> tuple[Detection, BoolArray]:
         """The contacts of both in order of time, and which of them are those of `other`."""
         order = np.argsort(np.append(self.time, other.time), kind="stable")
-        both: dict[str, Any] = {
-            name: np.append(each, getattr(other, name))[order]
-            for name, each in self._each().items()
-        }
-        return replace(self, **both), order >= self.time.size
-
-    def _each(self) -> dict[str, Any]:
-        """What it has of each contact, by name."""
-        return {name: each for name, each in vars(self).items() if name != "template"}
+        both = each_array(lambda values: values[order], joined_arrays(self, other))
+        return both, order >= self.time.size
 
 
 def detect_by_template(
@@ -216,9 +209,7 @@ def _all_spikes(stream: Stream, settings: ImpactSettings) -> Spikes:
             highpass=stream.highpass,
         )  # fmt: skip
         parts.append(Spikes(found.index + begin, found.strength, found.width, found.noise))
-    return Spikes(
-        *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Spikes))
-    )
+    return joined_arrays(*parts)
 
 
 def _typical(spikes: Spikes, *, reach: float) -> float:
@@ -253,30 +244,27 @@ def _fit_chunk(
     keep = (place >= begin - 0.5) & (place < end - 0.5)
     limit = np.where(found.sure, settings.threshold - _SHAKY, settings.threshold)
     keep &= found.strength > limit
-    chosen = {field.name: getattr(found, field.name)[keep] for field in fields(Contacts)}
-    chosen["place"] = place[keep] / k
-    return Contacts(**chosen), clipped[keep]
+    kept = each_array(lambda values: values[keep], found)
+    return replace(kept, place=place[keep] / k), clipped[keep]
 
 
 def _gathered(
     parts: list[tuple[Contacts, BoolArray]], template: Template, dt: float, threshold: float,
     answer: float,
 ) -> Detection:  # fmt: skip
-    def all_of(name: str) -> FloatArray:
-        return np.concatenate([getattr(part, name) for part, _ in parts])
-
-    strength, place, error = all_of("strength"), all_of("place"), all_of("place_error")
-    if place.size and template.shape.duration < _FEW_SAMPLES:
-        error = np.sqrt(error**2 + _unevenness(place) ** 2)
+    found = joined_arrays(*(part for part, _ in parts))
+    error = found.place_error
+    if found.place.size and template.shape.duration < _FEW_SAMPLES:
+        error = np.sqrt(error**2 + _unevenness(found.place) ** 2)
     return Detection(
-        time=(place + template.late) * dt,
+        time=(found.place + template.late) * dt,
         time_error=error * dt,
-        jump=all_of("area") * dt / answer,
-        jump_error=all_of("area_error") * dt / answer,
-        peak=all_of("peak"),
-        strength=strength,
-        confidence=normal_cdf(strength - threshold),
-        crowded=all_of("crowded").astype(bool),
+        jump=found.area * dt / answer,
+        jump_error=found.area_error * dt / answer,
+        peak=found.peak,
+        strength=found.strength,
+        confidence=normal_cdf(found.strength - threshold),
+        crowded=found.crowded.astype(bool),
         clipped=np.concatenate([clipped for _, clipped in parts]),
         template=template,
     )

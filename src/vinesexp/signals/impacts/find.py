@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray, each_array
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.settings.stages import ChannelSettings, Settings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
@@ -97,7 +97,7 @@ class _Beam:
 
     def at(self, chosen: IntArray) -> _Beam:
         """A copy of the chosen histories."""
-        return _Beam(*(getattr(self, field.name)[chosen] for field in fields(self)))
+        return each_array(lambda values: values[chosen], self)
 
 
 def attribute(
