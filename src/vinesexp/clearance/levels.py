@@ -20,16 +20,13 @@ from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Row
-from vinesexp.theory.regime_definitions import PERMANENT, TELLING, UNKNOWN, Regime, Swing
+from vinesexp.theory.regime_definitions import PERMANENT, STILL, TELLING, UNKNOWN, Regime, Swing
 from vinesexp.units import COVERAGE_95, Quantity
 
 Rows = Sequence[Row]
 
-#: Impacts per cycle below which the ball of a periodic test lies in the middle of its cavity.
-_STILL = 0.1
-_EVERY_CYCLE = (
-    0.99  # share of them with two impacts, but for a cycle that an end of the record cuts
-)
+#: Share of cycles with two impacts: all of them, but for one that an end of the record cuts.
+_EVERY_CYCLE = 0.99
 #: Error of a mean amplitude, relative, that only an amplitude on its way has.
 _MOVES = 0.02
 #: A frequency that nobody measured is as good as the generator's clock and its display: twice the
@@ -178,8 +175,7 @@ def _regime(row: Row) -> str:
     or come to rest.
     """
     regime: str = row["regime"]
-    per_cycle = row.get("impacts_per_cycle")
-    if regime and per_cycle is not None and per_cycle < _STILL:
+    if regime and _still(row):
         return Regime.NO_IMPACT.value
     cycles = row.get("cycles")
     if regime == Regime.MODULATED.value and (row.get("captured") or 0.0) >= _EVERY_CYCLE:
@@ -188,6 +184,11 @@ def _regime(row: Row) -> str:
         return regime
     moves = (row.get("amplitude_error_m") or 0.0) > _MOVES * row["amplitude_mean_m"]
     return "" if moves or (cycles is not None and cycles < TELLING) else regime
+
+
+def _still(row: Row) -> bool:
+    """Whether the ball met its walls hardly ever: a false impact or two are no motion of it."""
+    return row["regime"] == Regime.NO_IMPACT.value or (row.get("impacts_per_cycle") or 1.0) < STILL
 
 
 def release_levels(
@@ -253,7 +254,7 @@ def _by_release(
     """
     let_go: dict[float, list[tuple[Record, Row]]] = {}
     for record, row in records:
-        if record.release and row["regime"] != Regime.NO_IMPACT.value:
+        if record.release and not _still(row):
             let_go.setdefault(abs(record.release), []).append((record, row))
     for values in _close(sorted(let_go), _ONE_RELEASE):
         group = [one for value in values for one in let_go[value]]

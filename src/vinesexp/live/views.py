@@ -26,7 +26,7 @@ from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults, Results
 from vinesexp.signals.impacts.impact_table import read_impacts
-from vinesexp.theory.regime_definitions import Regime
+from vinesexp.theory.regime_definitions import STILL, Regime
 from vinesexp.units import counted
 from vinesexp.whole_files import write_whole
 
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 Values = tuple["Identified", int]
 
 _HISTORY = Path("finished", "values.json")  # in the results folder
-#: Impacts per cycle below which a ball of a steady test may be stuck.
-_STILL = 0.1
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,7 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
         return []
     if regime.get("regime") is None:
         return ["impacts cannot be seen in this record: it is too noisy, or sampled too slowly"]
-    if isinstance(per_cycle, float) and per_cycle < _STILL and record.test == "periodic":
+    if isinstance(per_cycle, float) and per_cycle < STILL and record.test == "periodic":
         return ["hardly any impacts: is the ball stuck, or at rest in the middle of its cavity?"]
     return []
 

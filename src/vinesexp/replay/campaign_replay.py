@@ -372,21 +372,13 @@ def _replayed(
     frequency = seen.frequency
     if drive.base is not None and base is not None and base.frequency is not None:
         frequency = base.frequency.value
+    stretches = replays(
+        rig, drive, plain=plain, x0=x0, v0=v0, damping=model.damping, states=seen.states,
+        still=still,
+    )  # fmt: skip
     found = [
-        measures
-        for one in replays(
-            rig,
-            drive,
-            plain=plain,
-            x0=x0,
-            v0=v0,
-            damping=model.damping,
-            states=seen.states,
-            still=still,
-        )
-        for measures in measures_of(
-            one, test=record.test, frequency=frequency, apart=apart, settles=settles
-        )
+        measures_of(one, test=record.test, frequency=frequency, apart=apart, settles=settles)
+        for one in stretches
     ]
     if not share:
         return found

@@ -295,14 +295,14 @@ def _led_in(samples: BaseSamples, sine: Harmonic, settle: float) -> tuple[Measur
 
 @dataclass(frozen=True)
 class Replayed:
-    """One replay: how it started, the motion, and the stretches of it that are the record, s.
+    """A stretch of one replay as long as the record: how the motion started, and where it is, s.
 
     `since` is the time of the record at which such a stretch begins, s.
     """
 
     start: str
     motion: Motion
-    begins: tuple[float, ...]
+    begin: float
     length: float
     since: float = 0.0
 
@@ -350,14 +350,14 @@ def replays(
         )
         duration = drive.begins[-1] + drive.length
         motion = simulate(rig, drive.base, start, duration=duration, damping=damping)
-        found.append(Replayed(name, motion, drive.begins, drive.length))
+        found += [Replayed(name, motion, begin, drive.length) for begin in drive.begins]
     if drive.sine is not None and len(rig.nes) == 1:
         found += _on_orbit(rig, plain, drive.sine, drive.length, damping)
     for state in states:
         start = _inside(state, rig)
         for base, length in _from_there(drive, state):
             motion = simulate(rig, base, start, duration=length, damping=damping)
-            found.append(Replayed(AS_RECORDED, motion, (0.0,), length, state.time))
+            found.append(Replayed(AS_RECORDED, motion, 0.0, length, state.time))
     return found
 
 
@@ -432,5 +432,5 @@ def _on_orbit(
             state = Release(orbit.x, orbit.v_after, [y], [orbit.u])
             moved = Harmonic(sine.amplitude, sine.frequency, orbit.phase)
             motion = simulate(rig, moved, state, duration=length, damping=damping)
-            return [Replayed(ON_ORBIT, motion, (0.0,), length)]
+            return [Replayed(ON_ORBIT, motion, 0.0, length)]
     return []

@@ -22,7 +22,13 @@ from vinesexp.records.stored.tables import Row, Value, write_rows
 from vinesexp.replay.motions import AS_RECORDED, Replayed
 from vinesexp.signals.means import cycle_amplitudes, time_to_level
 from vinesexp.signals.steady_part import steady_after
-from vinesexp.theory.regime_definitions import BY_FREQUENCY, Regime, activation_spells, regime_of
+from vinesexp.theory.regime_definitions import (
+    BY_FREQUENCY,
+    STILL,
+    Regime,
+    activation_spells,
+    regime_of,
+)
 
 #: Shares by which a measured number may miss its replays: clearances are known no better.
 TOLERANCE = {
@@ -42,8 +48,6 @@ _UNITS = {
     "decay time": "s",
     "spells": "1",
 }
-#: Impacts per cycle below which a ball lies still: what is found then is noise.
-_STILL = 0.1
 _NO_IMPACT = Regime.NO_IMPACT.value
 _VARYING = "amplitude varies"
 _NAMED = 5  # starts: more are counted
@@ -125,8 +129,8 @@ def measures_of(
     frequency: float,
     apart: bool = True,
     settles: float | None = None,
-) -> list[Measures]:
-    """The numbers of one replay, of each stretch of it that is as long as the record.
+) -> Measures:
+    """The numbers of one stretch of a replay.
 
     Parameters
     ----------
@@ -141,20 +145,7 @@ def measures_of(
         When the record's own response begins (`steady_from_s` of regimes.csv), s: where a replay
         begins as the record did, the same cycles of both count.
     """
-    return [
-        _of_stretch(replayed, begin, test, frequency, apart, settles) for begin in replayed.begins
-    ]
-
-
-def _of_stretch(
-    replayed: Replayed,
-    begin: float,
-    test: str,
-    frequency: float,
-    apart: bool,
-    settles: float | None,
-) -> Measures:
-    rate = _POINTS * frequency
+    rate, begin = _POINTS * frequency, replayed.begin
     n = int(replayed.length * rate)
     x, _ = replayed.motion.at(begin + np.arange(n) / rate)
     time, amplitude = cycle_amplitudes(x, rate, frequency)
@@ -175,7 +166,7 @@ def _of_stretch(
             end = min(_FIRST_CYCLES / frequency, end)
         stretch = begin + settling, begin + end
         per_cycle, regime = _regimes(replayed, stretch, 1.0 / frequency, apart, test)
-        spells = _spells(replayed, begin, 1.0 / frequency)
+        spells = _spells(replayed, 1.0 / frequency)
     cycles = replayed.since + time, amplitude
     still = is_steady(time, amplitude, replayed.length)
     return Measures(replayed.start, mean, per_cycle, regime, spells, fallen, cycles, largest, still)
@@ -203,11 +194,11 @@ def _regimes(
     return sum(count.impacts_per_cycle for count in counts), words
 
 
-def _spells(replayed: Replayed, begin: float, period: float) -> float:
+def _spells(replayed: Replayed, period: float) -> float:
     """Number of activation spells of a single ball in a stretch; NaN for several."""
     if len(replayed.motion.rig.nes) != 1:
         return float("nan")
-    hits = replayed.motion.impacts
+    hits, begin = replayed.motion.impacts, replayed.begin
     inside = (hits["time"] >= begin) & (hits["time"] <= begin + replayed.length)
     return float(len(activation_spells(hits["time"][inside], hits["side"][inside], period=period)))
 
@@ -271,7 +262,7 @@ def compared(
         range of all of them.
     """
     per_cycle = row.get("impacts_per_cycle")
-    still = per_cycle is not None and per_cycle < _STILL and len(record.clearance) == 1
+    still = per_cycle is not None and per_cycle < STILL and len(record.clearance) == 1
     regime = _NO_IMPACT if still and row["regime"] else row.get("regime", "")
     moving = bool(per_cycle) and not still
     groups = _groups(record, found, steady=steady, moving=moving, whole=near)
@@ -317,7 +308,7 @@ def _groups(
     how a steady one got there. A release depends on where the ball lay: each replay is its own. A
     sweep goes through many regimes: its replays are one distribution.
     """
-    meeting = [one for one in found if one.impacts_per_cycle >= _STILL]
+    meeting = [one for one in found if one.impacts_per_cycle >= STILL]
     if moving and meeting:
         found = meeting
     if record.test == "sweep" or whole:
@@ -395,7 +386,7 @@ def _regime(
             else f"{regime}: {len(names)} of {total} starts"
             for regime, names in named.items()
         )
-    alike = not steady and any(not m.steady and m.impacts_per_cycle >= _STILL for m in found)
+    alike = not steady and any(not m.steady and m.impacts_per_cycle >= STILL for m in found)
     same = measured in by_regime or alike
     outcome = "not measured" if not measured else "ok" if same else "differs"
     words = _AND.join(by_regime)

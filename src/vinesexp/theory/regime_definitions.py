@@ -48,6 +48,9 @@ REGIMES: dict[str, str] = {
 #: Regimes in which two impacts per cycle are permanent: the smooth side of the valley.
 PERMANENT = (Regime.TWO_SYMMETRIC.value, Regime.TWO_ASYMMETRIC.value)
 
+#: Impacts per cycle below which a driven ball lies still: what is found then is noise.
+STILL = 0.1
+
 #: Cycles of a steady test from which on they may be called so.
 TELLING = 15
 
