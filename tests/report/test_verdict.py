@@ -183,6 +183,15 @@ def test_headline_of_releases_says_that_there_is_no_single_best():
     assert alike == text.removesuffix(" To another amplitude another clearance is fastest.")
 
 
+def test_headline_names_the_base_amplitude_that_was_found():
+    stated = verdict(stated_base_mm=0.2, base_amplitude_mm=0.2005)
+    assert headline([stated], [], {}).startswith("At G = 0.2 mm the mass moved least")
+    wrong = verdict(stated_base_mm=0.2, base_amplitude_mm=0.16071)
+    assert headline([wrong], [], {}).startswith(
+        "At G = 0.2 mm (as stated; the base moved by 0.1607 mm) the mass moved least"
+    )
+
+
 def test_clearances_that_are_far_apart_test_nothing():
     """Any prediction within a fifth would lie between them."""
     predicted = {"exact_mm": 33.91, "predicted_low_mm": 33.8, "predicted_high_mm": 34.0}

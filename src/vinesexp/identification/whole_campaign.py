@@ -898,7 +898,7 @@ def _absent(rows: Sequence[Estimate], found: Posterior | None = None) -> list[Ch
             "not weighed (known.mass), no pair of ring-downs with and without added mass, no "
             "impacts of a ball of known mass (known.nes_mass)"
         ),
-        "r": "no drop test and no test with an NES that shows ten impacts or more",
+        "r": "no drop test and no test whose displacement shows ten impacts of an NES or more",
     }
     if found is not None and "r" in found:
         value, error = found.of({"r": 1.0})

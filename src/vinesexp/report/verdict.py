@@ -248,7 +248,7 @@ def headline(
     bracketed = [verdict for verdict in measured if not verdict.lowest.get("bound")]
     if measured:
         last = (bracketed or measured)[-1]
-        text = f"At {last.level} the mass moved least with {_best(last.lowest)}."
+        text = f"At {_setting(last)} the mass moved least with {_best(last.lowest)}."
         b_c = f"b_c is predicted at {exact} mm." if (exact := predicted(last.lowest)) else ""
         if ends := within(last.end):
             text += f" In these tests two impacts per cycle cease to be permanent {ends}"
@@ -274,6 +274,18 @@ def headline(
     )
     nothing = "" if known else " The records determine no parameter either."
     return f"No best clearance can be reported: {reason}.{nothing}"
+
+
+#: From this share on the base amplitude that was found is said beside the stated one.
+_OTHER_BASE = 0.02
+
+
+def _setting(verdict: PeriodicVerdict) -> str:
+    """The level, and the base amplitude that predictions use where it is another."""
+    stated, used = (verdict.lowest.get(f"{of}_mm") for of in ("stated_base", "base_amplitude"))
+    if not stated or not used or abs(used / stated - 1.0) < _OTHER_BASE:
+        return verdict.level
+    return f"{verdict.level} (as stated; the base moved by {used:.4g} mm)"
 
 
 def _disagreements(periodic: Sequence[PeriodicVerdict], checks: Sequence[Row]) -> str:
