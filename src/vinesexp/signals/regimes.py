@@ -436,7 +436,8 @@ def shown_by_record(
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
     found = _regimes(record, series, period=period, begin=start + begin, end=start + end)
     lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
-    hidden = _some_hidden(impacts, start + begin, start + end)
+    few = settings.seen_share * (end - begin) / period  # of which nothing is to be told
+    hidden = _some_hidden(impacts, start + begin, start + end, fewest=few)
     if not lasting and (hidden or aliased):
         checks += [_SOME_HIDDEN] if hidden else []
         return shown
@@ -538,11 +539,11 @@ _SOME_HIDDEN: Said = "ball", "warning", (
 _UNSURE, _MANY_UNSURE, _AS_LARGE = 0.95, 0.1, 0.5
 
 
-def _some_hidden(impacts: Impacts, begin: float, end: float) -> bool:
+def _some_hidden(impacts: Impacts, begin: float, end: float, *, fewest: float) -> bool:
     """Whether as many of a span are near the limit of what is found that others are below it."""
     own = (impacts.time_s >= begin) & (impacts.time_s <= end)
     jump, unsure = np.abs(impacts.velocity_jump_m_s[own]), impacts.confidence[own] < _UNSURE
-    if unsure.sum() <= _MANY_UNSURE * unsure.size:
+    if unsure.size <= fewest or unsure.sum() <= _MANY_UNSURE * unsure.size:
         return False
     return bool(np.median(jump[unsure]) > _AS_LARGE * np.median(jump))
 

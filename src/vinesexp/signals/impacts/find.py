@@ -319,7 +319,8 @@ def _struck(
         )
     shown = "displacement" in record.roles and settings.slopes.use
     if shown and motion and not found.time.size:  # a mount that rings hides the spikes
-        found, slopes = _where_it_bends(record, motion, clearance, said)
+        free = float(conditioned.attributes.get(FREE_FROM, 0.0))
+        found, slopes = _where_it_bends(record, motion, clearance, said, free=free)
     impacts = _table(found, slopes, sign=sign, start=record.start, late=late)
     return attribute(impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion)
 
@@ -468,10 +469,16 @@ def _seen(found: Detection, fit: _Fit, doubt: BoolArray) -> SlopeChanges | None:
 
 def _where_it_bends(
     record: RecordView, frequency: float, clearance: Sequence[float],
-    said: list[tuple[str, str, str]],
+    said: list[tuple[str, str, str]], *, free: float,
 ) -> tuple[Detection, SlopeChanges]:  # fmt: skip
-    """Impacts by the displacement alone: bends that are surely there, once all are fitted."""
+    """Impacts by the displacement alone: bends that are surely there, once all are fitted.
+
+    Until `free`, s, the mass is held: it has no motion of its own that could bend.
+    """
     x = coarse_displacement(record, frequency)
+    if free:
+        held = x.start + x.step * np.arange(x.values.size) < free
+        x = replace(x, missing=held if x.missing is None else x.missing | held)
     steps = resolution_of(record.read("displacement", 0, _LOOK))
     samples = round(x.step * record.sample_rate)
     found = detect_bends(x, frequency=frequency, resolution=steps / math.sqrt(samples))
