@@ -38,8 +38,8 @@ from vinesexp.signals.means import cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
 from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
+    STILL,
     TELLING,
-    Regime,
     Swing,
     activation_spells,
     regime_of,
@@ -442,7 +442,7 @@ def shown_by_record(
         checks += [_SOME_HIDDEN] if hidden else []
         return shown
     row |= found
-    if row["regime"] == Regime.NO_IMPACT.value and record.test != "sweep":
+    if float(row.get("impacts_per_cycle") or 0.0) < STILL and record.test != "sweep":
         checks.append(_did_not_work(min(record.clearance), float(counted.max())))
     row |= _spells(record, impacts, period)
     if base is not None:
