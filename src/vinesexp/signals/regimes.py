@@ -442,7 +442,8 @@ def shown_by_record(
         checks += [_SOME_HIDDEN] if hidden else []
         return shown
     row |= found
-    if float(row.get("impacts_per_cycle") or 0.0) < STILL and record.test != "sweep":
+    per_cycle = row["impacts_per_cycle"]
+    if isinstance(per_cycle, float) and per_cycle < STILL and record.test != "sweep":
         checks.append(_did_not_work(min(record.clearance), float(counted.max())))
     row |= _spells(record, impacts, period)
     if base is not None:
