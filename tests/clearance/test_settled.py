@@ -128,3 +128,31 @@ def test_a_mean_from_rest_holds_within_its_error_or_is_warned_of(zeta):
         mean, true = (r["amplitude_mean_m"] for r in (row, settled[record.clearance[0]]))
         error = math.hypot(*(r["amplitude_error_m"] for r in (row, settled[record.clearance[0]])))
         assert abs(mean - true) < 3.0 * error + 1e-3 * true, record.id
+
+
+def test_a_mean_that_holds_the_start_bounds_no_valley():
+    """The same amplitudes, counted 0.8 s after a start that lasts 3 s, and in motion."""
+    amplitudes = {20: 6.0, 24: 5.0, 28: 4.0, 31: 3.5, 33: 3.8}
+    records = [
+        Record(f"b{b}", Path("x"), "periodic", clearance=(1e-3 * b,), base_amplitude=0.25e-3,
+               frequency=(7.862, 7.862))
+        for b in amplitudes
+    ]  # fmt: skip
+    rows = [
+        {"record": f"b{b}", "regime": TWO, "amplitude_mean_m": 1e-3 * a, "length_s": 6.0,
+         "waited_s": 0.8 if b > 30 else None}
+        for b, a in amplitudes.items()
+    ]  # fmt: skip
+    campaign = Campaign(Path(), "", "", Known(), {}, None, None, None, tuple(records))
+    values = {"M": 4.7, "c1": 3.95, "k1": 1.147e4, "r": 0.6, "m": 0.032,
+              "f0": 7.862, "zeta": 0.0085}  # fmt: skip
+    identified = [
+        {"parameter": name, "value": str(v), "std_error": str(1e-3 * v), "method": "combined"}
+        for name, v in values.items()
+    ]
+    (lowest, _), checks = compared(campaign, identified, rows)
+    assert (lowest["measured_mm"], lowest["bound"]) == (28.0, "at least")
+    assert any("b31, b33: recorded from rest" in check.detail for check in checks)
+    moving = [row | {"waited_s": None} for row in rows]
+    (lowest, _), _ = compared(campaign, identified, moving)
+    assert 30.0 < lowest["measured_mm"] < 33.0

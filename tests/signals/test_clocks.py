@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import RECORDERS, RecordWriter, open_record
+from vinesexp.records.stored.store import FROM_REST, RECORDERS, RecordWriter, open_record
 from vinesexp.signals.clocks import Course, _error_of_phase, fault_of, law_of
 
 
@@ -85,7 +85,8 @@ def fault(path, base):
         if found is None:
             return None
         (check,), start = found.checks, round(found.start * RATE)
-        return check, start, start + sum(x.size for x in found.streams["base"])
+        end = start + sum(x.size for x in found.streams["base"])
+        return check, start, end, FROM_REST in found.attributes
 
 
 @pytest.mark.parametrize(("on", "off"), [(0.0, 9.3), (2.2, 12.0), (3.1, 8.4)])
@@ -94,10 +95,11 @@ def test_only_the_part_in_which_the_base_moves_is_used(tmp_path, on, off):
     t = np.arange(12_000) / RATE
     moves = np.clip((t - on) / 0.1, 0.0, 1.0) if on else np.ones(t.size)
     moves = moves * np.clip((off - t) / 0.1, 0.0, 1.0)
-    check, begin, end = fault(tmp_path / "a.nc", 2e-4 * moves * np.sin(2.0 * np.pi * F * t))
+    check, begin, end, rested = fault(tmp_path / "a.nc", 2e-4 * moves * np.sin(2.0 * np.pi * F * t))
     assert (check.check, check.outcome) == ("base motion", "ok")
     assert on * RATE <= begin <= (on + 0.5) * RATE * (on > 0.0)
     assert end == t.size if off == 12.0 else (off - 0.5) * RATE <= end <= off * RATE
+    assert rested == (on > 0.0)
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.3, 0.8])
@@ -113,7 +115,7 @@ def test_a_shaker_that_starts_slowly_has_lost_no_samples(tmp_path, slow):
     """Its phase turns as it starts; what is left is the steady part, and nothing else is said."""
     t = np.arange(28_000) / RATE - 0.2
     base = 1e-4 * np.where(t > 0.0, 1.0 - np.exp(-t / slow), 0.0) * np.sin(2.0 * np.pi * F * t)
-    check, begin, end = fault(tmp_path / "a.nc", base)
+    check, begin, end, _ = fault(tmp_path / "a.nc", base)
     assert (check.check, check.outcome, end) == ("base motion", "ok", t.size)
     assert 0.8 < 1.0 - np.exp(-t[begin] / slow) < 1.0
     assert fault(tmp_path / "b.nc", base[begin:]) is None

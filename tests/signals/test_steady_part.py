@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.records.stored.store import FROM_REST, RecordWriter, open_record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.regimes import shown_by_record
@@ -136,3 +136,23 @@ def test_a_test_is_in_the_motion_that_it_ends_in(last: float, regime: str, tmp_p
     if not last:
         assert row["amplitude_mean_m"] == pytest.approx(1.5e-3, rel=0.01)
         assert row["steady_from_s"] == pytest.approx(170 * period, abs=3 * period)
+
+
+@pytest.mark.parametrize("rested", [True, False])
+def test_a_record_that_was_cut_to_where_its_base_starts_begins_at_rest(
+    rested: bool, tmp_path: Path
+) -> None:
+    """Whatever its amplitude looks like: a modulated response may begin as low."""
+    t = np.arange(20 * 48) / (48 * F)
+    x = 1e-3 * (3.0 - np.cos(2 * np.pi * t / 0.9)) * np.cos(2 * np.pi * F * t)
+    known = {"oscillation_hz": F} | ({FROM_REST: 1} if rested else {})
+    with RecordWriter(
+        tmp_path / "c.nc", sample_rate=48 * F, quantities={"displacement": "displacement"},
+        attributes=known,
+    ) as writer:  # fmt: skip
+        writer.append({"displacement": x})
+    record = Record("r", tmp_path / "r.csv", "periodic", clearance=(0.03,))
+    with open_record(tmp_path / "c.nc") as view:
+        shown = shown_by_record(record, conditioned=view, impacts=no_impacts())
+    row = shown["regime"][0]
+    assert row["waited_s"] == (row["steady_from_s"] if rested else None)

@@ -124,6 +124,28 @@ def start_lasts(*, f0: float, zeta: float) -> float:
     return _WAITED / (2.0 * math.pi * f0 * zeta)
 
 
+#: A mean amplitude that holds more than this share of its start is none of the response.
+_START_COUNTS = 0.25
+
+
+def start_in_mean(test: Tested, forgets: float) -> float:
+    """Share of the start from rest that is left in the mean amplitude of a test.
+
+    It falls by exp(-t/forgets); 0 of a test that begins in motion.
+
+    Examples
+    --------
+    >>> test = Tested(0.03, 5e-3, length=14.0, waited=2.6)
+    >>> round(start_in_mean(test, 3.0), 2), round(start_in_mean(test, 15.0), 2)
+    (0.11, 0.59)
+    """
+    counted = test.length - test.waited
+    if not math.isfinite(test.waited) or not forgets or counted <= 0.0:
+        return 0.0
+    ends = math.exp(-test.waited / forgets), math.exp(-test.length / forgets)
+    return (ends[0] - ends[1]) * forgets / counted
+
+
 def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say of tests whose counted cycles come too soon after a start from rest."""
     forgets = decay_time(rig)
@@ -205,15 +227,15 @@ def compare(
         checks += _large_motion(level, own)
         tests = _settled(checks, level, own)
         forgets = decay_time(own) or 0.0
-        at_rest = [test for test in tests if test.waited < forgets]  # their mean is of the start
+        young = [t for t in tests if start_in_mean(t, forgets) > _START_COUNTS]
         lasts = None if predicted is None else predicted.low
         for suffix, kind, find, counted in (
             ("", LOWEST, partial(lowest_amplitude, b_c=lasts),
-             [test for test in tests if test not in at_rest]),
+             [test for test in tests if test not in young]),
             (END, PERMANENT_END, end_of_permanent, tests),
         ):  # fmt: skip
-            young = len(level.tests) - len(counted)
-            optimum = _measured(checks, kind, level.name, counted, find, reach, young)
+            left_out = len(level.tests) - len(counted)
+            optimum = _measured(checks, kind, level.name, counted, find, reach, left_out)
             row = _row("periodic", level.name + suffix, kind, optimum, predicted)
             rows.append(_in_mm(row, base_amplitude=level.G, stated_base=level.nominal))
     # Without f0 the time between two samples of the amplitude is unknown: no ties.

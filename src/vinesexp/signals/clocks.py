@@ -23,7 +23,7 @@ from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.store import RECORDERS, RecordView
+from vinesexp.records.stored.store import FROM_REST, RECORDERS, RecordView
 from vinesexp.signals.base_motion import sine_windows, sines_of_windows
 from vinesexp.signals.channel_agreement import lines_between, second_derivative_beside
 from vinesexp.signals.corrections import Correction, correct, samples_of
@@ -346,7 +346,7 @@ def fault_of(
 
 def _kept(
     view: RecordView, record: Record, begin: int, end: int, seen: str, *,
-    late: str = "", count: int = 0, ordinary: bool = False,
+    late: str = "", count: int = 0, ordinary: bool = False, from_rest: bool = False,
 ) -> Correction:  # fmt: skip
     """The samples `begin` to `end` alone, the longest part of a record that is whole.
 
@@ -355,6 +355,7 @@ def _kept(
     seen : what shows that the rest is not to be used, in words.
     late : the channel that alone lost samples before it ('' where none), by `count` samples.
     ordinary : the rest is another test, and nothing is wrong with the recorder.
+    from_rest : before it nothing moved.
     """
     span = f"from {view.moment(begin)} to {view.moment(end - 1)}"
     check = Check(
@@ -368,7 +369,8 @@ def _kept(
     streams = {
         role: samples_of(view, role, begin + count * (role != late), end) for role in view.roles
     }
-    return Correction([check], streams, float(view.time(begin, begin + 1)[0]))
+    known = {FROM_REST: 1} if from_rest else {}
+    return Correction([check], streams, float(view.time(begin, begin + 1)[0]), attributes=known)
 
 
 def _long_gaps(view: RecordView, record: Record, frequency: float) -> Correction | None:
@@ -408,7 +410,9 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
         return None
     last = view.n if end == len(windows) else end * size * k
     seen = "the base stands still before or after"
-    return _kept(view, record, begin * size * k, last, seen, ordinary=True)
+    return _kept(
+        view, record, begin * size * k, last, seen, ordinary=True, from_rest=begin > 0
+    )  # fmt: skip
 
 
 #: Of its usual amplitude, below which a base is at rest, or starts or stops.

@@ -35,6 +35,8 @@ class Correction:
         Hz, where all channels are brought to other times; default: as it is.
     without : tuple of str
         Roles of channels that the record is better without.
+    attributes : mapping
+        What later steps are to know of it.
     """
 
     checks: Sequence[Check]
@@ -42,6 +44,7 @@ class Correction:
     start: float | None = None
     sample_rate: float | None = None
     without: tuple[str, ...] = ()
+    attributes: Mapping[str, int] = field(default_factory=dict)
 
 
 Find = Callable[[RecordView, Record, float], Correction | None]
@@ -78,15 +81,16 @@ def correct(path: Path, record: Record, find: Find, *, even: bool = True) -> Seq
 
 
 def _write_anew(path: Path, view: RecordView, found: Correction) -> None:
-    """The record in the place of the one that is read; rate, quantities and attributes stay."""
+    """The record in the place of the one that is read; its attributes stay, and more come."""
     roles = [role for role in view.roles if role not in found.without]
     streams = {role: found.streams.get(role) or samples_of(view, role) for role in roles}
     with RecordWriter(
         path, sample_rate=found.sample_rate or view.sample_rate,
         start=view.start if found.start is None else found.start,
         quantities={role: view.quantity(role) for role in roles},
-        attributes={k: v for k, v in view.attributes.items()
-                    if k not in ("Conventions", "sample_rate_hz", "start_s")},
+        attributes={**{k: v for k, v in view.attributes.items()
+                       if k not in ("Conventions", "sample_rate_hz", "start_s")},
+                    **found.attributes},
     ) as writer:  # fmt: skip
         for blocks in in_step(streams, _SEEN):
             writer.append(blocks)

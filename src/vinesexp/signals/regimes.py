@@ -27,7 +27,7 @@ from vinesexp.records.campaign.missing_cells import WITH_BALL
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.refusal import refused_where_it_fails, require_conditioned
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.records.stored.store import FROM_REST, RecordView, open_record
 from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.free_from import FREE_FROM
@@ -413,7 +413,8 @@ def shown_by_record(
         steady, begin = steady_after(begin, time, amplitude, period=period)
         row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
         row["steady_from_s"] = begin
-        row["waited_s"] = begin if from_rest(amplitude) else None
+        at_rest = bool(view.attributes.get(FROM_REST)) or from_rest(amplitude)
+        row["waited_s"] = begin if at_rest else None
         checks += _how_it_began(steady, begin)
     counted = amplitude[time >= begin]
     row["cycles"] = float(counted.size)

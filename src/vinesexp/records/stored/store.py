@@ -43,8 +43,12 @@ CONVENTIONS = "CF-1.11"
 #: Attribute: roles of the channels of each file that a record was joined from, `a,b;c`.
 RECORDERS = "recorders"
 
+#: Attribute: the record was cut to where its base begins to move.
+FROM_REST = "base_from_rest"
+
 #: Attributes of a record that its conditioned file has too.
 CARRIED = (
+    FROM_REST,
     *("title", "record", "test", "source", "source_sha256", "source_format", "setup", "note"),
     *("clearance_m", "base_amplitude_m", "frequency_hz", "added_mass_kg", "release_m"),
     "vinesexp_version",
