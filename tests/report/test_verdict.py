@@ -163,6 +163,8 @@ def test_headline_leaves_out_what_is_not_known():
     assert headline([UNMEASURED], [], {}) == f"{few} The records determine no parameter either."
     ball = {"record": "", "check": "missing", "outcome": "warning", "detail": "known.nes_mass is"}
     assert headline([UNMEASURED], [], {"f0": "8 Hz"}, [ball]) == few  # it asks for no ball
+    young = ball | {"check": "settling"}
+    assert "recorded before they had settled" in headline([UNMEASURED], [], {"f0": "8"}, [young])
 
 
 def release(target: float, best: float, low: float | None, high: float | None, bound: str = ""):

@@ -265,8 +265,11 @@ def headline(
         others = " To another amplitude another clearance is fastest." if len(best) > 1 else ""
         return f"From {first['level']} the amplitude fell fastest with {_best(first)}.{others}"
     missing = [row["detail"] for row in checks if row["check"] == MISSING]
+    young = any(row["check"] == "settling" for row in checks)
     reason = (
-        "too few clearances were tried to find the best one"
+        "the tests were recorded before they had settled; wait longer after the start"
+        if periodic and young
+        else "too few clearances were tried to find the best one"
         if periodic or releases
         else missing[0]
         if missing
