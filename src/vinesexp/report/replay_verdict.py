@@ -161,7 +161,7 @@ def _row(level: PeriodicLevel, test: Tested, rig: IdentifiedRig) -> dict[str, st
     permanent = test.regime in PERMANENT
     return {
         "record": test.record,
-        "clearance": f"{1e3 * test.clearance:g}",
+        "clearance": f"{1e3 * test.clearance:.4g}",
         "measured": f"{test.regime}, {1e3 * (test.value or 0.0):.3g} mm",
         "predicted": "no two impacts per cycle" if permanent else "two impacts per cycle",
         "found": "; ".join(_in_words(one) for one in found),

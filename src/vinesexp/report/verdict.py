@@ -167,12 +167,12 @@ def left_early(
         shown = regimes_of(replayed[test.record]) if test.record in replayed else set()
         if lost and low < b < exact and shown & set(PERMANENT):
             return (
-                f"at {b:g} mm the identified rig keeps two impacts per cycle from some starts "
+                f"at {b:.4g} mm the identified rig keeps two impacts per cycle from some starts "
                 "only, so these tests do not show where that orbit ends"
             )
         if lost and low < b < exact and test.length < (forgets or 0.0):
             return (
-                f"the record at {b:g} mm lasts {test.length:.3g} s, and this mass takes "
+                f"the record at {b:.4g} mm lasts {test.length:.3g} s, and this mass takes "
                 f"{forgets:.3g} s to forget how it began, so it does not show where that orbit ends"
             )
     return ""
