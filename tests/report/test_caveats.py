@@ -128,16 +128,3 @@ def test_tests_that_missed_an_orbit_that_is_there_are_no_contradiction(regime, s
     assert bool(text) is said
     assert ("at 33 mm the identified rig keeps two" in text) is said
     assert left_early(level, end | {"exact_mm": 32}, replayed(b33=starts)) == ""
-
-
-def test_a_record_shorter_than_the_memory_of_its_mass_shows_no_end():
-    tests = (
-        Tested(0.030, 1.0, "two symmetric", "b30"),
-        Tested(0.033, 1.0, "strongly modulated", "b33", length=14.0),
-    )
-    level = PeriodicLevel(0.25e-3, LevelBase(Quantity(0.25e-3), None), tests)
-    end = {"measured_low_mm": 30, "exact_mm": 33.9}
-    lost = replayed(b33="strongly modulated")
-    assert left_early(level, end, lost, forgets=10.0) == ""
-    text = left_early(level, end, lost, forgets=15.3)
-    assert "the record at 33 mm lasts 14 s, and this mass takes 15.3 s to forget" in text

@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
-from vinesexp.clearance.comparison import END, decay_time
+from vinesexp.clearance.comparison import END
 from vinesexp.clearance.levels import PeriodicLevel
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import predicted_lowest
@@ -145,9 +145,7 @@ def likely_causes(checks: Sequence[Row]) -> str:
     return f"likely causes by the checks: {', '.join(words)}"
 
 
-def left_early(
-    level: PeriodicLevel, end: Row, replay: Sequence[Row], *, forgets: float | None = None
-) -> str:
+def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
     """Why tests may lose two impacts per cycle below b_c: they began elsewhere; empty if not so.
 
     Parameters
@@ -157,8 +155,6 @@ def left_early(
         Row of clearances.csv of the end of two impacts per cycle.
     replay : sequence of mappings
         Rows of replay.csv.
-    forgets : float, optional
-        Time in which a free amplitude falls to 1/e, s.
     """
     low, exact = end.get("measured_low_mm") or 0.0, end.get("exact_mm") or 0.0
     replayed = {row["record"]: row for row in replay if row["quantity"] == "regime"}
@@ -169,11 +165,6 @@ def left_early(
             return (
                 f"at {b:.4g} mm the identified rig keeps two impacts per cycle from some starts "
                 "only, so these tests do not show where that orbit ends"
-            )
-        if lost and low < b < exact and test.length < (forgets or 0.0):
-            return (
-                f"the record at {b:.4g} mm lasts {test.length:.3g} s, and this mass takes "
-                f"{forgets:.3g} s to forget how it began, so it does not show where that orbit ends"
             )
     return ""
 
@@ -211,7 +202,7 @@ def periodic_verdicts(results: CampaignResults) -> list[PeriodicVerdict]:
         rig = results.rig_at(level)
         least = predicted_lowest(rig, G=level.G, frequency=level.frequency)
         sentence, agrees = agreement(lowest, end)
-        if agrees is False and (why := left_early(level, end, replay, forgets=decay_time(rig))):
+        if agrees is False and (why := left_early(level, end, replay)):
             sentence, agrees = f"{sentence}; {why}", None
         least = None if least is None else 1e3 * least
         verdicts.append(
