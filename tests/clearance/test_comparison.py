@@ -272,9 +272,8 @@ def test_releases_by_hand_are_one_level_and_begin_at_one_amplitude():
     records = [release(b, x0) for b, x0 in pulled.items()]
     still = release(60, 0.0198)  # of a ball that no wall reached
     regimes = [
-        regime_row(r.id, 1.0, "two symmetric") | {"amplitude_max_m": 0.98 * r.release}
-        for r in records
-    ] + [regime_row(still.id, 1.0, "no impact") | {"amplitude_max_m": 0.0194}]
+        regime_row(r.id, 1.0, "two symmetric") | {"released_m": 0.98 * r.release} for r in records
+    ] + [regime_row(still.id, 1.0, "no impact") | {"released_m": 0.0194}]
     times = [
         time_row(r.id, share * r.release, (0.98 - share) * r.release / 0.005)
         for r in [*records, still] for share in (0.5, 0.25)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.free_from import FREE_FROM, free_from
 from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.signals.regimes import released as how_far
 
 RATE = 2000.0
 
@@ -98,3 +100,26 @@ def test_an_accelerometer_alone_shows_when_a_release_began(tmp_path, hold, struc
         x = view.read("displacement", round((hold + 0.3) * RATE), round((hold + 1.3) * RATE))
     expected = 0.01 * np.exp(-0.005 * w * (s - 0.0))[round((hold + 0.3) * RATE)]
     assert np.abs(x).max() == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("hold", [0.0, 0.5])
+@pytest.mark.parametrize("lost", [0.0, 0.04])
+def test_how_far_out_a_mass_was_let_go_is_seen_whatever_happens_then(tmp_path, hold, lost):
+    """By the bandpassed record a fast decay looked let go from 2 % less than a slow one."""
+    t = np.arange(round(12.0 * RATE)) / RATE
+    s = np.maximum(t - hold, 0.0)
+    swing = np.maximum(20e-3 * np.exp(-0.2 * s) - lost * s, 1e-5)
+    x = 3e-3 + swing * np.cos(2.0 * np.pi * 7.9 * s)
+    quantities = {"displacement": "displacement"}
+    with RecordWriter(
+        tmp_path / "r.nc", sample_rate=RATE, quantities=quantities,
+        attributes={"test": "transient"},
+    ) as writer:  # fmt: skip
+        writer.append({"displacement": x + 5e-6 * np.random.default_rng(1).standard_normal(t.size)})
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.9)
+    record = Record("r", tmp_path / "r.csv", "transient", clearance=(0.03,))
+    with open_record(tmp_path / "r.nc") as raw, open_record(tmp_path / "c.nc") as view:
+        seen = how_far(record, measured=raw, conditioned=view)
+        assert seen == pytest.approx(20e-3, rel=0.01)
+        ring = Record("r", tmp_path / "r.csv", "ringdown")
+        assert how_far(ring, measured=raw, conditioned=view) is None

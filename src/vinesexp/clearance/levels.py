@@ -213,17 +213,20 @@ def release_levels(
         ids = {record.id for record, _ in group}
         stated = Quantity(x0, campaign.known.uncertainties.release.of(x0))
         release = found_length("release", identified, ids) or stated
-        # the sensor shows by how much each was let go farther out than the others
-        starts = [row["amplitude_max_m"] for _, row in group if row.get("amplitude_max_m")]
-        common = median(starts) if starts else None
+        # the sensor shows how much farther out each was let go than the others, or the sheet does
+        shown = all(row.get("released_m") for _, row in group)
+        starts = [
+            row["released_m"] if shown else abs(record.release or x0) for record, row in group
+        ]
         nearest = min(group, key=lambda one: abs(abs(one[0].release or 0.0) - x0))[0].id
         for target in sorted(reached.get(nearest, {}), reverse=True):
             tests = [
                 Tested(record.clearance[0], time, row["regime"], record.id)
-                for record, row in sorted(group, key=lambda one: one[0].clearance)
+                for (record, row), start in zip(group, starts, strict=True)
                 if (fell := reached.get(record.id)) is not None
-                for time in [_time_from(common, fell, row.get("amplitude_max_m"), target)]
+                for time in [_time_from(median(starts), fell, start, target)]
             ]
+            tests.sort(key=lambda test: test.clearance)
             if any(test.value is not None for test in tests):
                 levels.append(ReleaseLevel(x0, target, tuple(tests), release))
     return levels
@@ -262,14 +265,12 @@ def _by_release(
 
 
 def _time_from(
-    common: float | None, fell: Mapping[float, float | None], start: float | None, target: float
+    common: float, fell: Mapping[float, float | None], start: float, target: float
 ) -> float | None:
     """Time to fall to a target, s, as if the release had begun at a `common` amplitude, m.
 
     In between the amplitude falls by straight lines. None if the target is not reached.
     """
-    if common is None or not start:
-        return fell.get(target)
     known = sorted(((a, t) for a, t in fell.items() if t is not None and a < start), reverse=True)
     amplitude, time = np.array([(start, 0.0), *known]).T
     if amplitude.size < 2 or target < amplitude[-1] * (1.0 - _ONE_RELEASE):

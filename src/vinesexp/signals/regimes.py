@@ -34,7 +34,7 @@ from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
 from vinesexp.signals.impacts.find import count_impacts, impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
-from vinesexp.signals.means import cycles_from, time_to_level
+from vinesexp.signals.means import coarse_channels, cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
 from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
@@ -566,6 +566,35 @@ def unknown_regime(record: Record) -> Row:
     return {"record": record.id, **dict.fromkeys(columns)}
 
 
+def released(record: Record, *, measured: RecordView, conditioned: RecordView) -> float | None:
+    """How far from rest a release was let go, m; None where no displacement shows it.
+
+    Rest is the mean of its first cycles: later the sensor has drifted. By the record as measured: a
+    bandpass changes the beginning of a motion by what comes later.
+
+    Parameters
+    ----------
+    record : Record
+    measured, conditioned : RecordView
+        As measured, and bandpassed.
+    """
+    frequency, roles = conditioned.oscillation, measured.roles
+    if record.test != "transient" or not frequency or "displacement" not in roles:
+        return None
+    if measured.quantity("displacement") != "displacement":
+        return None
+    _, step, (x,) = coarse_channels(measured, frequency, _POINTS, "displacement")
+    # held it stands where it is let go
+    free, cycles = int(_free(conditioned) / step), round(_ABOUT_REST / (frequency * step))
+    if free + cycles >= x.size:
+        return None
+    seen = abs(float(x[max(free - 1, 0)] - np.nanmean(x[free : free + cycles])))
+    return seen if math.isfinite(seen) else None
+
+
+_POINTS, _ABOUT_REST = 48, 8  # means a cycle; cycles whose middle is rest
+
+
 def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
     """Rows of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`.
 
@@ -704,6 +733,7 @@ def rows_or_refuse(
             lost = any(check == "aliased" for check, _, _ in said)
             rows.update(shown_by_record(record, conditioned=view, impacts=impacts, aliased=lost))
             counted = rows["regime"][0].get("steady_from_s")
+            rows["regime"][0]["released_m"] = released(record, measured=raw, conditioned=view)
             rows.update(
                 base=base_rows(record, measured=raw, conditioned=view, steady_from=counted),
                 times=decay_times(record, conditioned=view),
