@@ -318,7 +318,8 @@ def _struck(
             record, conditioned, motion, clearance, test, settings, said
         )
     shown = "displacement" in record.roles and settings.slopes.use
-    if shown and motion and not found.time.size:  # a mount that rings hides the spikes
+    # a mount that rings hides the spikes; one that shows a release would show impacts
+    if shown and motion and not found.time.size and slopes is not _NONE:
         free = float(conditioned.attributes.get(FREE_FROM, 0.0))
         found, slopes = _where_it_bends(record, motion, clearance, said, free=free)
     impacts = _table(found, slopes, sign=sign, start=record.start, late=late)
@@ -351,7 +352,10 @@ def _by_pulses(
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
     x = replace(x, late=max(lag, 0.0))
     free = float(conditioned.attributes.get(FREE_FROM, 0.0))
-    found = found.keep(~_let_go(found, x, free=free, frequency=motion))
+    let_go = _let_go(found, x, free=free, frequency=motion)
+    if let_go.all():
+        return found.keep(~let_go), _NONE, sign, lag
+    found = found.keep(~let_go)
     every, knocked = found, np.zeros(found.time.size, dtype=bool)
     if len(clearance) == 1:
         knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)
@@ -377,6 +381,9 @@ def _by_pulses(
         )
     return found, slopes, sign, lag
 
+
+#: Of an accelerometer that shows the release and nothing else.
+_NONE = SlopeChanges(*[np.empty(0)] * 7)
 
 #: s about the release in which a sensor and its filters ring, and how large this is at most over
 #: the step of the acceleration.
@@ -503,7 +510,7 @@ def _where_it_bends(
             return found, slopes
         else:
             found, jumps = found.keep(kept), slopes.jump[kept]
-    return found, SlopeChanges(*[np.empty(0)] * 7)
+    return found, _NONE
 
 
 _NO_FLIGHTS = (
