@@ -15,6 +15,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter
+from vinesexp.replay import campaign_replay
 from vinesexp.replay.campaign_replay import Model, _begun, replay_campaign, rig_of
 from vinesexp.replay.motions import (
     AS_RECORDED,
@@ -514,3 +515,24 @@ def test_a_record_with_impacts_is_not_beside_a_ball_that_nothing_strikes():
     base = LevelBase(Quantity(0.15e-3), Quantity(F))
     drive = drive_of(periodic(15.0), rig, base=base, samples=None, length=5.0)
     assert all(one.motion.impacts["time"].size for one in replays(rig, drive, plain=rig))
+
+
+@pytest.mark.parametrize(("test", "again"), [("transient", 4), ("periodic", 4), ("ringdown", 0)])
+def test_a_test_that_a_small_error_of_its_clearance_explains_is_replayed(test, again, monkeypatch):
+    """Of a release too: where a wall just reaches the ball, all after it hangs on that."""
+    tried = []
+
+    def replayed(*_, share=0.0, **__):
+        tried.append(share)
+        return [shown(f"clearance {share:+.3f}", "chatter", 5e-3 + abs(share), 2.0 - 50.0 * share)]
+
+    monkeypatch.setattr(campaign_replay, "_replayed", replayed)
+    record = Record("a", Path("x"), test, clearance=(0.0083,), base_amplitude=G)
+    t = np.arange(1.0, 40.0)
+    seen = campaign_replay.Recorded(F, 40.0, t, 0.01 * np.exp(-t), 0.01, 0.0, None, ())
+    monkeypatch.setattr(campaign_replay, "decay_time", lambda *_: 1.2)
+    row = MEASURED | {"amplitude_mean_m": 0.009}
+    whole = Campaign(Path(), "", "", Known(), {}, None, None, None, (record,))
+    campaign_replay._beside(whole, record, Model(TABLE_2, (0.032,)), None, seen, row)
+    assert len(tried) == 1 + again
+    assert sorted(tried) == pytest.approx(sorted(-one for one in tried))

@@ -156,3 +156,22 @@ def test_a_record_that_was_cut_to_where_its_base_starts_begins_at_rest(
         shown = shown_by_record(record, conditioned=view, impacts=no_impacts())
     row = shown["regime"][0]
     assert row["waited_s"] == (row["steady_from_s"] if rested else None)
+
+
+@pytest.mark.parametrize(("every", "regime"), [(1, "two symmetric"), (3, None)])
+def test_impacts_between_too_few_samples_are_a_lower_bound(
+    every: int, regime: str | None, tmp_path: Path
+) -> None:
+    """Two a cycle that last are so for all that is lost; one in three would be chaos."""
+    t = np.arange(100 * 48) / (48 * F)
+    with RecordWriter(
+        tmp_path / "c.nc", sample_rate=48 * F, quantities={"displacement": "displacement"},
+        attributes={"oscillation_hz": F},
+    ) as writer:  # fmt: skip
+        writer.append({"displacement": 2e-3 * np.cos(2 * np.pi * F * t)})
+    record = Record("r", tmp_path / "r.csv", "periodic", clearance=(0.03,))
+    impacts = ball_that_is_caught(list(np.arange(0.25, 100, 0.5)[::every] / F))
+    with open_record(tmp_path / "c.nc") as view:
+        for aliased in (False, True):
+            shown = shown_by_record(record, conditioned=view, impacts=impacts, aliased=aliased)
+            assert shown["regime"][0]["regime"] == (regime if aliased else regime or "chaos")

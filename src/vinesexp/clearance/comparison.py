@@ -89,7 +89,7 @@ def may_not_have_settled(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Te
     rig : IdentifiedRig
         With f0 and zeta.
     """
-    forgets = decay_time(rig)
+    forgets = _decay_time(rig)
     if forgets is None:
         return []
     return [
@@ -105,7 +105,7 @@ def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> C
     names = ", ".join(test.record for test in tests)
     detail = (
         f"{level}: {names}: no permanent two impacts per cycle in records of "
-        f"{shortest:.3g} s; the free amplitude of this mass falls to 1/e in {decay_time(rig):.3g} "
+        f"{shortest:.3g} s; the free amplitude of this mass falls to 1/e in {_decay_time(rig):.3g} "
         "s: the tests may not have settled, and do not count for the best clearance; wait longer "
         "before recording, or record longer"
     )
@@ -146,7 +146,7 @@ def start_in_mean(test: Tested, forgets: float) -> float:
 
 def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say of tests whose counted cycles come too soon after a start from rest."""
-    forgets = decay_time(rig)
+    forgets = _decay_time(rig)
     if forgets is None:
         return []
     lasts = _WAITED * forgets
@@ -179,7 +179,7 @@ def _large_motion(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     return [Check("", "spring", "warning", detail)]
 
 
-def decay_time(rig: IdentifiedRig) -> float | None:
+def _decay_time(rig: IdentifiedRig) -> float | None:
     """Time in which a free amplitude falls to 1/e, s."""
     if rig.f0 is None or rig.zeta is None or rig.zeta.value <= 0.0:
         return None
@@ -224,14 +224,13 @@ def compare(
         checks += start_checks(level, own)
         checks += _large_motion(level, own)
         tests = _settled(checks, level, own)
-        forgets = decay_time(own) or 0.0
-        young = [t for t in tests if start_in_mean(t, forgets) > _START_COUNTS]
-        lasts = None if predicted is None else predicted.low
+        forgets = _decay_time(own) or 0.0
+        settled = [t for t in tests if start_in_mean(t, forgets) <= _START_COUNTS]
+        lowest = partial(lowest_amplitude, b_c=None if predicted is None else predicted.low)
         for suffix, kind, find, counted in (
-            ("", LOWEST, partial(lowest_amplitude, b_c=lasts),
-             [test for test in tests if test not in young]),
+            ("", LOWEST, lowest, settled),
             (END, PERMANENT_END, end_of_permanent, tests),
-        ):  # fmt: skip
+        ):
             left_out = len(level.tests) - len(counted)
             optimum = _measured(checks, kind, level.name, counted, find, reach, left_out)
             row = _row("periodic", level.name + suffix, kind, optimum, predicted)
@@ -326,8 +325,10 @@ def bound_in_words(optimum: Optimum, tests: Sequence[Tested]) -> str:
     Examples
     --------
     >>> tests = [Tested(b, 1.0) for b in (0.02, 0.03, 0.04)]
-    >>> bound_in_words(Optimum(0.02, None, 0.03, bound="at most"), tests)
+    >>> bound_in_words(Optimum(0.02, None, 0.03), tests)
     'below 30 mm, maybe smaller than any tried (20 to 40 mm); try smaller ones'
+    >>> bound_in_words(Optimum(0.03, 0.03, None), tests)
+    'above 30 mm; the larger ones tried (40 mm) do not show where; try others'
     """
     tried = sorted(1e3 * test.clearance for test in tests)
     span = f"({tried[0]:.4g} to {tried[-1]:.4g} mm)"

@@ -188,7 +188,8 @@ def _regime(row: Row) -> str:
 
 def _still(row: Row) -> bool:
     """Whether the ball met its walls hardly ever: a false impact or two are no motion of it."""
-    return row["regime"] == Regime.NO_IMPACT.value or (row.get("impacts_per_cycle") or 1.0) < STILL
+    per_cycle = row.get("impacts_per_cycle")
+    return row["regime"] == Regime.NO_IMPACT.value or (per_cycle is not None and per_cycle < STILL)
 
 
 def release_levels(
@@ -218,13 +219,14 @@ def release_levels(
         starts = [
             row["released_m"] if shown else abs(record.release or x0) for record, row in group
         ]
-        nearest = min(group, key=lambda one: abs(abs(one[0].release or 0.0) - x0))[0].id
-        for target in sorted(reached.get(nearest, {}), reverse=True):
+        common = median(starts)
+        named = next(record.id for record, _ in group if abs(record.release or 0.0) == x0)
+        for target in sorted(reached.get(named, {}), reverse=True):
             tests = [
                 Tested(record.clearance[0], time, row["regime"], record.id)
                 for (record, row), start in zip(group, starts, strict=True)
                 if (fell := reached.get(record.id)) is not None
-                for time in [_time_from(median(starts), fell, start, target)]
+                for time in [_time_from(common, fell, start, target)]
             ]
             tests.sort(key=lambda test: test.clearance)
             if any(test.value is not None for test in tests):

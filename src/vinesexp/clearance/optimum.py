@@ -49,17 +49,23 @@ class Optimum:
     Attributes
     ----------
     clearance : the estimate; where `bound` is set, the tried clearance that was best.
-    low, high : tried clearances on either side; None where nothing was tried beyond.
-    bound : ``at most`` where the best is the smallest that was tried (the optimum may be smaller),
-        ``at least`` where it is the largest, ``open`` where both ends are equally good.
+    low, high : tried clearances on either side; None where none beyond bounds it.
     records : ids of the records it came from.
     """
 
     clearance: float
     low: float | None
     high: float | None
-    bound: Bound = ""
     records: tuple[str, ...] = ()
+
+    @property
+    def bound(self) -> Bound:
+        """``at most`` where the optimum may be smaller than all that was tried, ``at least`` where
+        it may be larger, ``open`` where it may be either.
+        """
+        if self.low is None:
+            return "open" if self.high is None else "at most"
+        return "at least" if self.high is None else ""
 
 
 @dataclass(frozen=True)
@@ -135,19 +141,13 @@ def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Op
     if points[best].lost:  # not on the smooth side: that begins where two impacts last
         below = [point for point in below if not point.lost]
     above = [p for p in points[best + 1 :] if not (p.lost and p.clearance < (b_c or 0.0))]
-    low = below[-1].clearance if below else None
-    high = above[0].clearance if above else None
-    bound = _bound(low, high)
-    return Optimum(
-        clearance=points[best].clearance if bound else _vertex(points, best),
-        low=low, high=high, bound=bound, records=_records(tests),
-    )  # fmt: skip
-
-
-def _bound(low: float | None, high: float | None) -> Bound:
-    if low is None:
-        return "open" if high is None else "at most"
-    return "at least" if high is None else ""
+    found = Optimum(
+        clearance=points[best].clearance,
+        low=below[-1].clearance if below else None,
+        high=above[0].clearance if above else None,
+        records=_records(tests),
+    )
+    return found if found.bound else replace(found, clearance=_vertex(points, best))
 
 
 def widened(optimum: Optimum, of: Callable[[float], float]) -> Optimum:
@@ -239,8 +239,7 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     low = points[last].clearance if last >= 0 else None
     high = points[last + 1].clearance if last + 1 < len(points) else None
     middle = [b for b in (low, high) if b is not None]
-    bound = _bound(low, high)
-    return Optimum(sum(middle) / len(middle), low, high, bound=bound, records=records)
+    return Optimum(sum(middle) / len(middle), low, high, records=records)
 
 
 def swings(tests: Sequence[Tested]) -> list[Tested]:
@@ -251,7 +250,7 @@ def swings(tests: Sequence[Tested]) -> list[Tested]:
 
     Examples
     --------
-    >>> from vinesexp.theory.regime_definitions import PERMANENT, Regime
+    >>> from vinesexp.theory.regime_definitions import PERMANENT
     >>> from vinesexp.theory.regime_definitions import Swing
     >>> steady, swinging = Swing(1e-4, 1e-4), Swing(0.016, 0.016)
     >>> tests = [Tested(0.030, 5.7, "two symmetric", "a", steady),
@@ -302,17 +301,9 @@ def fastest(tests: Sequence[Tested], *, resolution: float) -> Optimum:
     best = min(points, key=lambda point: point.value)
     ties = [point.clearance for point in points if point.value <= best.value + resolution]
     first, last = tried.index(min(ties)), tried.index(max(ties))
-    ends = first == 0, last == len(tried) - 1
-    bounds: dict[tuple[bool, bool], Bound] = {
-        (False, False): "",
-        (True, False): "at most",
-        (False, True): "at least",
-        (True, True): "open",
-    }
     return Optimum(
         clearance=best.clearance,
-        low=None if ends[0] else tried[first - 1],
-        high=None if ends[1] else tried[last + 1],
-        bound=bounds[ends],
+        low=tried[first - 1] if first else None,
+        high=tried[last + 1] if last + 1 < len(tried) else None,
         records=_records(tests),
     )

@@ -33,7 +33,7 @@ from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.base_motion import base_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_in, pulse_share
 from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.free_from import FREE_FROM
+from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.from_integral import Integrated, integrated_impacts, may_be_integrated
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import channel_means, group_size
@@ -287,7 +287,7 @@ def _released(
     k = max(1, int(view.sample_rate / (_FINE * frequency)))
     step, x = k / view.sample_rate, channel_means(view, "displacement", k)
     cycle = 1.0 / (frequency * step)
-    free = round(float(band.attributes.get(FREE_FROM, 0.0)) / step)
+    free = round(freed(band) / step)
     part = round(int((x.size - free) / cycle / 3.0) * cycle)  # a third of it, in whole cycles
     if part < _FEWEST * cycle:
         return []

@@ -39,7 +39,7 @@ from vinesexp.replay.replay_table import (
     measures_of,
 )
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.signals.free_from import FREE_FROM
+from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.theory.regime_definitions import Regime
@@ -279,7 +279,7 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
             return None
         f, rate = float(frequency), view.sample_rate
         # A mass that was held before its release is compared from where it is free.
-        free = round(float(view.attributes.get(FREE_FROM, 0.0)) * rate)
+        free = round(freed(view) * rate)
         x = view.read("displacement", free, free + _MOST)
         time, amplitude = cycle_amplitudes(x, rate, f)
         length = (view.n - free) / rate

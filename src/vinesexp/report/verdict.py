@@ -258,7 +258,7 @@ def headline(
     missing = [row["detail"] for row in checks if row["check"] == MISSING]
     young = any(row["check"] == "settling" for row in checks)
     reason = (
-        "the tests were recorded before they had settled; wait longer after the start"
+        "too few clearances were tried, or too many tests recorded before they had settled"
         if periodic and young
         else "too few clearances were tried to find the best one"
         if periodic or releases

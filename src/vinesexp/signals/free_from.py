@@ -69,6 +69,11 @@ def free_from(x: FloatArray, step: float, *, frequency: float) -> float:
     return float(begin * step)
 
 
+def freed(conditioned: RecordView) -> float:
+    """When the mass of a conditioned record is let go, s from its first sample; 0: it is free."""
+    return float(conditioned.attributes.get(FREE_FROM, 0.0))
+
+
 def free_sample(record: RecordView, *, frequency: float) -> int:
     """First sample at which the mass of a release is free; 0 for other tests.
 

@@ -30,7 +30,7 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import FROM_REST, RecordView, open_record
 from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
-from vinesexp.signals.free_from import FREE_FROM
+from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
 from vinesexp.signals.impacts.find import count_impacts, impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
@@ -398,7 +398,7 @@ def shown_by_record(
     if "displacement" not in view.roles or not frequency:
         return shown
     time, amplitude = _amplitudes(view, frequency)
-    length, start, free = view.n / view.sample_rate, view.start, _free(view)
+    length, start, free = view.n / view.sample_rate, view.start, freed(view)
     base = swept(view, frequency) if record.test == "sweep" else None
     if amplitude.size == 0:
         return shown
@@ -436,9 +436,9 @@ def shown_by_record(
         return shown
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
     found = _regimes(record, series, period=period, begin=start + begin, end=start + end)
-    lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
     few = settings.seen_share * (end - begin) / period  # of which nothing is to be told
     hidden = _some_hidden(impacts, start + begin, start + end, fewest=few)
+    lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
     if not lasting and (hidden or aliased):
         checks += [_SOME_HIDDEN] if hidden else []
         return shown
@@ -448,11 +448,19 @@ def shown_by_record(
         checks.append(_did_not_work(min(record.clearance), float(counted.max())))
     row |= _spells(record, impacts, period)
     if base is not None:
-        shown["bands"] += band_rows(record.id, series, base, decay, settings)
+        shown["bands"] = band_rows(record.id, series, base, decay, settings)
     elif record.test == "transient":
-        rows = (transition_row(record.id, one, decay, start=start, period=period) for one in series)
-        shown["transitions"] += filter(None, rows)
+        shown["transitions"] = _transitions(record, series, decay, start=start, period=period)
     return shown
+
+
+def _transitions(
+    record: Record, series: Sequence[Series], decay: tuple[FloatArray, FloatArray], *,
+    start: float, period: float,
+) -> list[Row]:  # fmt: skip
+    """Rows of transitions.csv of a release, of those balls that are captured."""
+    rows = (transition_row(record.id, one, decay, start=start, period=period) for one in series)
+    return [row for row in rows if row is not None]
 
 
 #: A start that moves the mean by less is not worth a line.
@@ -585,10 +593,11 @@ def released(record: Record, *, measured: RecordView, conditioned: RecordView) -
         return None
     _, step, (x,) = coarse_channels(measured, frequency, _POINTS, "displacement")
     # held it stands where it is let go
-    free, cycles = int(_free(conditioned) / step), round(_ABOUT_REST / (frequency * step))
-    if free + cycles >= x.size:
+    free, cycles = int(freed(conditioned) / step), round(_ABOUT_REST / (frequency * step))
+    about = x[free : free + cycles]
+    if free + cycles >= x.size or not np.isfinite(about).any():
         return None
-    seen = abs(float(x[max(free - 1, 0)] - np.nanmean(x[free : free + cycles])))
+    seen = abs(float(x[max(free - 1, 0)] - np.nanmean(about)))
     return seen if math.isfinite(seen) else None
 
 
@@ -614,7 +623,7 @@ def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
     if record.test != "transient" or "displacement" not in conditioned.roles or not frequency:
         return []
     time, amplitude = _amplitudes(conditioned, frequency)
-    time = time - _free(conditioned)
+    time = time - freed(conditioned)
     if not np.isfinite(amplitude).any():
         return []
     # a release that was not written down has round levels, which others by the same hand share
@@ -629,7 +638,7 @@ def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
 
 def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
     """Time from the first sample and half swing of each cycle in which the mass is free."""
-    first = _free(view)
+    first = freed(view)
     free = round(first * view.sample_rate)
 
     def read(begin: int, end: int) -> FloatArray:
@@ -637,10 +646,6 @@ def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatAr
 
     time, amplitude = cycles_from(read, view.n - free, view.sample_rate, frequency)
     return first + time, amplitude
-
-
-def _free(view: RecordView) -> float:
-    return float(view.attributes.get(FREE_FROM, 0.0))
 
 
 def _regimes(
