@@ -215,6 +215,7 @@ def estimate_from_record(
         measured=paths.record(record.id),
         conditioned=paths.conditioned(record.id),
         impacts=paths.impacts(record.id),
+        shown=_shown(record, paths=paths),
     )
     write_estimates(paths.estimates(record.id), found)
     decay = decay_table(found, paths.conditioned(record.id)) if record.test == "ringdown" else []
@@ -224,22 +225,25 @@ def estimate_from_record(
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     """One table of all records each: regimes, base, bands, transitions, decay times."""
-    import json
-
     from vinesexp.records.stored.result_columns import COLLECTED
     from vinesexp.records.stored.tables import write_rows
 
     campaign = campaign_seen_by("regimes", campaign)
-    steps = [
-        json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
-        for record in campaign.records
-    ]
+    steps = [_shown(record, paths=paths) for record in campaign.records]
     for record, step in zip(campaign.records, steps, strict=True):
         for row in step["regime"]:
             row.update(_setting(record))
     for key, table in COLLECTED.items():
         write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
     return [row for step in steps for row in step["regime"]]
+
+
+def _shown(record: Record, *, paths: ResultPaths) -> dict[str, Any]:
+    """Rows of what the impacts step shows of a record."""
+    import json
+
+    rows: dict[str, Any] = json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
+    return rows
 
 
 def _setting(record: Record) -> dict[str, Any]:

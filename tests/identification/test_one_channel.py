@@ -29,7 +29,9 @@ def analysed(folder: Path, channels: dict, *, rate: float, quantities=None, **ro
     record = Record("one", Path("f"), **row)
     centre = sum(record.frequency) / 2 if record.frequency else None
     condition(measured, band, f0_hint=centre)
-    found = estimate_record(record, Known(), measured=measured, conditioned=band, impacts=Path("-"))
+    found = estimate_record(
+        record, Known(), measured=measured, conditioned=band, impacts=Path("-"), shown={}
+    )
     return {(e.parameter, e.method): e for e in found}
 
 
@@ -166,7 +168,9 @@ def test_accelerometer_and_base_without_a_laser_give_their_impacts(tmp_path, mea
     assert impacts.n == pytest.approx(record.time.size, abs=2)
     row = Record("one", Path("f"), "periodic", clearance=(0.03,), frequency=(F0, F0))
     known = Known(nes_mass=(Quantity(0.032),))
-    found = estimate_record(row, known, measured=measured, conditioned=band, impacts=table)
+    found = estimate_record(
+        row, known, measured=measured, conditioned=band, impacts=table, shown={}
+    )
     (reason,) = [e.note for e in found if e.parameter == "nothing"]
     assert f"{impacts.n} impacts found; no M and r by flights: 39 periods are too few" in reason
 
@@ -180,7 +184,9 @@ def test_a_test_without_impacts_works_at_no_amplitude(tmp_path, measure, store, 
     condition(measured, band, f0_hint=F0)
     impacts = impacts_of_record(measured, band, table, clearance=(b,))
     row = Record("one", Path("f"), "periodic", clearance=(b,), frequency=(F0, F0))
-    found = estimate_record(row, Known(), measured=measured, conditioned=band, impacts=table)
+    found = estimate_record(
+        row, Known(), measured=measured, conditioned=band, impacts=table, shown={}
+    )
     works = any(e.parameter == "working_amplitude" for e in found)
     assert (impacts.n > 0) == works == (b < 0.04)
 

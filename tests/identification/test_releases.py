@@ -1,4 +1,4 @@
-"""Displacement from which a mass was let go, as the record of a release shows it."""
+"""The release of a level, as its records show it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,78 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp import Release
-from vinesexp.identification.estimate import FIRST_SWING, HELD, Estimate
-from vinesexp.identification.one_record import estimate_record
+from vinesexp.identification.estimate import HELD, Estimate
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
 from vinesexp.records.campaign.uncertainties import Tolerance, Uncertainties
-from vinesexp.records.stored.store import RecordWriter
-from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.find import impacts_of_record
 
-X0, RATE = 0.020, 1e4
-
-
-@pytest.fixture(scope="module")
-def channels(measure_in, tmp_path_factory):
-    folder, release = tmp_path_factory.mktemp("release"), Release(x0=X0, y0=[X0 - 0.02997])
-    found = measure_in(folder, b=[0.030], release=release, duration=8.0, drift=0.0)
-    return {role: found.channels[role] for role in ("displacement", "acceleration")}
-
-
-def seen(channels, folder):
-    """The estimate of the release from these samples; None where the record shows none."""
-    measured, band, table = (folder / name for name in ("a.nc", "band.nc", "a.csv"))
-    kinds = {"displacement": "displacement", "acceleration": "acceleration"}
-    row = Record("a", Path("a.h5"), "transient", (0.030,), release=X0)
-    attributes = {"test": "transient"}
-    with RecordWriter(measured, sample_rate=RATE, quantities=kinds, attributes=attributes) as out:
-        out.append(channels)
-    condition(measured, band, f0_hint=7.862)
-    impacts_of_record(measured, band, table, clearance=[0.030], nes_mass=[0.032], test="transient")
-    found = estimate_record(row, Known(), measured=measured, conditioned=band, impacts=table)
-    return next((e for e in found if e.parameter == "release_seen"), None)
-
-
-def held(channels, seconds):
-    n, rng = round(seconds * RATE), np.random.default_rng(1)
-    x, a = channels["displacement"], channels["acceleration"]
-    before = {
-        "displacement": x[0] + 6e-6 * rng.standard_normal(n),
-        "acceleration": 0.3 * rng.standard_normal(n),
-    }
-    return {"displacement": np.append(before["displacement"], x),
-            "acceleration": np.append(before["acceleration"], a)}  # fmt: skip
-
-
-def test_a_mass_that_is_held_before_shows_its_release(channels, tmp_path):
-    found = seen(held(channels, 0.5), tmp_path)
-    assert found.method == HELD
-    assert found.value == pytest.approx(X0, abs=2.0 * found.std_error)
-    assert found.std_error < 0.01 * X0
-
-
-def test_a_record_from_the_moment_of_the_release_shows_its_first_swing(channels, tmp_path):
-    found = seen(channels, tmp_path)
-    assert found.method == FIRST_SWING
-    assert found.value == pytest.approx(X0, rel=0.005)
-
-
-def test_a_record_that_begins_between_turning_points_shows_no_release(channels, tmp_path):
-    late = round(0.25 / 7.862 * RATE)
-    assert seen({role: x[late:] for role, x in channels.items()}, tmp_path) is None
-
-
-def test_a_record_that_begins_at_a_later_turning_point_shows_a_smaller_first_swing(
-    channels, tmp_path
-):
-    cycle, x = RATE / 7.862, channels["displacement"]
-    turn = round(7.5 * cycle) + int(np.argmax(x[round(7.5 * cycle) : round(8.5 * cycle)]))
-    found = seen({role: x[turn:] for role, x in channels.items()}, tmp_path)
-    assert found.method == FIRST_SWING
-    assert found.value == pytest.approx(x[turn], rel=0.01)
-    assert found.value < 0.9 * X0
+X0 = 0.020
 
 
 @pytest.mark.parametrize(

@@ -168,7 +168,8 @@ def test_exchanged_channels_are_refused_and_nothing_of_their_record_is_used(
     with open_record(band) as view:
         assert "base and displacement are exchanged" in view.refused
     row = Record("a", Path("a.csv"), "periodic", (B,), base_amplitude=2.5e-4, frequency=(F0,))
-    assert estimate_record(row, Known(), measured=path, conditioned=band, impacts=Path("-")) == []
+    paths = {"measured": path, "conditioned": band, "impacts": Path("-")}
+    assert estimate_record(row, Known(), **paths, shown={}) == []
 
 
 def test_a_release_keeps_its_impacts(measure, tmp_path):

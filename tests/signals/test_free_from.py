@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vinesexp.records.campaign.schema import Record
+from vinesexp import Release
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.free_from import FREE_FROM, free_from
+from vinesexp.signals.free_from import FREE_FROM, free_from, let_go
 from vinesexp.signals.means import cycle_amplitudes
-from vinesexp.signals.regimes import released as how_far
 
 RATE = 2000.0
 
@@ -117,9 +116,69 @@ def test_how_far_out_a_mass_was_let_go_is_seen_whatever_happens_then(tmp_path, h
     ) as writer:  # fmt: skip
         writer.append({"displacement": x + 5e-6 * np.random.default_rng(1).standard_normal(t.size)})
     condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.9)
-    record = Record("r", tmp_path / "r.csv", "transient", clearance=(0.03,))
     with open_record(tmp_path / "r.nc") as raw, open_record(tmp_path / "c.nc") as view:
-        seen = how_far(record, measured=raw, conditioned=view)
-        assert seen == pytest.approx(20e-3, rel=0.01)
-        ring = Record("r", tmp_path / "r.csv", "ringdown")
-        assert how_far(ring, measured=raw, conditioned=view) is None
+        seen = let_go(raw, view)
+    assert abs(seen.x - 20e-3) < 3.0 * seen.error < 0.015 * 20e-3
+    assert seen.held == (hold > 0.0)
+
+
+X0 = 0.020  # m
+
+
+@pytest.fixture(scope="module")
+def channels(measure_in, tmp_path_factory):
+    folder, release = tmp_path_factory.mktemp("release"), Release(x0=X0, y0=[X0 - 0.02997])
+    found = measure_in(folder, b=[0.030], release=release, duration=8.0, drift=0.0)
+    return {role: found.channels[role] for role in ("displacement", "acceleration")}
+
+
+def seen(channels, folder):
+    """How far out these samples show a release; None where they do not."""
+    measured, band = folder / "a.nc", folder / "band.nc"
+    kinds = {"displacement": "displacement", "acceleration": "acceleration"}
+    attributes = {"test": "transient"}
+    with RecordWriter(measured, sample_rate=1e4, quantities=kinds, attributes=attributes) as out:
+        out.append(channels)
+    condition(measured, band, f0_hint=7.862)
+    with open_record(measured) as raw, open_record(band) as view:
+        return let_go(raw, view)
+
+
+def held(channels, seconds):
+    n, rng = round(seconds * 1e4), np.random.default_rng(1)
+    x, a = channels["displacement"], channels["acceleration"]
+    before = {
+        "displacement": x[0] + 6e-6 * rng.standard_normal(n),
+        "acceleration": 0.3 * rng.standard_normal(n),
+    }
+    return {"displacement": np.append(before["displacement"], x),
+            "acceleration": np.append(before["acceleration"], a)}  # fmt: skip
+
+
+def test_a_mass_that_is_held_before_shows_its_release(channels, tmp_path):
+    found = seen(held(channels, 0.5), tmp_path)
+    assert found.held
+    assert found.x == pytest.approx(X0, abs=2.0 * found.error)
+    assert found.error < 0.01 * X0
+
+
+def test_a_record_from_the_moment_of_the_release_shows_its_first_swing(channels, tmp_path):
+    found = seen(channels, tmp_path)
+    assert not found.held
+    assert found.x == pytest.approx(X0, rel=0.005)
+
+
+def test_a_record_that_begins_between_turning_points_shows_no_release(channels, tmp_path):
+    late = round(0.25 / 7.862 * 1e4)
+    assert seen({role: x[late:] for role, x in channels.items()}, tmp_path) is None
+
+
+def test_a_record_that_begins_at_a_later_turning_point_shows_a_smaller_first_swing(
+    channels, tmp_path
+):
+    cycle, x = 1e4 / 7.862, channels["displacement"]
+    turn = round(7.5 * cycle) + int(np.argmax(x[round(7.5 * cycle) : round(8.5 * cycle)]))
+    found = seen({role: x[turn:] for role, x in channels.items()}, tmp_path)
+    assert not found.held
+    assert found.x == pytest.approx(x[turn], rel=0.01)
+    assert found.x < 0.9 * X0

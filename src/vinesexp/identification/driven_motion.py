@@ -219,7 +219,7 @@ def driven_from(lists: Mapping[str, Any]) -> DrivenMotion:
 
 def driven_motion(
     view: RecordView, impacts: Impacts, *, frequency: float, stated: float | None = None,
-    late: float = 0.0,
+    late: float = 0.0, amplitude: float | None = None,
 ) -> DrivenMotion | None:  # fmt: skip
     """Fit the equation of motion to all flights of a periodic record.
 
@@ -236,6 +236,8 @@ def driven_motion(
         Frequency of the base by the test log, Hz.
     late : float
         By which the displacement is known to come after the impacts, s; what is left is fitted.
+    amplitude : float, optional
+        Of the base in the cycles that count, m, by its channel; else that over all of the record.
 
     Returns
     -------
@@ -257,7 +259,7 @@ def driven_motion(
         moved = base_motion(e, step, frequency=near)
         if moved is None:
             return None
-        return _fitted(flights, x, e - e.mean(), moved.frequency, moved.amplitude)
+        return _fitted(flights, x, e - e.mean(), moved.frequency, amplitude or moved.amplitude)
     swing = base_motion(x, step, frequency=near)
     about = {near} if swing is None else {near, swing.frequency}
     close = [f for f in sorted(about) if abs(f / near - 1.0) < _FAR]

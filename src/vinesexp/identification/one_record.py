@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,10 +31,8 @@ from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign.schema import Known, Record
 from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.signals.base_motion import base_of
+from vinesexp.records.stored.tables import Row
 from vinesexp.signals.channel_agreement import Agreement, agreement_in, pulse_share
-from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.from_integral import Integrated, integrated_impacts, may_be_integrated
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import channel_means, group_size
@@ -41,11 +40,6 @@ from vinesexp.signals.means import channel_means, group_size
 __all__ = ["NOTHING", "estimate_record", "nothing"]
 
 _SEEN = 1 << 16  # samples of a channel by which copies are known
-_FEWEST = 3  # cycles of a third of a release
-_TURNS = 1.0 / 16.0  # of a cycle around a turning point
-_FINE = 200.0  # means a cycle: the first of a swing is smaller by 2e-4 of it
-_SEES = 1e-3  # of a release: what is left of the place at which it was let go
-_LOOK = 1 << 16  # samples that show the steps of a converter
 
 
 # What the impacts of one record give: r and M, from flights between the walls.
@@ -139,8 +133,9 @@ def _of_flights(
 
 
 def estimate_record(
-    record: Record, known: Known, *, measured: Path, conditioned: Path, impacts: Path
-) -> list[Estimate]:
+    record: Record, known: Known, *, measured: Path, conditioned: Path, impacts: Path,
+    shown: Mapping[str, Any],
+) -> list[Estimate]:  # fmt: skip
     """Everything that one record says about M, c1, k1 and r, and about its own channels.
 
     Parameters
@@ -151,6 +146,9 @@ def estimate_record(
         Masses that were weighed.
     measured, conditioned, impacts : Path
         records/<id>.nc, conditioned/<id>.nc, impacts/<id>.csv.
+    shown : mapping
+        What the impacts step shows of the record: ``base`` and ``release``, as
+        `signals.regimes.rows_or_refuse` has them.
 
     Returns
     -------
@@ -172,7 +170,7 @@ def estimate_record(
             return []
         content = _content(record, view)
         try:
-            return [content, *_by_test(record, known, view, band, impacts)]
+            return [content, *_by_test(record, known, view, band, impacts, shown)]
         except AnalysisError as error:
             return [content, nothing(record.id, str(error))]
         except Exception as error:  # one record that nobody foresaw must not stop the others
@@ -195,8 +193,9 @@ def _content(record: Record, view: RecordView) -> Estimate:
 
 
 def _by_test(
-    record: Record, known: Known, view: RecordView, band: RecordView, impacts: Path
-) -> list[Estimate]:
+    record: Record, known: Known, view: RecordView, band: RecordView, impacts: Path,
+    shown: Mapping[str, Any],
+) -> list[Estimate]:  # fmt: skip
     if record.test == "drop":
         return _drop(record, read_impacts(impacts))
     agreement = agreement_in(band.attributes)
@@ -214,8 +213,9 @@ def _by_test(
         table = read_impacts(impacts)
         if table.n:
             found += _swing(record, view, band, frequency)
-        found += _released(record, view, band, frequency)
-        found += _driven(record, view, table, frequency, agreement)
+        found += _released(record, shown.get("release", ()))
+        base = next(iter(shown.get("base", ())), None)
+        found += _driven(record, view, table, frequency, agreement, base)
         if agreement is not None and table.n:
             share = pulse_share(
                 view, table.time_s, np.nan_to_num(table.velocity_jump_m_s), frequency=frequency
@@ -274,58 +274,39 @@ def _swing(record: Record, view: RecordView, band: RecordView, frequency: float)
     )
 
 
-def _released(
-    record: Record, view: RecordView, band: RecordView, frequency: float
-) -> list[Estimate]:
-    """Displacement from which the mass was let go, m with its sign, where the record shows it.
-
-    The method is `held` where the mass is seen at rest before, and `first swing` where the record
-    begins at a turning point: it may be that of a later swing.
-    """
-    if record.test != "transient" or "displacement" not in view.roles:
-        return []
-    k = max(1, int(view.sample_rate / (_FINE * frequency)))
-    step, x = k / view.sample_rate, channel_means(view, "displacement", k)
-    cycle = 1.0 / (frequency * step)
-    free = round(freed(band) / step)
-    part = round(int((x.size - free) / cycle / 3.0) * cycle)  # a third of it, in whole cycles
-    if part < _FEWEST * cycle:
-        return []
-    rest, before = (float(one.mean()) for one in (x[-part:], x[-2 * part : -part]))
-    near = max(round(_TURNS * cycle), 1)
-    held = x[max(free - round(cycle), 0) : max(free - near, 0)]
-    if held.size > near:
-        seen, noise, method = float(held.mean()) - rest, float(held.std()), HELD
-    else:
-        swing = x[free : free + round(0.25 * cycle)] - rest
-        turn = int(np.argmax(np.abs(swing)))
-        if turn > near:
-            return []
-        seen, noise, method = float(swing[turn]), 0.0, FIRST_SWING
-    code = resolution_of(view.read("displacement", 0, _LOOK)) / math.sqrt(12.0)
-    error = math.hypot(noise, rest - before, _SEES * seen, code)
-    return estimates_of(record, method, [("release_seen", seen, error, "m")])
+def _released(record: Record, seen: Sequence[Row]) -> list[Estimate]:
+    """Displacement from which the mass was let go, m with its sign, where the record shows it."""
+    return [
+        one
+        for row in seen
+        for one in estimates_of(
+            record, HELD if row["held"] else FIRST_SWING,
+            [("release_seen", row["x"], row["error"], "m")],
+        )
+    ]  # fmt: skip
 
 
 def _driven(
     record: Record, view: RecordView, impacts: Impacts, frequency: float,
-    agreement: Agreement | None,
+    agreement: Agreement | None, base: Row | None,
 ) -> list[Estimate]:  # fmt: skip
     """The base of a periodic test: as its channel shows it, and as the mass answers it."""
     if record.test != "periodic":
         return []
-    found = []
-    stated = sum(record.frequency) / 2.0 if record.frequency else None
-    base = base_of(view, frequency=stated or frequency) if "base" in view.roles else None
+    found, amplitude = [], None
     if base is not None:
+        amplitude = base["amplitude_m"]
         rows = [
-            ("base_seen", base.amplitude, base.amplitude_error, "m"),
-            ("base_frequency", base.frequency, base.frequency_error, "Hz"),
+            ("base_seen", amplitude, base["amplitude_error_m"], "m"),
+            ("base_frequency", base["frequency_hz"], base["frequency_error_hz"], "Hz"),
         ]
         found += estimates_of(record, "base channel", rows)
     if "displacement" in view.roles:
+        stated = sum(record.frequency) / 2.0 if record.frequency else None
         late = 0.0 if agreement is None else agreement.lag
-        motion = driven_motion(view, impacts, frequency=frequency, stated=stated, late=late)
+        motion = driven_motion(
+            view, impacts, frequency=frequency, stated=stated, late=late, amplitude=amplitude
+        )
         if motion is not None:
             count = float(motion.flights)
             found.append(

@@ -1,4 +1,4 @@
-"""When a mass that was held is let go: a record with an ordinary pre-trigger begins before that.
+"""When a mass is let go, and how far out: a record with an ordinary pre-trigger begins before that.
 
 What is held does not oscillate. A filter makes a swing of the end of the hold, a decay time counted
 from the first sample holds the wait, and a replay that begins with the record begins too early.
@@ -6,11 +6,15 @@ from the first sample holds the wait, and a replay that begins with the record b
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.means import coarse_channels
+from vinesexp.signals.clipping import resolution_of
+from vinesexp.signals.means import channel_means, coarse_channels, group_size
 
 #: Attribute of a conditioned record: s from its first sample until the mass is free.
 FREE_FROM = "free_from_s"
@@ -113,3 +117,64 @@ def _swings_from(a: FloatArray, step: float, *, frequency: float) -> float:
 
 
 _FIRST = 400  # periods in which a release begins
+
+
+@dataclass(frozen=True)
+class LetGo:
+    """How far from rest a mass was let go.
+
+    Attributes
+    ----------
+    x, error : m; with its sign, and its standard error.
+    held : bool
+        The mass is seen at rest before. Else the record begins at a turning point, which may be
+        that of a later swing.
+    """
+
+    x: float
+    error: float
+    held: bool
+
+
+def let_go(measured: RecordView, conditioned: RecordView) -> LetGo | None:
+    """How far out the mass of a release was let go; None where its displacement does not show it.
+
+    Rest is the mean of its first cycles: later the sensor has drifted. By the record as measured: a
+    bandpass changes the beginning of a motion by what comes later.
+
+    Parameters
+    ----------
+    measured, conditioned : RecordView
+        Of a release.
+    """
+    frequency, role = conditioned.oscillation, "displacement"
+    if not frequency or role not in measured.roles or measured.quantity(role) != role:
+        return None
+    k = group_size(measured.sample_rate, frequency, points=_FINE)
+    step, x = k / measured.sample_rate, channel_means(measured, role, k)
+    cycle, free = 1.0 / (frequency * step), round(freed(conditioned) / step)
+    half = round(0.5 * _ABOUT_REST * cycle)
+    near = max(round(_AT_TURN * cycle), 1)
+    swings = x[free : free + 2 * half]
+    if swings.size < 2 * half or not np.isfinite(swings).all():
+        return None
+    rest, drift = float(swings.mean()), float(swings[half:].mean() - swings[:half].mean())
+    held = x[max(free - round(cycle), 0) : max(free - near, 0)]
+    if held.size > near:
+        seen, noise = float(held.mean()) - rest, float(held.std())
+    else:
+        first = swings[: round(0.25 * cycle)] - rest
+        turn = int(np.argmax(np.abs(first)))
+        if turn > near:
+            return None
+        seen, noise = float(first[turn]), 0.0
+    code = resolution_of(measured.read(role, 0, _LOOK)) / math.sqrt(12.0)
+    error = math.hypot(noise, drift, _SEES * seen, code)
+    return LetGo(seen, error, held.size > near)
+
+
+_FINE = 200  # means a cycle: the first of a swing is smaller by 2e-4 of it
+_ABOUT_REST = 8  # cycles whose middle is rest
+_AT_TURN = 1.0 / 16.0  # of a cycle around a turning point
+_SEES = 1e-3  # of a release: what is left of the place at which it was let go
+_LOOK = 1 << 16  # samples that show the steps of a converter

@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -30,11 +30,11 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import FROM_REST, RecordView, open_record
 from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
-from vinesexp.signals.free_from import freed
+from vinesexp.signals.free_from import freed, let_go
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
 from vinesexp.signals.impacts.find import count_impacts, impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
-from vinesexp.signals.means import coarse_channels, cycles_from, time_to_level
+from vinesexp.signals.means import cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
 from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
@@ -574,36 +574,6 @@ def unknown_regime(record: Record) -> Row:
     return {"record": record.id, **dict.fromkeys(columns)}
 
 
-def released(record: Record, *, measured: RecordView, conditioned: RecordView) -> float | None:
-    """How far from rest a release was let go, m; None where no displacement shows it.
-
-    Rest is the mean of its first cycles: later the sensor has drifted. By the record as measured: a
-    bandpass changes the beginning of a motion by what comes later.
-
-    Parameters
-    ----------
-    record : Record
-    measured, conditioned : RecordView
-        As measured, and bandpassed.
-    """
-    frequency, roles = conditioned.oscillation, measured.roles
-    if record.test != "transient" or not frequency or "displacement" not in roles:
-        return None
-    if measured.quantity("displacement") != "displacement":
-        return None
-    _, step, (x,) = coarse_channels(measured, frequency, _POINTS, "displacement")
-    # held it stands where it is let go
-    free, cycles = int(freed(conditioned) / step), round(_ABOUT_REST / (frequency * step))
-    about = x[free : free + cycles]
-    if free + cycles >= x.size or not np.isfinite(about).any():
-        return None
-    seen = abs(float(x[max(free - 1, 0)] - np.nanmean(about)))
-    return seen if math.isfinite(seen) else None
-
-
-_POINTS, _ABOUT_REST = 48, 8  # means a cycle; cycles whose middle is rest
-
-
 def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
     """Rows of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`.
 
@@ -724,7 +694,9 @@ def rows_or_refuse(
 
     def leave(reason: str) -> None:
         write_impacts(paths.impacts(record.id), impacts)
-        none: dict[str, Any] = {name: [] for name in ("bands", "transitions", "base", "times")}
+        none: dict[str, Any] = {
+            name: [] for name in ("bands", "transitions", "base", "times", "release")
+        }
         rows.update({"regime": [unknown_regime(record)], **none, "refused": reason})
 
     with refused_where_it_fails("impacts", record.id, leave, strict=strict):
@@ -738,8 +710,10 @@ def rows_or_refuse(
             lost = any(check == "aliased" for check, _, _ in said)
             rows.update(shown_by_record(record, conditioned=view, impacts=impacts, aliased=lost))
             counted = rows["regime"][0].get("steady_from_s")
-            rows["regime"][0]["released_m"] = released(record, measured=raw, conditioned=view)
+            out_at = let_go(raw, view) if record.test == "transient" else None
+            rows["regime"][0]["released_m"] = None if out_at is None else abs(out_at.x)
             rows.update(
+                release=[] if out_at is None else [asdict(out_at)],
                 base=base_rows(record, measured=raw, conditioned=view, steady_from=counted),
                 times=decay_times(record, conditioned=view),
                 evidence=_evidence(record, raw, view),
