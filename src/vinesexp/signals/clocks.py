@@ -363,7 +363,7 @@ def _kept(
         f"{seen}; only the longest part, {span}, is used. Look at the recorder",
     )  # fmt: skip
     if ordinary:
-        detail = f"{seen}: only the part in which it moves, {span}, is used"
+        detail = f"{seen}: only the part in which it has its amplitude, {span}, is used"
         check = Check(record.id, "base motion", "ok", detail)
     # Of the part after it the channels stand beside one another again, to a sample or two.
     streams = {
@@ -409,7 +409,7 @@ def _driven_part(view: RecordView, record: Record, frequency: float) -> Correcti
     if (begin, end) == (0, len(windows)) or end - begin < _FEWEST:
         return None
     last = view.n if end == len(windows) else end * size * k
-    seen = "the base stands still before or after"
+    seen = "the base stands still, starts or stops within the record"
     return _kept(
         view, record, begin * size * k, last, seen, ordinary=True, from_rest=begin > 0
     )  # fmt: skip
