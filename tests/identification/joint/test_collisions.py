@@ -563,6 +563,18 @@ def test_scatter_of_r_is_not_made_small_by_a_ball_that_goes_along_with_the_mass(
     assert found.scatter[0] == pytest.approx(0.06 * R * speed, rel=0.15)
 
 
+@pytest.mark.parametrize("count", [34, 38, 42])
+def test_a_dozen_bounces_scatter_as_many_do(count):
+    """A fit of ball, contact and sensors went through all ten, and their scatter was nothing."""
+    c = collisions(0.0, count=count, scatter=3e-3, beat=0.6)
+    p = np.zeros(len(LOCALS))
+    p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = R, B, -30.0
+    found, _ = with_own_errors(c, p, time_error=1e-6)
+    speed = np.sqrt(np.mean((c.flights.v_before - c.flights.u_before) ** 2))
+    assert found.known[0].sum() in (10, 14, 18)
+    assert 0.55 < found.scatter[0] / (3e-3 * R * speed) < 1.6
+
+
 def test_r_that_scatters_to_one_side_is_its_mean():
     """Means in which an outlier counts less made r 0.4 % larger than what moves the mass."""
     c = collisions(0.0, count=600, scatter=0.06, below=True)

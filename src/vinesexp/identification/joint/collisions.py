@@ -503,7 +503,9 @@ def rolls_from(f: Flights) -> FloatArray:
     return _SLIPS / (1.0 + _SPIN) * f.speed / f.time_before
 
 
-def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collisions:
+def with_errors(
+    c: Collisions, p: FloatArray, *, time_error: float, plain: FloatArray | None = None
+) -> Collisions:
     """The collisions averaged over those alike, with the errors that their scatter shows.
 
     Measured quantities stand on both sides of each law, so that single collisions that differ by
@@ -518,10 +520,15 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         Local quantities near which the scatter is looked at.
     time_error : float
         Standard error of the time of an impact, s.
+    plain : array (29,), optional
+        The same for the bounces of a record in which hardly two are alike, where `p` may go through
+        all of them.
     """
     rest = np.where(c.known, c.rest(p[:, np.newaxis]), np.nan)
     groups = _alike(c, time_error, by_durations=not _echoes(c, rest[0]))
     count = int(groups.max()) + 1
+    if plain is not None and _pairs(groups[c.known[0]]).sum() < _FEWEST:
+        rest[0] = np.where(c.known[0], c.rest(plain[:, np.newaxis])[0], np.nan)
     member = groups[np.newaxis, :] == np.arange(count)[:, np.newaxis]
     means, sigma, scatter, one_sided = [], np.full((3, count), np.inf), np.ones(3), 0.0
     for k, part in enumerate(rest):
@@ -570,17 +577,25 @@ def one_by_one(c: Collisions, p: FloatArray) -> Collisions:
 def _scatter(rest: FloatArray, groups: IntArray) -> float:
     """Standard deviation of single collisions about those alike, by differences of two in turn.
 
-    Of a group of one or two, which its own mean follows, nothing but a difference says it. The
-    most probable scale of Student's distribution: of thirty collisions the median of the
-    differences is less than half of the truth in one record of a hundred.
+    Of a group of one or two, which its own mean follows, nothing but a difference says it. Where
+    hardly two are alike, of two that are nearly. The most probable scale of Student's distribution:
+    of thirty collisions the median of the differences is less than half of the truth in one record
+    of a hundred.
     """
     order = np.argsort(groups, kind="stable")
-    alike = np.diff(groups[order]) == 0
+    alike = _pairs(groups)
+    if alike.sum() < _FEWEST:
+        alike[:] = True
     half = 0.5 * np.diff(rest[order])[alike] ** 2
     scale2 = float(half.mean()) if half.size else 0.0
     for _ in range(_SETTLED if scale2 else 0):
         scale2 = float(((_FREEDOM + 1.0) * half / (_FREEDOM + half / scale2)).mean())
     return math.sqrt(scale2) / _OF_NORMAL
+
+
+def _pairs(groups: IntArray) -> BoolArray:
+    """Whether one and the next, in the order of their groups, are alike."""
+    return np.asarray(np.diff(np.sort(groups)) == 0)
 
 
 def _stands_out(rest: FloatArray, side: FloatArray) -> BoolArray:

@@ -857,7 +857,7 @@ def with_own_errors(
     near = with_errors(collisions, at, time_error=time_error)
     for _ in range(_CLOSELY):
         at = closer(near)
-    return with_errors(near, at, time_error=time_error), at
+    return with_errors(near, at, time_error=time_error, plain=start), at
 
 
 #: Steps of a fit of a record on its own, its local quantities as free as in any lab: to single
