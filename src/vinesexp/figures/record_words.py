@@ -71,6 +71,9 @@ def settings_of(record: Record, stated: Record | None = None) -> list[tuple[str,
     >>> from pathlib import Path
     >>> settings_of(Record("a", Path("a.csv"), "periodic", (0.034,), base_amplitude=2.5e-4))
     [('clearance b', '34 mm', 'b = 34 mm'), ('base amplitude G', '0.25 mm', 'G = 0.25 mm')]
+    >>> typed, found = (Record("a", Path("a"), "transient", release=x) for x in (None, 0.01234))
+    >>> settings_of(found, typed)[1][1]
+    '12.34 mm (not stated)'
     """
     found = []
     if record.clearance:
@@ -82,7 +85,9 @@ def settings_of(record: Record, stated: Record | None = None) -> list[tuple[str,
         value = getattr(record, field)
         if value is not None:
             typed = value if stated is None else getattr(stated, field)
-            text = f"{_beside([value], [typed])} {unit}"
+            text = f"{1e3 * value:.4g} {unit} (not stated)"
+            if typed is not None:
+                text = f"{_beside([value], [typed])} {unit}"
             found.append((name, text, words.format(text)))
     if record.frequency:
         ends = dict.fromkeys(f"{frequency:g}" for frequency in record.frequency)

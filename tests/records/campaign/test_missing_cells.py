@@ -37,10 +37,22 @@ def test_a_row_that_is_filled_in_lacks_nothing():
 
 def test_impacts_in_a_row_without_clearance_ask_for_it_and_for_the_base():
     campaign = campaign_of(row("a", "periodic"), row("b", "periodic"))
-    said = found(campaign, a=Evidence(160, base=2.5e-4), b=Evidence(166, base=5e-4))
+    said = found(campaign, a=Evidence(160), b=Evidence(166, base=5e-4))
     assert set(said) == {"clearance_mm", "base_amplitude_mm"}
     assert "in a, b, although 326 impacts were found there" in said["clearance_mm"]
-    assert "(the base channel shows 0.25 to 0.5 mm)" in said["base_amplitude_mm"]
+    assert "is empty in a; the test belongs to no level" in said["base_amplitude_mm"]
+
+
+@pytest.mark.parametrize("test", ["periodic", "transient"])
+def test_a_length_that_the_record_shows_is_not_lacking(test):
+    """b_c was said to stay unknown, and was given by the amplitude of the base channel."""
+    shown = Evidence(base=2.5e-4) if test == "periodic" else Evidence(release=0.0123)
+    column = "base_amplitude_mm" if test == "periodic" else "release_mm"
+    assert found(campaign_of(row("a", test, clearance=(0.03,))), a=shown) == {}
+    asked = row("a", test, clearance=(0.03,), note=f"FILL IN: {column}")
+    said = found(campaign_of(asked), a=shown)[column]
+    length = "base channel shows 0.25" if test == "periodic" else "displacement shows 12.3"
+    assert f"(the {length} mm); the analysis uses that" in said
 
 
 def test_a_note_that_still_says_fill_in_is_heeded_until_it_is_taken_out():

@@ -66,18 +66,26 @@ class Evidence:
         Of its oscillation, Hz.
     base : float or None
         Amplitude of its base channel, m.
+    release : float or None
+        How far out its mass was let go, m.
     """
 
     impacts: int = 0
     frequency: float | None = None
     base: float | None = None
+    release: float | None = None
+
+    def of(self, column: str) -> float | None:
+        """What the record shows of a column, m."""
+        return {"base_amplitude_mm": self.base, "release_mm": self.release}.get(column)
 
 
 def read_evidence(path: Path) -> Evidence:
     """From the rows that the step on impacts left of a record."""
     rows = json.loads(path.read_text(encoding="utf-8"))
     base = rows["base"][0]["amplitude_m"] if rows["base"] else None
-    return Evidence(**rows.get("evidence", {}), base=base)
+    release = abs(rows["release"][0]["x"]) if rows["release"] else None
+    return Evidence(**rows.get("evidence", {}), base=base, release=release)
 
 
 def missing_cells(campaign: Campaign, evidence: Mapping[str, Evidence]) -> list[Check]:
@@ -98,6 +106,8 @@ def missing_cells(campaign: Campaign, evidence: Mapping[str, Evidence]) -> list[
             found.append(Check("", MISSING, "warning", f"{column} {sentence}"))
         elif lacking and not (column == "added_mass_g" and loaded):  # then the others have none
             why = _reason(lacking, column, evidence)
+            if all(evidence[r.id].of(column) for r in lacking):
+                unknown = "the analysis uses that"
             detail = f"{column} is empty in {_names(lacking)}{why}; {unknown}"
             if any(column in asked_in(record) for record in lacking):
                 detail += "; if it does not apply, remove FILL IN from the note"
@@ -129,7 +139,8 @@ def _lacks(record: Record, column: str, shown: Evidence) -> bool:
     if record.test not in tests or getattr(record, attribute) not in (None, ()):
         return False
     with_ball = bool(record.clearance) or shown.impacts >= _IMPACTS
-    return column in asked_in(record) or (column != "added_mass_g" and with_ball)
+    unknown = column != "added_mass_g" and not shown.of(column)
+    return column in asked_in(record) or (unknown and with_ball)
 
 
 def _reason(lacking: Iterable[Record], column: str, evidence: Mapping[str, Evidence]) -> str:
@@ -138,10 +149,11 @@ def _reason(lacking: Iterable[Record], column: str, evidence: Mapping[str, Evide
     impacts = sum(one.impacts for one in shown)
     if column == "clearance_mm" and impacts >= _IMPACTS:
         return f", although {impacts} impacts were found there"
-    bases = sorted(1e3 * one.base for one in shown if one.base is not None)
-    if column == "base_amplitude_mm" and bases:
-        low, high = f"{bases[0]:.3g}", f"{bases[-1]:.3g}"
-        return f" (the base channel shows {low if low == high else f'{low} to {high}'} mm)"
+    lengths = sorted(1e3 * length for one in shown if (length := one.of(column)))
+    if lengths:
+        low, high = f"{lengths[0]:.3g}", f"{lengths[-1]:.3g}"
+        channel = "base channel" if column == "base_amplitude_mm" else "displacement"
+        return f" (the {channel} shows {low if low == high else f'{low} to {high}'} mm)"
     return ""
 
 
