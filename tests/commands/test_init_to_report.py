@@ -52,6 +52,8 @@ groups:
 """
 SENSITIVITIES = {"base": "400 mV/mm", "displacement": "40 mV/mm", "acceleration": "20 mV/g"}
 ASKED_FOR = ("clearance_mm", "base_amplitude_mm", "added_mass_g", "release_mm")
+#: What a shaker or a stop was set to: a record shows it, and no note asks for it.
+SETTINGS = ("base_amplitude_mm", "release_mm")
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
@@ -73,7 +75,7 @@ def shuffled(raw: Path, folder: Path, *, seed: int) -> dict[str, str]:
 
 
 def fill_in(folder: Path, meant: dict[str, str], truth: list[dict[str, str]]) -> None:
-    """What a person fills in: sensitivities, the ball, and the cells that a note asks for."""
+    """What a person fills in: sensitivities, the ball, cells that a note asks for, and settings."""
     lines = (folder / "campaign.yaml").read_text(encoding="utf-8").splitlines()
     for k, line in enumerate(lines):
         role = line.strip().partition(":")[0]
@@ -90,7 +92,7 @@ def fill_in(folder: Path, meant: dict[str, str], truth: list[dict[str, str]]) ->
     for row in rows:
         asked = row["note"].partition("FILL IN")[2]
         for column in ASKED_FOR:
-            if column in asked:
+            if column in asked or column in SETTINGS:
                 row[column] = by_record[meant[row["record"]]][column]
     with (folder / "records.csv").open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, list(rows[0]))

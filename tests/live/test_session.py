@@ -77,14 +77,16 @@ def test_a_day_of_files_as_they_come(bench, session, texts, tmp_path):
         "ring_1": "ringdown", "ring_2_400g": "ringdown",
     }  # fmt: skip
     assert table["ring_2_400g"]["added_mass_g"] == "400"
-    assert table["s_b30"]["base_amplitude_mm"] == table["unnamed"]["base_amplitude_mm"] == "0.25"
+    # what the base channel shows is not written as if the shaker had been set to it
+    assert not any(row.get("base_amplitude_mm") for row in table.values())
     assert float(table["unnamed"]["clearance_mm"]) == pytest.approx(36.0, abs=0.1)
     assert "from its flights" in table["unnamed"]["note"]
     assert "has the same content as ring_1.csv" in session.status.remarks["raw/copy of ring_1.csv"]
     assert "raw/no_record.csv" in session.status.remarks
     assert all(seen.state == "done" for seen in session.seen.values())
     assert session.status.campaign.records == 6
-    assert {step.name for step in session.status.campaign.steps} >= {"G = 0.25 mm", "ring-downs"}
+    steps = {step.name for step in session.status.campaign.steps}
+    assert "ring-downs" in steps and any(name.startswith("G = 0.2") for name in steps)
     assert contents(bench) == before  # raw files are never touched
     parts = parts_of(session)
     assert "What to test next" in parts["next"]

@@ -327,6 +327,10 @@ def _written(path: Path) -> str:
     return f"./{text}" if text[0] in "=+-@'" else text
 
 
+#: Columns that need not be stated where a channel shows them.
+_SHOWN = {"base_amplitude_mm": "base", "release_mm": "displacement"}
+
+
 def propose_record(
     folder: Path,
     file: FileView,
@@ -357,7 +361,8 @@ def propose_record(
         name += "_2"
     used.add(name.lower())
     test, cells, why = described or describe_test(file, guesses)
-    release = float(cells["release_mm"]) if "release_mm" in cells else None
+    # For names alone. A cell that repeats what the record shows would pass for another observation.
+    release = float(cells.pop("release_mm")) if "release_mm" in cells else None
     if test == "ringdown" and _names_clearance(named, release):
         test, why = "transient", "it decays, and its name states a clearance"
     readings = read_name(named, test, release=release)
@@ -368,7 +373,12 @@ def propose_record(
         "sweep": ["clearance_mm"],
         "ringdown": ["added_mass_g"],
     }
-    missing = [column for column in wanted.get(test, []) if column not in cells]
+    roles = {guess.role for guess in guesses.values()}
+    missing = [
+        column
+        for column in wanted.get(test, [])
+        if column not in cells and _SHOWN.get(column) not in roles
+    ]
     if test == OPEN:
         missing = ["test"]
     paths = (file.path, *file.more_paths)

@@ -125,9 +125,6 @@ def _driven(file: FileView, base: ColumnView) -> tuple[str, dict[str, str], str]
         cells = {"frequency_hz": f"{begin:.4g}:{end:.4g}"}
         return "sweep", cells, "the frequency of the base changes"
     cells = {"frequency_hz": f"{0.5 * (begin + end):.5g}"}
-    if base.unit in UNITS["displacement"]:
-        amplitude = float(np.sqrt(2.0) * base.finite.std()) * UNITS["displacement"][base.unit]
-        cells["base_amplitude_mm"] = f"{1e3 * amplitude:.4g}"
     return "periodic", cells, "the base moves at one frequency"
 
 

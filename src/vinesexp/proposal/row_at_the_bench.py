@@ -82,7 +82,7 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
 
 
 #: Shares by which a measured value may miss one of the table and still be that one.
-_SAME_LEVEL, _SAME_FREQUENCY, _SAME_CLEARANCE = 0.03, 1e-3, 0.003
+_SAME_FREQUENCY, _SAME_CLEARANCE = 1e-3, 0.003
 
 
 def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -> ProposedRecord:
@@ -120,16 +120,10 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
     known = replace(view, columns=tuple(columns))
     found = propose_record(campaign.folder, known, guesses, used)
     found.setup = setup
-    cells, read = found.cells, {reading.column for reading in found.readings}
-    for column_name, values, share, digits in (
-        ("base_amplitude_mm", [1e3 * r.base_amplitude for r in records if r.base_amplitude],
-         _SAME_LEVEL, 2),
-        ("release_mm", [1e3 * abs(r.release) for r in records if r.release], _SAME_LEVEL, 2),
-        ("frequency_hz", [r.frequency[0] for r in records if r.frequency and r.test != "sweep"],
-         _SAME_FREQUENCY, 5),
-    ):  # fmt: skip
-        if column_name in cells and column_name not in read and ":" not in cells[column_name]:
-            cells[column_name] = _snapped(float(cells[column_name]), values, share, digits)
+    frequency = found.cells.get("frequency_hz", ":")
+    if ":" not in frequency and all(one.column != "frequency_hz" for one in found.readings):
+        known_ones = [r.frequency[0] for r in records if r.frequency and r.test != "sweep"]
+        found.cells["frequency_hz"] = _snapped(float(frequency), known_ones, _SAME_FREQUENCY, 5)
     return found
 
 
@@ -151,8 +145,8 @@ def _snapped(value: float, known: Iterable[float], share: float, digits: int) ->
 
     Examples
     --------
-    >>> _snapped(0.24997, [0.25, 0.4], 0.03, 2), _snapped(0.3052, [0.25], 0.03, 2)
-    ('0.25', '0.31')
+    >>> _snapped(7.8604, [7.86, 7.95], 1e-3, 5), _snapped(7.8771, [7.86], 1e-3, 5)
+    ('7.86', '7.8771')
     """
     near = min(known, key=lambda one: abs(math.log(value / one)), default=None)
     if near is not None and abs(value - near) <= share * near:
