@@ -188,6 +188,7 @@ class _Builder:
     bends: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sums: dict[tuple[str, int], tuple[Sum, ...]] = field(default_factory=dict)
     alone: dict[tuple[str, int], FloatArray] = field(default_factory=dict)
+    usual: dict[float, complex] = field(default_factory=dict)
     rolls_from: dict[str, FloatArray] = field(default_factory=dict)
     kinds: dict[str, dict[str, str]] = field(default_factory=dict)
 
@@ -250,9 +251,11 @@ class _Builder:
         """Share of the mass's motion by which the base itself follows in the tests, likewise.
 
         It may be all that the channel shows in ring-downs: a shaker of finite stiffness gives as
-        much more or less than its level. Decays and tests alone do not tell it from crosstalk.
+        much more or less than in the other tests of its level, whose mean the level is. Decays and
+        tests alone do not tell it from crosstalk.
         """
         seen = self.followed(record)
+        per -= self.usual.get(record.base_amplitude or 0.0, 0.0)
         return self._shares("yields", record, (abs(seen.real), max(-seen.imag, 0.0)), per)
 
     def _shares(
@@ -331,9 +334,12 @@ def observe(
     _common_of_records(b)
     for k, name in enumerate(("f0", "zeta")):
         b.add(f"driven {name}", 0.0, median_of([one.misfit[k] for one in driven.values()]))
-    for record in sorted(campaign.records, key=lambda one: one.id):
-        if not record.exclude:
-            _base(b, record, found, driven.get(record.id))
+    tests = [r for r in sorted(campaign.records, key=lambda one: one.id) if not r.exclude]
+    for level in {r.base_amplitude for r in tests if r.base_amplitude and r.id in driven}:
+        own = [r for r in tests if r.base_amplitude == level and r.id in driven]
+        b.usual[level] = sum(_picked_up(b, r, driven[r.id])[1] for r in own) / len(own)
+    for record in tests:
+        _base(b, record, found, driven.get(record.id))
     _clock(b, driven)
     _releases(b, found)
     _drops(b, found)
