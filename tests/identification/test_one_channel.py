@@ -19,7 +19,7 @@ from vinesexp.units import Quantity
 F0, ZETA = 7.862, 0.0065
 
 
-def analysed(folder: Path, channels: dict, *, rate: float, quantities=None, **row):
+def analysed(folder: Path, channels: dict, *, rate: float, quantities=None, shown=None, **row):
     """Estimates of a record of these channels."""
     measured, band = folder / "r.nc", folder / "c.nc"
     kinds = {"base": "displacement", "displacement": "displacement", "acceleration": "acceleration"}
@@ -30,7 +30,7 @@ def analysed(folder: Path, channels: dict, *, rate: float, quantities=None, **ro
     centre = sum(record.frequency) / 2 if record.frequency else None
     condition(measured, band, f0_hint=centre)
     found = estimate_record(
-        record, Known(), measured=measured, conditioned=band, impacts=Path("-"), shown={}
+        record, Known(), measured=measured, conditioned=band, impacts=Path("-"), shown=shown or {}
     )
     return {(e.parameter, e.method): e for e in found}
 
@@ -189,6 +189,18 @@ def test_a_test_without_impacts_works_at_no_amplitude(tmp_path, measure, store, 
     )
     works = any(e.parameter == "working_amplitude" for e in found)
     assert (impacts.n > 0) == works == (b < 0.04)
+
+
+@pytest.mark.parametrize(("impacts", "share"), [(63, 1.8), (63, 0.1), (2, 0.5)])
+def test_a_ring_down_with_a_ball_in_it_gives_no_damping(tmp_path, impacts, share):
+    """zeta of a release that was called a ring-down was nine times too large."""
+    shown = {"struck": {"impacts": impacts, "share": share}}
+    found = analysed(
+        tmp_path, {"displacement": decay(2000.0)[1]}, rate=2000.0, shown=shown, test="ringdown"
+    )
+    if impacts > 5 and share > 1.0:
+        assert "a ball was in its cavity" in found["nothing", ""].note
+    assert (("zeta", "likelihood") in found) == (impacts < 5 or share < 0.2)
 
 
 @pytest.mark.parametrize("per_period", [2.2, 3.2, 5.6])

@@ -32,7 +32,7 @@ from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.free_from import freed, let_go
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
-from vinesexp.signals.impacts.find import count_impacts, impacts_of_record
+from vinesexp.signals.impacts.find import count_impacts, impacts_of_record, struck
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.means import cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
@@ -717,12 +717,21 @@ def rows_or_refuse(
                 base=base_rows(record, measured=raw, conditioned=view, steady_from=counted),
                 times=decay_times(record, conditioned=view),
                 evidence=_evidence(record, raw, view),
+                struck=_struck(record, raw, view),
             )
         rows["checks"] += said
     out = paths.regime(record.id)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return impacts, rows
+
+
+def _struck(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, float]:
+    """How many impacts a ring-down without ball has, and their share of its speed."""
+    if record.clearance or record.test != "ringdown" or measured.refused is not None:
+        return {}
+    count, share = struck(measured, conditioned, record.settings)
+    return {"impacts": count, "share": share}
 
 
 def _evidence(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, Any]:

@@ -11,10 +11,11 @@ from vinesexp import Harmonic, Release
 from vinesexp.errors import TableError
 from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.store import RecordWriter, open_record, write_refused
+from vinesexp.settings.stages import Settings
 from vinesexp.signals.channel_agreement import agreement_of
 from vinesexp.signals.clipping import converter_range
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.impacts.find import impacts_of_record, struck
 from vinesexp.signals.impacts.impact_table import COLUMNS, no_impacts, read_impacts, write_impacts
 
 G25 = Harmonic(0.25e-3, 7.862)
@@ -275,3 +276,22 @@ def test_a_mass_that_is_let_go_rings_and_nothing_hits(ball, measure, tmp_path):
     assert (found.n > 10) == ball
     assert not (np.abs(found.time_s - 0.4) < 8e-3).any()
     assert ball or not found.n  # no bend of the displacement is one
+
+
+@pytest.mark.parametrize("roles", [("displacement", "acceleration"), ("displacement",)])
+@pytest.mark.parametrize("b", [0.025, 0.2])  # the ball is hit, or is never reached
+def test_by_how_much_impacts_take_part_in_a_decay(measure, store, tmp_path, roles, b):
+    """Their jumps together over the speed of the mass."""
+    record = measure(b=[b], release=Release(x0=0.02, y0=[0.02]), duration=8.0, drift=0.0)
+    path, band = tmp_path / "r.nc", tmp_path / "c.nc"
+    store(path, {role: record.channels[role] for role in roles}, record.sample_rate)
+    condition(path, band, f0_hint=7.862)
+    with open_record(path) as raw, open_record(band) as view:
+        count, share = struck(raw, view, Settings())
+    true = np.abs(record.jump).sum() / (2.0 * np.pi * 7.862 * 0.02)
+    if b < 0.1:
+        assert share == pytest.approx(true, rel=0.15)
+        assert share > 0.6
+        assert count > 20
+    else:
+        assert share < 0.05

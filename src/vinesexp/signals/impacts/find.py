@@ -527,6 +527,26 @@ def count_impacts(record: RecordView, conditioned: RecordView, settings: Setting
     return int(detect(stream, settings.impacts, frequency=conditioned.oscillation).time.size)
 
 
+def struck(record: RecordView, conditioned: RecordView, settings: Settings) -> tuple[int, float]:
+    """Impacts in a decay that is said to have no ball, and their velocity jumps over its speed.
+
+    The sum of all jumps over the largest speed of the mass: by so much impacts took part in the
+    decay. Spikes that move nothing add next to nothing to it, however many they are.
+    """
+    frequency = conditioned.oscillation
+    if not frequency or "displacement" not in conditioned.roles:
+        return 0, 0.0
+    if "acceleration" in record.roles:
+        stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
+        jumps = detect(stream, settings.impacts, frequency=frequency).jump
+    else:
+        jumps = _where_it_bends(record, frequency, (), [], free=freed(conditioned))[1].jump
+    x = conditioned.read("displacement", 0, conditioned.n)
+    speed = math.pi * frequency * float(np.nanmax(x) - np.nanmin(x))
+    jumps = np.abs(jumps[np.isfinite(jumps)])
+    return jumps.size, float(jumps.sum()) / speed if speed > 0.0 else 0.0
+
+
 def find_drop(record: RecordView, conditioned: RecordView, settings: Settings) -> Impacts:
     """Hits of a dropped ball, in whichever channel there is: only times matter.
 
