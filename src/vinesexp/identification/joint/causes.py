@@ -91,7 +91,7 @@ _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
 _SCATTER = {
     "own r": (3e-3, 3e-2), "own momentum": (1e-2, 1e-1), "clearance": (3e-4, 3e-3),
-    "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3),
+    "base": (3e-2, 3e-1), "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3),
     "own base late": (1e-4, 1e-3),
     "own friction": (0.03, 0.3), "own tilt": (0.01, 0.1),
     "own displacement gain": (3e-3, 3e-2), "own acceleration gain": (1e-2, 1e-1),
@@ -852,7 +852,7 @@ _LIKE_FACTOR = 0.02  # by which what a fit shows may differ from a factor, relat
 
 
 def _of_levels(o: Observed) -> list[Cause]:
-    tests = o.kinds.get("own base", {})
+    tests = _beside_others(o)
     single = [
         Cause(f"one {name}", "mistake", "base amplitude", Direction({name: 1.0}, Prior(0.0, 0.3)),
               members=len(tests), records=(record,))
@@ -869,6 +869,18 @@ def _of_levels(o: Observed) -> list[Cause]:
         *_of_lengths("base", "base amplitude", o.levels),
         *_of_lengths("release", "release", o.releases),
     ]
+
+
+def _beside_others(o: Observed) -> dict[str, str]:
+    """What tests have of their own in the base: the only test of a level is that level."""
+    at: dict[str, set[str]] = {name: set() for name in o.levels.values()}
+    for block in o.blocks:
+        for terms, _ in block.sums:
+            for name in at.keys() & terms.keys():
+                at[name].add(block.record)
+    alone = {record for records in at.values() if len(records) == 1 for record in records}
+    own = o.kinds.get("own base", {})
+    return {name: record for name, record in own.items() if record not in alone}
 
 
 def _of_lengths(key: str, about: str, names: Mapping[float, str]) -> list[Cause]:
@@ -1071,6 +1083,7 @@ def _scatters(o: Observed) -> list[Cause]:
     Other modes, or harmonics of the base, disturb the motion between impacts and no decay.
     """
     own = {kind: (kind, list(names)) for kind, names in o.kinds.items() if kind in _SCATTER}
+    own["own base"] = "own base", list(_beside_others(o))
     for kind in ("f0", "zeta"):
         decays = _of_decays(o, kind)
         driven = [name for name in o.kinds.get(f"own {kind}", ()) if name not in decays]

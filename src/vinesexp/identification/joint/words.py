@@ -64,6 +64,7 @@ _SCATTERED = {
         "record"
     ),
     "clearance": "the clearances scatter by more than their stated uncertainty",
+    "base": "the base amplitudes differ from those stated, each by another factor",
     "own base": "the motion of the mass implies another base motion in each record",
     "own base late": "the base comes late beside the displacement by another time in each record",
     "own f0": "f0 differs from record to record by more than separate mountings explain",
