@@ -199,3 +199,20 @@ def test_a_swing_that_stays_leaves_the_end_open(first, second, low):
 def test_a_wander_that_all_tests_share_is_the_shakers():
     tests = [swinging(b, 0.01, 0.01) for b in (0.030, 0.032, 0.033)]
     assert end_of_permanent([*tests, Tested(0.035, 7.0, MODULATED)]).low == 0.033
+
+
+NONE = "no impact"
+
+
+def test_a_ball_that_never_moved_shows_no_best_clearance():
+    """Four tests of a mass that moved as without ball had a lowest amplitude."""
+    still = [Tested(b, 19.2 + 0.01 * k, NONE) for k, b in enumerate((0.028, 0.031, 0.033, 0.035))]
+    with pytest.raises(AnalysisError, match="none of these tests shows an impact"):
+        lowest_amplitude(still, b_c=0.034)
+
+
+def test_a_ball_that_never_moved_bounds_no_valley():
+    tests = [Tested(0.025, 6.1, TWO), Tested(0.031, 19.2, NONE), Tested(0.033, 5.2, TWO),
+             Tested(0.035, 6.9, MODULATED)]  # fmt: skip
+    assert lowest_amplitude(tests, b_c=0.034).low == 0.025
+    assert lowest_amplitude(tests[1:], b_c=0.034).bound == "at most"

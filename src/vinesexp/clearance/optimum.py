@@ -125,7 +125,7 @@ def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Op
     Raises
     ------
     AnalysisError
-        Fewer than three different clearances.
+        Fewer than three different clearances, or no test with an impact.
 
     Examples
     --------
@@ -136,10 +136,13 @@ def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Op
     (0.0327, 0.03, 0.034, '')
     """
     points = _points(tests)
+    if all(test.regime == UNSEEN for test in tests):
+        raise AnalysisError(
+            "none of these tests shows an impact: the ball did not reach its walls, and the mass "
+            "moved as without it; begin tests with the ball at a wall, or with a larger motion"
+        )
     best = min(range(len(points)), key=lambda i: points[i].value)
-    below = points[:best]
-    if points[best].lost:  # not on the smooth side: that begins where two impacts last
-        below = [point for point in below if not point.lost]
+    below = [point for point in points[:best] if not point.lost]  # the smooth side
     above = [p for p in points[best + 1 :] if not (p.lost and p.clearance < (b_c or 0.0))]
     found = Optimum(
         clearance=points[best].clearance,
