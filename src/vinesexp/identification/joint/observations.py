@@ -698,7 +698,8 @@ def _group(
     ln_m, mass = _ball(b, max(number, 1))
     role = "acceleration" if integrated else "displacement"
     moved = b.own_gain(record, role)
-    both = not integrated and b.has(record, "acceleration")
+    pulsed = b.has(record, "acceleration")
+    both = pulsed and not integrated
     pulses = b.own_gain(record, "acceleration") if both else {b.gain(record, role): 1.0}
     jumps = {**pulses, _pulse_area(b): 1.0}
     reads = {b.add("jump reading", 0.0, _READING): 1.0}
@@ -726,8 +727,8 @@ def _group(
         {_beside(b, record): 1.0},
         {b.add("spring", 0.0, _SPRING): 1.0},
         {b.own("drift", record, _DRIFT): 1.0} if both and record.more_files else {},
-        _power_of_pulses(b, record) if both else {},
-        *_unlike_walls(b, record, collisions, both=both, ball=number),
+        _power_of_pulses(b, record) if pulsed else {},
+        *_unlike_walls(b, record, collisions, pulsed=pulsed, ball=number),
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -776,13 +777,13 @@ def _pulse_of(collisions: Collisions) -> float:
 
 
 def _unlike_walls(
-    b: _Builder, record: Record, collisions: Collisions, *, both: bool, ball: int
+    b: _Builder, record: Record, collisions: Collisions, *, pulsed: bool, ball: int
 ) -> tuple[dict[str, float], dict[str, float]]:
     """By what pulses at one wall are timed later, s, and read larger than those at the other.
 
     A record learns one template for both, or one for each where it has to.
     """
-    if not both:
+    if not pulsed:
         return {}, {}
     width = _OF_PULSE * _pulse_of(collisions)
     late = b.own("late wall", record, width, ball=ball)
