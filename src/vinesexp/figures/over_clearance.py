@@ -318,7 +318,7 @@ def _valley(level: PeriodicLevel, results: CampaignResults) -> DrawnLevel:
         results.rig_at(level),
         G=level.G,
         frequency=level.frequency,
-        low=first - 0.03 * (last - first),
+        low=max(first - 0.03 * (last - first), 0.5 * first),
         high=last,
     )
     return DrawnLevel(

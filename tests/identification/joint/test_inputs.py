@@ -2,9 +2,12 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from vinesexp.identification.joint.unknowns import Prior
+from vinesexp.identification.joint import whole
+from vinesexp.identification.joint.unknowns import Posterior, Prior
+from vinesexp.identification.joint.whole import rig_posterior
 from vinesexp.identification.whole_campaign import _input
 from vinesexp.records.stored.result_columns import Verdict
 
@@ -35,3 +38,19 @@ def test_no_clearance_is_below_zero_or_unknown(off: float, error: float) -> None
     found = row(off, error)
     assert found["verdict"] == Verdict.NOT_TESTED.value
     assert (found["found"], found["found_error"]) == pytest.approx((20.0, 0.1))
+
+
+def test_a_restitution_that_its_error_carries_beyond_one_is_one(monkeypatch):
+    """The comparison ended with r = 1.0000062, of a ball that loses nothing."""
+    names = ("r", "ln_m")
+    posterior = Posterior(names, np.array([1.0000062, 0.0]), np.diag([4e-5, 1e-3]) ** 2)
+    observed = SimpleNamespace(balls={1: "ln_m"}, levels={})
+    answer = SimpleNamespace(
+        posterior=posterior, observed=observed, parts={}, effect=lambda name: None
+    )
+    monkeypatch.setattr(whole, "effective", lambda *_: ({"r": 1.0}, {"ln_m": 1.0}))
+    campaign = SimpleNamespace(known=SimpleNamespace(nes_mass=[SimpleNamespace(value=0.032)]))
+    rig = rig_posterior(answer, campaign)
+    assert rig.of("r") == (1.0, pytest.approx(4e-5))
+    assert rig.of("m")[0] == pytest.approx(0.032)
+    assert rig.ball[0] == 1.0

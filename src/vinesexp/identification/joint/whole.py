@@ -526,13 +526,14 @@ def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
     T = np.array([posterior.vector(terms) for terms, _ in wanted.values()])
     values = T @ posterior.values + np.array([constant for _, constant in wanted.values()])
     for i, name in enumerate(wanted):
-        values[i] = values[i] if name == "r" else math.exp(values[i])
+        # an error beyond one is no restitution that a rig can have
+        values[i] = min(values[i], 1.0) if name == "r" else math.exp(values[i])
     parts = {name: T @ whole @ T.T for name, whole in answer.parts.items()}
     own = None
     if "r" in wanted and "m" in wanted:
         unnamed = [name for name in HIDDEN if answer.effect(name) is None]
         own_r, own_m = effective(answer, ball, unnamed)
-        own = posterior.of(own_r)[0], math.exp(stated + posterior.of(own_m)[0])
+        own = min(posterior.of(own_r)[0], 1.0), math.exp(stated + posterior.of(own_m)[0])
     return RigPosterior(tuple(wanted), values, T @ posterior.covariance @ T.T, parts, own)
 
 
