@@ -13,6 +13,7 @@ from vinesexp.proposal.row_at_the_bench import row_of_file
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, load_campaign
 from vinesexp.records.instrument.ingest import ingest_or_refuse
+from vinesexp.records.stored.store import open_record
 
 SCENE = """\
 title: Small twin
@@ -217,6 +218,21 @@ def test_files_of_another_instrument_get_a_set_of_channels_of_their_own(tmp_path
     driven(tmp_path / "shaker b34.txt", ["Zeit [ms]", "Tisch [mm]", "Weg Masse [mm]"])
     row = row_of_file(campaign, view_file(tmp_path / "shaker b34.txt"), campaign.records)
     assert (row.test, row.setup) == ("periodic", "instrument 2")
+
+
+def test_times_in_another_unit_are_another_instrument(tmp_path):
+    """Milliseconds were read as seconds, and later refused, where the columns had one name."""
+    t = np.arange(4000) / 1000.0
+    x = 5.0 * np.exp(-0.3 * t) * np.cos(50.0 * t)
+    for name, head, times in (("a", "Time (s)", t), ("b", "Time (s)", t), ("c", "t [ms]", 1e3 * t)):
+        rows = "\n".join(f"{s:.3f},{v:.6f}" for s, v in zip(times, x, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"{head},laser (mm)\n{rows}\n", encoding="utf-8")
+    assert main(["init", str(tmp_path)]) == 0
+    campaign = load_campaign(tmp_path)
+    for record in campaign.records:
+        ingest_or_refuse(campaign, record, tmp_path / "a.nc")
+        with open_record(tmp_path / "a.nc") as view:
+            assert view.sample_rate == pytest.approx(1000.0)
 
 
 def test_a_column_given_by_its_number_is_never_inherited_by_another_instrument(tmp_path, capsys):

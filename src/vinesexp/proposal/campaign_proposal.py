@@ -163,22 +163,26 @@ class _Group:
 def _by_instrument(files: Sequence[FileView]) -> list[_Group]:
     """Files with the roles of their channels: one group, unless these leave some files out.
 
-    Then files of the same columns are a group each, the largest first. A group of which no file
-    shows its kind of test is left to the first one, which says what is missing.
+    Or unless their times are in different units. Then files of the same columns are a group each,
+    the largest first. A group of which no file shows its kind of test is left to the first one,
+    which says what is missing.
     """
     whole = _Group(files)
-    parts = _of_same_columns(files) if whole.known < len(files) else []
+    units = {file.time_unit for file in files if file.time is not None}
+    parts = _of_same_columns(files) if whole.known < len(files) or len(units) > 1 else []
     groups = [group for group in map(_Group, parts) if group.known] if len(parts) > 1 else []
-    if sum(group.known for group in groups) <= whole.known:
+    known = sum(group.known for group in groups)
+    if known < whole.known or (known == whole.known and len(units) < 2):
         return [whole]
     return sorted(groups, key=lambda group: -group.known)
 
 
 def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
-    """Files in groups that share a channel's name with another of their group."""
-    groups: list[tuple[set[str], list[FileView]]] = []
+    """Files in groups that share a channel's name and the unit of time with another of theirs."""
+    groups: list[tuple[set[tuple[str, str]], list[FileView]]] = []
     for file in files:
-        labels = {label_of(column) for column in file.signals}
+        unit = file.time_unit if file.time is not None else ""
+        labels = {(unit, label_of(column)) for column in file.signals}
         own = [file]
         for group in [one for one in groups if one[0] & labels]:
             labels |= group[0]
