@@ -1,9 +1,17 @@
-"""What a history of impacts says of a ball after each of them."""
+"""What a history of impacts says of a ball after each of them, and whose each impact is."""
+
+from dataclasses import fields, replace
+from itertools import permutations
 
 import numpy as np
 import pytest
 
-from vinesexp.signals.impacts.find import _advanced, _Beam, _Rig
+from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.excitation import Harmonic
+from vinesexp.signals.impacts.find import _advanced, _Beam, _Rig, attribute
+from vinesexp.signals.impacts.impact_table import Impacts
+
+F, BALL = 7.862, 0.065
 
 
 def test_the_ball_leaves_with_the_relative_velocity_that_restitution_leaves():
@@ -26,3 +34,56 @@ def test_the_ball_leaves_with_the_relative_velocity_that_restitution_leaves():
     found = _advanced(beam, rig, 0, t, 0.002, v, jump, side)
     assert found.velocity[0, 0] == pytest.approx(v + jump + r * (v - before))
     assert found.place[0, 0] == pytest.approx(wall)
+
+
+def table(b, r, *, missed=0.0, misread=0.0, start=3.0, seed=0):
+    """Impacts of balls in a driven rig, as two sensors show them, and whose they are, from 1.
+
+    A share of them is `missed`, of a share the jump of velocity is `misread`.
+    """
+    balls = [NES(m=BALL, b=own_b, r=own_r) for own_b, own_r in zip(b, r, strict=True)]
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=balls)
+    begin = Release(y0=[-0.99 * b[0], *(0.99 * other for other in b[1:])])
+    motion = simulate(rig, Harmonic(0.35e-3, F), begin, duration=start + 12.0)
+    hits, rng = motion.impacts, np.random.default_rng(seed)
+    jump = hits["v_after"] - hits["v_before"]
+    seen = (hits["time"] > start) & (np.abs(jump) > 5e-4) & (rng.random(jump.size) >= missed)
+    time, jump, n = hits["time"][seen], jump[seen], int(seen.sum())
+    wrong = np.where(rng.random(n) < misread, rng.uniform(0.3, 1.7, n), 1.0)
+    unknown = Impacts(**{one.name: np.full(n, np.nan) for one in fields(Impacts)})
+    found = replace(
+        unknown,
+        time_s=time + 2e-6 * rng.standard_normal(n),
+        side=-np.sign(jump).astype(np.int64),
+        velocity_jump_m_s=wrong * jump + 2e-4 * rng.standard_normal(n),
+        x_m=hits["x"][seen] + 1e-5 * rng.standard_normal(n),
+        v_before_m_s=hits["v_before"][seen] + 6e-4 * rng.standard_normal(n),
+    )
+    return found, hits["nes"][seen] + 1
+
+
+@pytest.mark.parametrize(
+    ("r", "missed", "misread", "right"),
+    [
+        (0.6, 0.3, 0.0, 0.97),  # after one that was missed a ball may be anywhere
+        (0.3, 0.05, 0.0, 0.99),  # 1 % where the search begins at r = 0.65 alone
+        (0.6, 0.03, 0.08, 0.98),
+    ],
+)
+def test_each_impact_is_that_of_the_ball_that_can_have_made_it(r, missed, misread, right):
+    b = (0.023, 0.034)
+    found, true = table(b, (r, r), missed=missed, misread=misread)
+    given = attribute(found, clearance=b, nes_mass=(BALL, BALL), frequency=F)
+    assert (given.nes == true).mean() > right
+    assert given.nes_confidence.mean() > 0.97
+
+
+@pytest.mark.parametrize(("r", "start", "seed"), [(0.6, 3.0, 0), (0.6, 3.7, 1), (0.8, 4.4, 2)])
+def test_equal_balls_keep_their_numbers(r, start, seed):
+    """Numbers are given by chance, and then kept: histories with numbers exchanged count once."""
+    b = (0.03, 0.03)
+    found, true = table(b, (r, r), missed=0.05, start=start, seed=seed)
+    given = attribute(found, clearance=b, nes_mass=(BALL, BALL), frequency=F)
+    each = [(np.array(order)[true - 1] == given.nes).mean() for order in permutations((1, 2))]
+    assert max(each) > 0.97
+    assert given.nes_confidence.mean() > 0.9

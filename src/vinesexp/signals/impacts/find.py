@@ -57,8 +57,8 @@ _HEARD = ("acceleration", "sound", "displacement", "base")
 # x'_after + r rho, so that its next place is known to a fraction of a millimetre: either the next
 # impact lies where this ball meets a wall, or it was another's. The size of the jump, -mu rho, is
 # used too. Many histories are carried along and weighed (a beam search); r and mu are learnt from
-# the impacts that are certain, in a few passes. Equal balls in equal cavities bear their numbers
-# by continuity only.
+# the flights of each ball, in a few passes. Equal balls in equal cavities bear their numbers by
+# continuity only.
 #: Spread of r and relative spread of mu that are allowed in each pass.
 _PASSES = ((0.15, 0.5), (0.04, 0.15), (0.012, 0.05), (0.003, 0.02))
 _FIRST_R = (0.45, 0.65, 0.85)
@@ -66,7 +66,7 @@ _HISTORIES, _SETTLED = 48, 6  # that are followed; impacts after which a label i
 _UNSEEN = 0.02  # of the impacts: the ball had one before that was not seen
 _PLACE_ERROR = 2e-4  # m: of the displacement at an impact, with drift and lag
 _SPEED_ERROR = 2e-3  # m/s: the least of a ball between impacts
-_FLIGHTS = 8  # certain ones of a ball from which its r is estimated
+_FLIGHTS = 8  # of a ball, at least, from which its r is estimated
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def _labelled(
     tried = ((rig, _search(impacts, known, rig)) for rig in starts)
     rig, (labels, confidence, weight) = max(tried, key=lambda one: one[1][2])
     for spreads in _PASSES[1:]:
-        closer = _learnt(impacts, known, labels, confidence, rig, spreads)
+        closer = _learnt(impacts, known, labels, rig, spreads)
         again = _search(impacts, known, closer)
         if again[2] < weight:  # real balls need not be as regular as that
             break
@@ -199,21 +199,17 @@ def _advanced(
     inlier = ~lost & (np.abs(off) < 4.0)
     before = np.where(inlier, (wall - beam.place) / np.maximum(flown, 1e-9), 0.0)
     rho = np.where(inlier, v - before, -jump / rig.mu)
-    closing = side * rho > 0.0
     size = -rig.mu * rho
     spread = np.hypot(rig.mu_spread * np.abs(size), 2e-4)
     strikes = np.exp(-0.5 * np.minimum(((jump - size) / spread) ** 2, 1e3)) / spread
     strikes = np.where(inlier, strikes, 1.0 / max(abs(jump), 1e-4))
     score = np.log(fits + 1e-300) + np.log(0.98 * strikes + 0.02 / max(abs(jump), 1e-4))
-    score = np.where(closing, score, -700.0)
 
     # A ball that should have left its cavity by now hit something unseen: it is lost.
     outside = np.abs(x - expected) - rig.b > 4.0 * place_error
     gone = outside & ~lost
     score = score + np.log(_UNSEEN) * (gone.sum(axis=1, keepdims=True) - gone)
     total = beam.weight[:, np.newaxis] + score
-    if rig.alike:  # with all lost, numbers may be given anew: one history is enough
-        total[lost.all(axis=1), 1:] = -np.inf
     order = np.argsort(-total, axis=None, kind="stable")[:_HISTORIES]
     parent, ball = np.unravel_index(order, total.shape)
 
@@ -239,20 +235,16 @@ def _without_twins(beam: _Beam) -> _Beam:
 
 
 def _learnt(
-    impacts: Impacts, known: IntArray, labels: IntArray, confidence: FloatArray, rig: _Rig,
-    spreads: tuple[float, float],
-) -> _Rig:  # fmt: skip
-    """r and mu of each ball from flights between impacts that are certain."""
+    impacts: Impacts, known: IntArray, labels: IntArray, rig: _Rig, spreads: tuple[float, float]
+) -> _Rig:
+    """r and mu of each ball from its flights: medians bear a share of wrong labels."""
     r, mu = rig.r.copy(), rig.mu.copy()
     for ball in range(rig.b.size):
         own = known[labels == ball]
-        sure = confidence[labels == ball] > 0.9
-        if sure.mean() < 0.5:  # medians bear a share of wrong labels
-            sure[:] = True
         t, side = impacts.time_s[own], impacts.side[own]
         y = impacts.x_m[own] - side * rig.b[ball]
         u = np.diff(y) / np.diff(t)
-        crosses = (side[1:] != side[:-1]) & sure[1:] & sure[:-1]
+        crosses = side[1:] != side[:-1]
         inner = np.flatnonzero(crosses[1:] & crosses[:-1]) + 1
         if inner.size < _FLIGHTS:
             continue
@@ -260,9 +252,6 @@ def _learnt(
         rho = v - u[inner - 1]
         r[ball] = float(np.clip(np.median(-(v + jump - u[inner]) / rho), 0.0, 1.0))
         mu[ball] = float(np.median(-jump / rho))
-    mu = np.where(mu > 0.0, mu, rig.mu)
-    if rig.alike:
-        r, mu = np.full_like(r, r.mean()), np.full_like(mu, mu.mean())
     return _Rig(rig.b, r, mu, *spreads, alike=rig.alike)
 
 
