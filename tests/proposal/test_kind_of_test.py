@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,9 +10,9 @@ import scipy.io.wavfile
 
 from vinesexp.cli import main
 from vinesexp.pipeline import analyse_campaign
-from vinesexp.proposal.kind_of_test import OPEN, describe_test
+from vinesexp.proposal.kind_of_test import OPEN, describe_test, swept_band
 from vinesexp.proposal.roles import guess_roles
-from vinesexp.proposal.survey import view_file
+from vinesexp.proposal.survey import ColumnView, view_file
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.instrument.ingest import ingest
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -400,3 +401,16 @@ def test_times_that_run_backwards_are_said_to(tmp_path):
     *_, why = describe_test(view, guess_roles([view]))
     assert "runs backwards, from 1000 to -596" in why
     assert "sample_rate: 250 Hz" in why
+
+
+@pytest.mark.parametrize("ends", [(4.0, 16.0), (20.0, 5.0)])
+def test_a_sweep_by_equal_factors_has_its_ends(ends):
+    """Its frequency is no straight line over time: an analyser sweeps by the decade."""
+    first, last = ends
+    t = np.arange(20_000) / 500.0
+    ratio, seconds = np.log(last / first), t[-1]
+    phase = 2 * np.pi * first * seconds / ratio * np.expm1(ratio * t / seconds)
+    column = ColumnView(0, "base", "mm", "signal", np.sin(phase), 500.0)
+    assert swept_band(column) == pytest.approx(ends, rel=0.02)
+    wanders = np.sin(2 * np.pi * 8.0 * t + 20.0 * np.sin(2 * np.pi * 0.1 * t))
+    assert swept_band(replace(column, values=wanders)) is None

@@ -46,6 +46,17 @@ def test_steps_of_a_sensor_that_holds_its_value_are_no_oscillation(own: float, r
     assert dominant_frequency(x, rate) == pytest.approx(7.9, abs=0.02)
 
 
+def test_a_line_of_hum_in_an_acceleration_of_other_things_is_no_oscillation() -> None:
+    """It stands out of the noise, and holds next to nothing of the velocity."""
+    t = np.arange(20_000) / 1000.0
+    hum = np.cos(2 * np.pi * 50.0 * t)
+    noise = np.random.default_rng(0).standard_normal(t.size)
+    alone = dominant_frequency(hum + 0.1 * noise, 1000.0, quantity="acceleration")
+    assert alone == pytest.approx(50.0, abs=0.01)
+    with pytest.raises(AnalysisError, match="no oscillation"):
+        dominant_frequency(0.2 * hum + noise, 1000.0, quantity="acceleration")
+
+
 def record_with(folder: Path, channels: dict[str, np.ndarray], *, rate: float, test: str) -> Path:
     kinds = {
         role: "acceleration" if role == "acceleration" else "displacement" for role in channels

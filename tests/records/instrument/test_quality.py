@@ -138,6 +138,30 @@ def test_a_strongly_damped_decay_that_stops_in_its_midst_is_frozen(at, stored):
         assert findings.frozen(view, "displacement", period=35.0)[-1][0] <= 150 + at
 
 
+@pytest.mark.parametrize(
+    ("quanta", "zeta", "samples"), [(12.0, 0.15, 18.0), (66.0, 0.25, 18.0), (285.0, 0.15, 8.0)]
+)
+def test_a_held_mass_that_is_let_go_and_dies_out_at_once_is_not_frozen(
+    quanta, zeta, samples, stored
+):
+    """Within a period and a half a motion that damping strongly takes is within two quanta."""
+    w, since = 2.0 * np.pi / samples, np.maximum(np.arange(1100.0) - 100.0, 0.0)
+    values = np.round(quanta * np.exp(-zeta * w * since) * np.cos(w * since))
+    with stored(1e-5 * values, 1e3) as view:
+        assert findings.frozen(view, "displacement", period=samples) == []
+        assert findings.frozen(view, "displacement", period=None) == []
+
+
+def test_a_slow_swing_that_stops_at_its_turning_point_is_frozen(stored):
+    """Towards the turning point the steps shrink as in a decay, but it is no place of rest."""
+    k = 6 * 300 + 75
+    values = np.round(40.0 * np.sin(2.0 * np.pi * np.minimum(np.arange(3000.0), k) / 300.0))
+    with stored(1e-5 * values, 1e3) as view:
+        ((begin, end),) = findings.frozen(view, "displacement", period=None)
+    assert abs(begin - k) < 10
+    assert end == 3000
+
+
 @pytest.mark.parametrize(("bits", "noise"), [(16, 1.0), (12, 0.3), (8, 0.3), (8, 0.0), (24, 3.0)])
 @pytest.mark.parametrize("rate", [100.0, 1e4])
 def test_a_frozen_stretch_is_found_where_it_is(bits, noise, rate, stored):

@@ -12,7 +12,8 @@ from vinesexp import Harmonic
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.bends import detect_bends
-from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.impacts.find import _where_it_bends, impacts_of_record
+from vinesexp.signals.impacts.slopes import coarse_displacement
 
 RATE, F = 4000.0, 7.862
 W = 2.0 * np.pi * F
@@ -128,3 +129,17 @@ def test_where_no_bend_stays_there_is_none(damage, tmp_path):
     else:
         x[:] = 0.0 if damage == "nothing" else np.nan
     assert laser_alone(tmp_path, x, np.zeros(t.size)).n == 0
+
+
+def test_bends_that_no_flights_explain_are_no_impacts(tmp_path):
+    """20 um of the fifth harmonic bend the motion 189 times in 8 s: a ball would have to fly so."""
+    t, rng = np.arange(40_000) / 5000.0, np.random.default_rng(0)
+    x = 5e-3 * np.sin(W * t) + 2e-5 * np.sin(5.0 * W * t) + 5e-6 * rng.standard_normal(t.size)
+    path, said = tmp_path / "r.nc", []
+    with RecordWriter(path, sample_rate=5e3, quantities={"displacement": "displacement"}) as made:
+        made.append({"displacement": x})
+    with open_record(path) as view:
+        assert detect_bends(coarse_displacement(view, F), frequency=F).time.size > 100
+        found, _ = _where_it_bends(view, F, (0.033,), said, free=0.0)
+    assert found.time.size == 0
+    assert [(check, outcome) for check, outcome, _ in said] == [("impacts", "warning")]
