@@ -1,22 +1,32 @@
 """Impact tables against the truth of simulated records."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.signal import butter, sosfilt
+from scipy.signal import butter, lfilter, sosfilt
 
 from vinesexp import Harmonic, Release
 from vinesexp.errors import TableError
 from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.store import RecordWriter, open_record, write_refused
 from vinesexp.settings.stages import Settings
-from vinesexp.signals.channel_agreement import agreement_of
+from vinesexp.signals.channel_agreement import Agreement, agreement_of
 from vinesexp.signals.clipping import converter_range
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.find import impacts_of_record, struck
+from vinesexp.signals.impacts.detection import detection_at
+from vinesexp.signals.impacts.find import (
+    _beside,
+    _let_go,
+    _seen,
+    _slopes,
+    impacts_of_record,
+    struck,
+)
 from vinesexp.signals.impacts.impact_table import COLUMNS, no_impacts, read_impacts, write_impacts
+from vinesexp.signals.impacts.slopes import Coarse
 
 G25 = Harmonic(0.25e-3, 7.862)
 
@@ -295,3 +305,85 @@ def test_by_how_much_impacts_take_part_in_a_decay(measure, store, tmp_path, role
         assert count > 20
     else:
         assert share < 0.05
+
+
+def beside_truth(record, x, tmp_path, store):
+    """Jumps by another displacement over the true ones, and by how much later it is read, s."""
+    store(record.path, record.channels | {"displacement": x}, 1e4)
+    found = found_in(record, tmp_path, clearance=(0.03,))
+    nearest = np.abs(found.time_s[:, np.newaxis] - record.time).argmin(axis=1)
+    sure = np.abs(found.time_s - record.time[nearest]) < 2e-4
+    ratio = found.jump_displacement_m_s[sure] / record.jump[nearest][sure]
+    return float(np.nanmedian(ratio)), float(np.median(found.read_later_s))
+
+
+def test_a_late_laser_is_read_late_in_a_record_too_short_to_part_lag_and_corner(
+    measure, tmp_path, store
+):
+    """The bends of the displacement show it: read without, jumps are less than half."""
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=1.6)
+    x = record.channels["displacement"]
+    ratio, late = beside_truth(record, np.append(np.full(40, x[0]), x[:-40]), tmp_path, store)
+    assert ratio == pytest.approx(1.0, abs=0.03)
+    assert late == pytest.approx(4e-3, abs=3e-4)
+
+
+def test_jumps_of_a_laser_behind_a_low_pass_are_whole(measure, tmp_path, store):
+    """Taken for a delay, one of 150 Hz makes them 5 % too small."""
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=8.0)
+    x, pole = record.channels["displacement"], np.exp(-2.0 * np.pi * 150.0 / 1e4)
+    slow = lfilter([1.0 - pole], [1.0, -pole], x - x[0]) + x[0]
+    ratio, late = beside_truth(record, slow, tmp_path, store)
+    assert ratio == pytest.approx(1.0, abs=0.02)
+    assert late == pytest.approx(1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("agreement", "expected"),
+    [
+        (None, (1.0, 0.0)),
+        (Agreement(-1.1, 0.01, 1e-3, 1e-5), (-1.0, 1e-3)),  # a sensitivity that is a little off
+        (Agreement(-39.0, 0.1, 1e-3, 1e-5), (-39.0, 1e-3)),  # a wrong unit
+        (Agreement(-1.1, 0.4, 1e-3, 1e-5), (1.0, 0.0)),  # as noise may make it
+        (Agreement(1.0, 0.01, 1e-3, 1e-3), (1.0, 0.0)),  # the phase of a corner may be as large
+    ],
+)
+def test_only_what_is_surely_unlike_between_the_channels_is_taken_over(agreement, expected):
+    assert _beside(agreement, Settings()) == expected
+
+
+def test_only_spikes_at_the_release_and_no_larger_than_its_step_are_the_release():
+    f, size = 8.0, 0.01
+    step = (2.0 * np.pi * f) ** 2 * size
+    x = Coarse(size * np.cos(2.0 * np.pi * f * np.arange(400) / 400.0), 1.0 / 400.0, 0.0)
+    peak = step * np.array([1.0, -1.1, 2.0, 1.0])
+    found = detection_at(0.2 + np.array([1e-3, 5e-3, 6e-3, 2e-2]), peak=peak)
+    assert _let_go(found, x, free=0.2, frequency=f).tolist() == [True, True, False, False]
+    assert not _let_go(found, x, free=0.0, frequency=f).any()
+
+
+def two_jumps(first, second, *, apart):
+    """A displacement with two jumps of velocity, `apart` periods from one another; their times."""
+    f, w = 8.0, 16.0 * np.pi
+    t, at = np.arange(2000) / 1600.0, np.array([0.6, 0.6 + apart / f])
+    motion = 5e-3 * np.cos(w * t)
+    for when, jump in zip(at, (first, second), strict=True):
+        motion = motion + jump * np.sin(w * np.maximum(t - when, 0.0)) / w
+    return Coarse(motion, 1.0 / 1600.0, 0.0), at
+
+
+def test_a_contact_in_parts_is_taken_from_its_neighbours_as_the_displacement_shows_it():
+    """What its parts add up to is not known; as nothing it made its neighbour a fifth too small."""
+    x, at = two_jumps(0.03, -0.02, apart=0.2)
+    found = detection_at(at, jump=np.array([np.nan, -0.02]), jump_error=np.array([np.nan, 1e-4]))
+    slopes = _slopes(found, x=x, sign=1.0, lag=0.0, frequency=8.0)
+    assert slopes.jump == pytest.approx([0.03, -0.02], rel=0.02)
+
+
+def test_a_spike_that_may_be_a_knock_says_nothing_of_the_impact_beside_it():
+    """Its area, taken off the displacement, would be missing in the jump of the impact."""
+    x, at = two_jumps(0.03, 0.0, apart=0.2)
+    found = detection_at(at, jump=np.array([0.03, -0.02]), jump_error=np.full(2, 1e-4))
+    fit = partial(_slopes, x=x, sign=1.0, lag=0.0, frequency=8.0)
+    assert abs(fit(found).jump[0] - 0.03) > 1e-3
+    assert _seen(found, fit, np.array([False, True])).jump[0] == pytest.approx(0.03, rel=0.01)

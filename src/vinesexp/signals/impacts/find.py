@@ -42,7 +42,6 @@ from vinesexp.signals.impacts.slopes import (
     unmoved,
     weighted,
 )
-from vinesexp.signals.impacts.template_learning import MEDIAN_OF_NORMAL
 from vinesexp.units import first_of
 
 _AS_BY_DEFAULT = Settings()
@@ -351,8 +350,6 @@ def _by_pulses(
         found = joined(found, x, frequency=motion, clearance=clearance[0])
     fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion)
     found, slopes, others = _of_the_ball(found, fit, clearance, sign=sign, doubtful=doubtful)
-    # the release of a mass that was held is a spike as well
-    others = others[(others > free + 0.5 / motion) | (free == 0.0)]
     if others.size:
         outcome = "warning" if others.size > max(_FEW * found.time.size, 2.0) else "ok"
         said.append(("knocks", outcome, _others_in_words(others, record.start)))
@@ -618,24 +615,22 @@ def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
     """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth.
 
     Off by as much, all alike, they may be a local mode's, which the displacement shows wrong, too.
-    Only jumps that it surely shows count, and not what its own errors scatter them by. Contacts in
-    parts (NaN) are a soft wall where they are at one wall, else pulses that scatter.
+    Only jumps that it surely shows count. Contacts in parts (NaN) are a soft wall where they are at
+    one wall, else pulses that scatter.
     """
     jumps = slopes.jump
     known, parts = np.abs(jumps) > _SHOWN_JUMP * slopes.jump_error, np.isnan(pulses)
     walls = [parts[known & (side * jumps > 0.0)] for side in (1.0, -1.0)]
     cut = min(float(own.mean()) if own.size else 0.0 for own in walls)
     both = known & (~parts | (cut > _CUT_UP))
-    both[both] = np.abs(jumps[both]) > 0.5 * np.median(np.abs(jumps[both])) if both.any() else False
     if both.sum() < _FEWEST:
         return False
     if parts[both].all():
         return True
     ratio = pulses[both] / jumps[both]
     middle = float(np.nanmedian(ratio))
-    off = np.hypot(_SCATTERS, MEDIAN_OF_NORMAL * slopes.jump_error[both] / np.abs(jumps[both]))
-    scatter = np.where(parts[both], np.inf, np.abs(ratio / middle - 1.0) / off)
-    return bool(np.median(scatter) > 1.0)
+    scatter = np.where(parts[both], np.inf, np.abs(ratio / middle - 1.0))
+    return bool(np.median(scatter) > _SCATTERS)
 
 
 def _by_displacement(
@@ -645,10 +640,9 @@ def _by_displacement(
     unknown = np.full(found.time.size, np.nan)
     time, error = found.time, found.time_error
     for _ in range(_TURNS):
-        shown = slopes.shift_error < _BEND_KNOWN / frequency
-        room = 0.25 * np.diff(time, prepend=-np.inf, append=np.inf)
-        shift = np.clip(np.where(shown, slopes.shift, 0.0), -room[:-1], room[1:])
-        time, error = time + shift, np.where(shown, slopes.shift_error, error)
+        shown = np.isfinite(slopes.shift)
+        time = time + np.where(shown, slopes.shift, 0.0)
+        error = np.where(shown, slopes.shift_error, error)
         slopes = slope_changes(x, time + lag, np.nan_to_num(slopes.jump), frequency=frequency)
     found = replace(found, time=time, time_error=error, jump=unknown, jump_error=unknown)
     return found, slopes
@@ -656,7 +650,6 @@ def _by_displacement(
 
 _TURNS = 4
 _SURE_LATE = 3.0  # standard errors
-_BEND_KNOWN = 0.02  # periods: error of a time that a bend of the displacement shows
 
 
 def _jumps(found: Detection, slopes: SlopeChanges, sign: float) -> tuple[FloatArray, FloatArray]:
