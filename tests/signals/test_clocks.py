@@ -73,6 +73,14 @@ def test_the_phase_of_a_mass_that_comes_to_rest_is_as_uncertain_as_it_scatters()
     assert 0.6 < np.median(found[:, :20] / true[:20]) < 3.0
 
 
+def test_a_phase_that_wanders_has_no_step():
+    """Its largest move is no larger than its others: of 200 walks 11 had a step by their error."""
+    t = np.arange(30.0)
+    walks = (np.cumsum(np.random.default_rng(k).standard_normal(30)) for k in range(200))
+    laws = [law_of(Course(t, walk, 1.0, shared=2)) for walk in walks]
+    assert not any(law is not None and law.steps for law in laws)
+
+
 RATE, F = 1000.0, 6.0
 
 
@@ -203,3 +211,57 @@ def test_a_phase_that_steps_at_the_oscillation_alone_is_no_lost_sample(tmp_path,
         assert "samples are lost at 7" in found.checks[0].detail
     else:
         assert found is None
+
+
+def test_the_phase_of_a_base_that_beats_is_no_step_where_it_hardly_moves(tmp_path):
+    """Of two tones the phase turns fast where they cancel, and the amplitude changes fast there."""
+    t, rng = np.arange(28_000) / RATE - 0.2, np.random.default_rng(1)
+    second = 0.5 * np.sin(2.0 * np.pi * (F + 0.07) * t + rng.uniform(0.0, 6.28))
+    assert fault(tmp_path / "a.nc", 1e-4 * (np.sin(2.0 * np.pi * F * t) + second)) is None
+
+
+@pytest.mark.parametrize("wrong", [3, 8])
+def test_some_wrong_samples_are_no_lost_ones(tmp_path, wrong):
+    """They part the parabolas before and after them as a jump does, but not those of many."""
+    t = np.arange(12_000) / 2000.0
+    x = 5e-3 * np.exp(-0.1 * t) * np.sin(2.0 * np.pi * F * t)
+    path = tmp_path / "a.nc"
+    faults = []
+    for change in (0, wrong):
+        x = x + 2e-6 * np.random.default_rng(2).standard_normal(t.size)
+        x[8_600 : 8_600 + change] += 1e-3
+        with RecordWriter(path, sample_rate=2e3, quantities={"displacement": "displacement"}) as to:
+            to.append({"displacement": x})
+        with open_record(path) as view:
+            faults.append(fault_of(view, Record("a", path, "ringdown"), F))
+    assert faults == [None, None]
+
+
+def lags(path, late, n=14_000):
+    """What is found where an acceleration is read by so many samples too late at each sample."""
+    at, rng = np.arange(n) / RATE, np.random.default_rng(1)
+    w, parts = 2.0 * np.pi * F, [(k, 5e-3 / k**2, 0.7 * k) for k in (1, 2, 3, 4, 5)]
+    x = sum(size * np.sin(k * w * at + p) for k, size, p in parts)
+    late = at + late / RATE
+    a = sum(-size * (k * w) ** 2 * np.sin(k * w * late + p) for k, size, p in parts)
+    kinds = {"displacement": "displacement", "acceleration": "acceleration"}
+    with RecordWriter(path, sample_rate=RATE, quantities=kinds) as writer:
+        writer.append({
+            "displacement": x + 1e-7 * rng.standard_normal(n),
+            "acceleration": a + 1e-2 * rng.standard_normal(n),
+        })  # fmt: skip
+    with open_record(path) as view:
+        found = fault_of(view, Record("a", path, "periodic"), F)
+    return None if found is None else found.checks[0].detail
+
+
+@pytest.mark.parametrize(("samples", "lost"), [(0.5, False), (1.0, True), (3.0, True)])
+def test_a_lag_that_steps_by_less_than_a_sample_has_lost_none(tmp_path, samples, lost):
+    found = lags(tmp_path / "a.nc", np.where(np.arange(14_000) > 7_000, samples, 0.0))
+    assert (found is not None and "samples are lost" in found) == lost
+
+
+@pytest.mark.parametrize(("samples", "drifts"), [(0.6, False), (1.5, True)])
+def test_a_clock_that_is_off_by_less_than_a_sample_over_a_record_stays(tmp_path, samples, drifts):
+    found = lags(tmp_path / "a.nc", np.linspace(0.0, samples, 14_000))
+    assert (found is not None and "whose clock differs" in found) == drifts
