@@ -39,6 +39,13 @@ def test_bands_beside_each_other_share_their_edge():
     assert ends == [410.0, 450.0, 700.0, 760.0, 1000.0]
 
 
+def test_bands_far_from_each_other_leave_what_is_between_them_inactive():
+    assert named([(0, 400), (500, 520), (550, 560)]) == [
+        ("permanent", 0.0, 400.0), ("inactive", 400.0, 500.0), ("modulated", 500.0, 560.0),
+        ("inactive", 560.0, 1000.0),
+    ]  # fmt: skip
+
+
 def swept_rig(b, *, begins=0.999):
     """Sweep up of the twin: 7.2 to 8.4 Hz in 100 s, ball at a wall or near it."""
     rig = Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=0.6)])

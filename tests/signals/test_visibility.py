@@ -1,5 +1,6 @@
 """What was not seen is unknown: records that cannot show impacts have no regime."""
 
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +12,8 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
-from vinesexp.signals.regimes import shown_by_record
+from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.signals.regimes import _some_hidden, shown_by_record
 
 F0 = 7.862
 
@@ -126,3 +128,26 @@ def test_impacts_that_hardly_stand_clear_of_the_noise_hide_others(
     assert (row["impacts_per_cycle"] is None) == (regimes is None)
     assert row["amplitude_mean_m"] == pytest.approx(5.8e-3, rel=0.03)
     assert said == ([] if regimes else ["ball"])
+
+
+@pytest.mark.parametrize(
+    ("unsure", "size", "fewest", "hidden"),
+    [
+        (20, 1.0, 10.0, True),  # many near the limit, as large as the rest: others are below it
+        (9, 1.0, 10.0, False),
+        (20, 0.4, 10.0, False),  # small ones of a record that shows the usual ones well
+        (20, 1.0, 100.0, False),  # too few impacts to tell
+    ],
+)
+def test_impacts_are_hidden_where_many_near_the_limit_are_as_large_as_the_rest(
+    unsure: int, size: float, fewest: float, hidden: bool
+) -> None:
+    n = 100
+    near = np.arange(n) < unsure
+    nothing = Impacts(**{one.name: np.full(n, np.nan) for one in fields(Impacts)})
+    jump = np.where(near, size, 1.0) * np.where(np.arange(n) % 2, 0.02, -0.02)
+    given = replace(
+        nothing, time_s=np.linspace(0.1, 9.9, n), velocity_jump_m_s=jump,
+        confidence=np.where(near, 0.7, 1.0),
+    )  # fmt: skip
+    assert _some_hidden(given, 0.0, 10.0, fewest=fewest) == hidden

@@ -670,7 +670,7 @@ def smallest_jump(conditioned: RecordView, settings: Settings) -> float:
     )
     samples = max(1.0, settings.impacts.contact * conditioned.sample_rate)
     # Half a sine of n samples and height 1 has the area 2 n/pi and the norm sqrt(n/2).
-    area, norm = (1.0, 1.0) if samples < 2.0 else (2.0 * samples / math.pi, math.sqrt(samples / 2))
+    area, norm = 2.0 * samples / math.pi, math.sqrt(samples / 2)
     return settings.impacts.threshold * noise * area / norm / conditioned.sample_rate
 
 
