@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 import vinesexp
 from vinesexp import NES, Measured, Oscillator, Release, Rig, simulate
 from vinesexp.cli import main
+from vinesexp.commands.design import base_of
 from vinesexp.design import recorded
 
 HOST = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -67,6 +69,81 @@ def test_a_record_in_a_file(
     assert "the unit of the record is missing" in capsys.readouterr().err
     assert main([*words[:-2], "--base-unit", "mm"]) == 1
     assert "name its file with --base" in capsys.readouterr().err
+
+
+def test_where_a_sensor_has_its_zero_is_no_motion(quake: Measured) -> None:
+    samples, rate = np.asarray(quake.samples), quake.sample_rate
+    plain = vinesexp.design(**RIG, base=quake).driven
+    still = np.concatenate([np.zeros(40), samples])
+    at_zero, off = (vinesexp.design(**RIG, base=Measured(x, rate)) for x in (still, still + 0.05))
+    assert plain is not None
+    assert off.driven is not None
+    assert at_zero.driven is not None
+    assert off.driven.rest == pytest.approx(0.05, rel=1e-9)
+    assert off.driven.base_peak == pytest.approx(np.abs(samples).max(), rel=1e-9)
+    assert off.driven.bare.peak[0] == pytest.approx(plain.bare.peak[0], rel=1e-2)
+    assert [one.b for one in off.driven.found] == pytest.approx(
+        [one.b for one in at_zero.driven.found], rel=1e-6
+    )
+    assert off.notes == [*at_zero.notes, "the base record shows 50 mm before it moves, which was "
+                         "taken off"]  # fmt: skip
+
+
+def test_a_record_that_begins_in_motion_has_its_mean_at_zero(quake: Measured) -> None:
+    t = np.arange(1200) / 200.0
+    turn = Measured(0.05 + 0.3e-3 * np.cos(2.0 * np.pi * 5.0 * t), 200.0)
+    answer = vinesexp.design(**RIG, base=turn)
+    found = answer.driven
+    assert found is not None
+    assert found.rest == pytest.approx(0.05, abs=1e-6)
+    assert found.base_rms == pytest.approx(0.3e-3 / np.sqrt(2.0), rel=1e-3)
+    bare = simulate(
+        Rig(HOST), Measured(np.asarray(turn.samples) - found.rest, 200.0), Release(x0=0.3e-3), 5.995
+    )
+    ends = np.linspace(0.0, 5.995, 20_001)
+    z = bare.at(ends)[0] - bare.base(ends)[0]
+    assert z[0] == pytest.approx(0.0, abs=1e-6)
+    assert found.bare.rms[0] == pytest.approx(np.sqrt(np.mean(z**2)), rel=5e-3)
+    assert any("begins at rest and undeflected" in note for note in answer.notes)
+
+
+@pytest.mark.parametrize(
+    ("samples", "rate", "words"),
+    [
+        (np.zeros(100), 200.0, "base record: is 0 mm from its first sample to its last"),
+        (np.sin(np.arange(100.0)), 10.0, "oscillator of 7.862 Hz needs 31.45 Hz or more"),
+    ],
+)
+def test_a_record_that_cannot_tell_is_refused(samples: np.ndarray, rate: float, words: str) -> None:
+    with pytest.raises(vinesexp.VinesexpError, match=words):
+        vinesexp.design(**RIG, base=Measured(1e-3 * samples, rate))
+
+
+def test_the_column_of_a_file_is_a_displacement_or_a_velocity(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    t = np.arange(1200) / 200.0
+    w = 2.0 * np.pi * 7.0
+    moved = 0.3 * np.sin(np.pi * t / 6.0) ** 2 * np.sin(w * t)
+    file = tmp_path / "base.csv"
+    rows = zip(1e3 * t, moved, np.gradient(moved, t), strict=True)
+    body = "\n".join(f"{time:.1f},{x:.7f},{v:.6f}" for time, x, v in rows)
+    file.write_text(f"Time (ms),Base,Speed\n{body}\n", encoding="utf-8")
+
+    def peak(column: str, unit: str) -> float:
+        arguments = argparse.Namespace(base=file, base_column=column, base_unit=unit)
+        base = base_of(arguments)
+        assert base is not None
+        assert base.sample_rate == pytest.approx(200.0)  # the header's own unit of time
+        return float(np.abs(np.asarray(base.samples)).max())
+
+    assert peak("Base", "mm") == pytest.approx(1e-3 * np.abs(moved).max(), rel=1e-6)
+    assert peak("Speed", "mm/s") == pytest.approx(peak("Base", "mm"), rel=0.02)
+    with pytest.raises(vinesexp.VinesexpError, match="--base-unit: 'g' is a unit of acceleration"):
+        peak("Speed", "g")
+    file.write_text("Base\n" + "\n".join(f"{x:.7f}" for x in moved), encoding="utf-8")
+    with pytest.raises(vinesexp.VinesexpError, match=r"no times: .*there is 'Base'"):
+        peak("0", "mm")
 
 
 def test_an_interrupt_leaves_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:

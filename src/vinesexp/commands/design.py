@@ -30,8 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     more = "multiple of the usual work, where more starts are needed to decide or runs are slow (1)"
     options.add_options(
         parser,
-        ("--base FILE", "base motion as recorded (any instrument format), displacement"),
-        ("--base-column NAME", "its column, by name or by number from 0 (1)"),
+        (
+            "--base FILE",
+            "base motion as recorded (any format), displacement or velocity",
+        ),
+        ("--base-column NAME", "its column, by name or by number from 0 (the second, or the only)"),
         ("--base-unit UNIT", "unit of that column, such as mm, or a sensitivity such as 0.5 V/mm"),
         ("--theory-only", "b_c and b_t alone, without simulation"),
         ("--seed N", "seed of the random starts (1)"),
@@ -101,17 +104,24 @@ def base_of(args: argparse.Namespace) -> Measured | None:
                 "is for a recorded base; name its file with --base", where="--base-column"
             )
         return None
+    integrate = "integrate an acceleration twice and high-pass filter it first"
     if unit is None:
         raise ParameterError(
             "the unit of the record is missing; state it, such as --base-unit mm (the column is a "
-            "displacement; integrate and high-pass filter an acceleration first)",
+            f"displacement or a velocity; {integrate})",
             where="--base",
         )
     from vinesexp.excitation import Measured
     from vinesexp.records.instrument.ingest import read_file
+    from vinesexp.records.readers import open_source
 
-    found = read_file(file, {"base": (column or "1", unit)})
-    return Measured(found.channels["base"], found.sample_rate)
+    if column is None:
+        column = str(min(1, len(open_source(file).columns) - 1))
+    try:  # the role of which a velocity is integrated
+        found = read_file(file, {"displacement": (column, unit)})
+    except ParameterError as error:
+        raise ParameterError(f"{error.problem}; {integrate}", where="--base-unit") from None
+    return Measured(found.channels["displacement"], found.sample_rate)
 
 
 def _figure(answer: Answer) -> Figure:

@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--displacement-unit UNIT", "mm, or '0.5 V/mm'"),
         ("--time COLUMN", "default: as the file says, or Time*"),
     )
-    add_options(parser, ("--time-unit UNIT", "default: s"), default="s")
+    add_options(parser, ("--time-unit UNIT", "default: that of its header, else s"))
     add_options(parser, ("--sample-rate RATE", "'10 kHz', where the file has no times"))
     parser.add_argument(
         "--test",

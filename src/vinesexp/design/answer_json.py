@@ -39,8 +39,8 @@ _SWEPT = (
 )  # fmt: skip
 _DRIVEN = ("rms_mm", "peak_mm", "rms_x_mm", "peak_x_mm", "impacts")
 _RECORD = (
-    "duration_s=duration", "sample_rate_hz=rate", "base_peak_mm", "base_rms_mm", "hopeless",
-    "tolerance",
+    "duration_s=duration", "sample_rate_hz=rate", "base_peak_mm", "base_rms_mm",
+    "base_rest_mm=rest", "hopeless", "tolerance",
 )  # fmt: skip
 _RELEASE = (
     "level_mm", "b_mm", "low_mm", "high_mm", "time_s=time", "bare_time_s=bare_time",

@@ -22,6 +22,9 @@ from vinesexp.rig import UNHEARD_OF
 from vinesexp.theory.multiple import gaps
 from vinesexp.units import with_error
 
+#: Share of the peak of a record from which on what is taken off it is named.
+SEEN = 1e-3
+
 # What `design` has found, whole: theory, simulation of a base motion, simulation of a release.
 
 
@@ -309,6 +312,19 @@ def driven(found: UnderRecord) -> list[str]:
     ]
 
 
+def beginning(found: UnderRecord) -> list[str]:
+    """What was taken off the record of a base, and how one that has no rest is begun."""
+    if abs(found.rest) <= SEEN * found.base_peak:
+        return []
+    rest = f"{brief(found.rest)} mm"
+    if not found.moves:
+        return [f"the base record shows {rest} before it moves, which was taken off"]
+    return [
+        f"the base record moves from its first sample; its mean, {rest}, was taken off, and the "
+        "mass begins at rest and undeflected"
+    ]
+
+
 def releases(falls: Falls) -> list[str]:
     """The release: to each level how fast, from where, with which clearance.
 
@@ -463,6 +479,7 @@ def remarks_of(answer: Answer) -> list[str]:
         said = apart(answer.theory.b_c.published, answer.theory.b_c.exact)
     else:
         said = []
+    said += [] if answer.driven is None else beginning(answer.driven)
     law = any(given.size(option.symbol) > 0.0 for option in BEYOND)
     if law and answer.falls is not None:
         said.append(

@@ -1,6 +1,8 @@
 """What clearance is best under a base motion as it was recorded: an earthquake, a machine, noise.
 
 There is no settled motion and no orbit: the measures are the peak and the rms of the whole record.
+The mass begins at rest and undeflected, wherever the record begins: the zero of a sensor is no
+motion of the base.
 """
 
 from __future__ import annotations
@@ -13,7 +15,8 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.design.released import anywhere, judged, motions_from, tried_closer
 from vinesexp.design.task import OpenRig
-from vinesexp.excitation import Measured
+from vinesexp.errors import ParameterError
+from vinesexp.excitation import Measured, Release
 from vinesexp.rig import Rig
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.simulation import simulate
@@ -27,6 +30,11 @@ ENDS = (0.1, 4.0)
 PER_CYCLE, FEWEST = 24, 256
 #: Share of the rms without a ball below which nothing is called a gain.
 WORTH = 0.05
+#: Samples a cycle of the natural frequency at the least: with fewer, the spline through them is off
+#: by more than 2 % of what makes the oscillator resonate.
+SAMPLED = 4
+#: Share of the range of a record within which it is at rest for its first half cycle.
+AT_REST = 0.02
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,9 @@ class UnderRecord:
 
     Attributes
     ----------
-    duration, rate : of the record, s and Hz. base_rms, base_peak : m.
+    duration, rate : of the record, s and Hz. base_rms, base_peak : m, about `rest`.
+    rest : where the base is at rest, m; it is taken off. moves : whether the record has no rest at
+        its beginning, and `rest` is its mean.
     bare : without a ball.
     found : one entry per clearance, sorted; of the best, starts drawn anew.
     tolerance : share of b within which each start had a clearance of its own.
@@ -67,6 +77,8 @@ class UnderRecord:
     rate: float
     base_rms: float
     base_peak: float
+    rest: float
+    moves: bool
     tolerance: float
     bare: Driven
     found: list[Driven]
@@ -98,7 +110,15 @@ def under_record(
         A clearance that is tried besides, m.
     seed : int
         Of the ball positions: the same at every clearance.
+
+    Raises
+    ------
+    ParameterError
+        A record that does not move, or of too few samples for the oscillator.
     """
+    rest, moves = _rest(base, open_rig.oscillator.f0)
+    samples = np.asarray(base.samples) - rest
+    base, begin = Measured(samples, base.sample_rate), Release(float(samples[0]))
     rng, n = np.random.default_rng(seed), len(open_rig.masses)
 
     def drawn(starts: int, at_wall: int) -> list[FloatArray]:
@@ -109,26 +129,54 @@ def under_record(
     lots = [drawn(FRESH, FRESH * AT_WALL // STARTS) for _ in range(LOTS)]
 
     def tried(b: float, places: Sequence[FloatArray] = few) -> Driven:
-        return _driven(b, motions_from(places, open_rig, b, base, base.duration))
+        return _driven(b, motions_from(places, open_rig, b, base, base.duration, x0=begin.x0))
 
     alone = Rig(open_rig.oscillator)
-    bare = _driven(0.0, [simulate(alone, base, None, base.duration, damping=open_rig.damping)])
+    bare = _driven(0.0, [simulate(alone, base, begin, base.duration, damping=open_rig.damping)])
     marks = [] if asked is None else [asked]
     first = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
     found = tried_closer(first, tried, (_rms, _peak), CLOSER)
     least_rms, least_peak = judged(found, (_rms, _peak), tried, lots)
-    samples = np.asarray(base.samples)
     return UnderRecord(
         duration=base.duration,
         rate=base.sample_rate,
         base_rms=float(np.sqrt(np.mean(samples**2))),
         base_peak=float(np.abs(samples).max()),
+        rest=rest,
+        moves=moves,
         tolerance=open_rig.tolerance,
         bare=bare,
         found=found,
         least_rms=least_rms,
         least_peak=least_peak,
     )
+
+
+def _rest(base: Measured, f0: float) -> tuple[float, bool]:
+    """Where a record has its rest, m, and whether it moves from its first sample on.
+
+    Its rest is what it shows in half a cycle of the natural frequency before it moves, else its
+    mean; one that begins at zero is left as it is.
+    """
+    samples, needed = np.asarray(base.samples), SAMPLED * f0
+    extent = float(np.ptp(samples))
+    if not extent > 0.0:
+        raise ParameterError(
+            f"is {1e3 * samples[0]:.4g} mm from its first sample to its last: a base that does not "
+            "move has no best clearance; name another column",
+            where="base record",
+        )
+    if base.sample_rate < needed:
+        raise ParameterError(
+            f"{base.sample_rate:.4g} Hz are too few samples: an oscillator of {f0:.4g} Hz needs "
+            f"{needed:.4g} Hz or more, for what moves it near its resonance",
+            where="base record",
+        )
+    first = samples[: max(round(0.5 * base.sample_rate / f0), SAMPLED // 2)]
+    moves = bool(np.ptp(first) > AT_REST * extent)
+    if samples[0] == 0.0:
+        return 0.0, moves
+    return float(np.mean(samples if moves else first)), moves
 
 
 def _rms(one: Driven) -> float:

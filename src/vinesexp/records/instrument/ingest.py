@@ -25,7 +25,7 @@ from vinesexp.records.readers import open_source
 from vinesexp.records.stored import store
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
-from vinesexp.units import UNITS, parse_quantity, plain_unit, unit_size
+from vinesexp.units import UNITS, first_of, parse_quantity, plain_unit, unit_size
 from vinesexp.whole_files import whole_file
 
 _INTEGRATED = (
@@ -161,7 +161,7 @@ def read_file(
     channels: Mapping[str, tuple[str | int, str]],
     *,
     time: str | int | None = None,
-    time_unit: str = "s",
+    time_unit: str | None = None,
     sample_rate: str | None = None,
 ) -> Recording:
     """Calibrated channels of one instrument file of any known format (docs/formats.md).
@@ -175,7 +175,8 @@ def read_file(
         name, a pattern (``Laser*``) or a number from 0; the unit is physical (``mm``) or a
         sensitivity (``100 mV/g``).
     time, time_unit : optional
-        Column of the times; left out, as the file states them, or a column called Time.
+        Column of the times; left out, as the file states them, or a column called Time. Its unit;
+        left out, that of the header, else s.
     sample_rate : str, optional
         Such as ``10 kHz``, where the file has no times.
 
@@ -202,7 +203,13 @@ def read_file(
     rate = None if sample_rate is None else instrument_rate(sample_rate, where="sample_rate")
     times = time_column(path, time, time_unit) if rate is None else None
     wanted = {role: channel_of(role, *given) for role, given in channels.items()}
-    found_rate, _, values = read_channels(path, Setup(wanted, times, rate))
+    try:
+        found_rate, _, values = read_channels(path, Setup(wanted, times, rate))
+    except RecordError as error:
+        if "campaign.yaml" not in error.problem:
+            raise
+        said = error.problem.partition("; ")[0].replace("campaign.yaml says", "asked for is")
+        raise RecordError(said, file=error.file, where=error.where) from None
     return Recording(values, found_rate)
 
 
@@ -229,19 +236,34 @@ def channel_of(role: str, column: str | int, unit: str) -> Channel:
     return of_sensitivity(role, column, quantity, unit)
 
 
-def time_column(path: Path, asked: str | int | None, unit: str) -> TimeColumn | None:
-    """The column of times: as asked for, else as the file says, else one called so."""
-    size = unit_size(unit, "time")
-    if asked is not None:
-        named = int(asked) if isinstance(asked, str) and asked.isdigit() else asked
-        return TimeColumn(named, unit, size)
+def time_column(path: Path, asked: str | int | None, unit: str | None) -> TimeColumn | None:
+    """The column of times: as asked for, else as the file says, else one called so.
+
+    Raises
+    ------
+    RecordError
+        The file says nothing of its times.
+    """
+    size = unit_size(unit or "s", "time")
     source = open_source(path)
-    for pattern in ("Time*", "[Tt][Ii][Mm][Ee]*"):
-        if columns_fitting(source, pattern):
-            return TimeColumn(pattern, unit, size)
+    named = int(asked) if isinstance(asked, str) and asked.isdigit() else asked
+    for column in ("Time*", "[Tt][Ii][Mm][Ee]*") if named is None else (named,):
+        if found := columns_fitting(source, column):
+            own = source.columns[found[0]].unit
+            if unit is None and own in UNITS["time"]:
+                return TimeColumn(column, own, UNITS["time"][own])
+            return TimeColumn(column, unit or "s", size)
+    if named is not None:
+        return TimeColumn(named, unit or "s", size)
     states_itself = source.time_column is not None or source.sample_interval is not None
-    states_itself = states_itself or any(column.interval for column in source.columns)
-    return None if states_itself else TimeColumn("Time*", unit, size)
+    if states_itself or any(column.interval for column in source.columns):
+        return None
+    names = first_of([f"'{column.name}'" for column in source.columns], 20)
+    raise RecordError(
+        f"no times: no column is called Time (there {'is' if len(source.columns) == 1 else 'are'} "
+        f"{names}), and no sample rate is stated; export the times, too",
+        file=path,
+    )
 
 
 def instrument_rate(text: str, *, where: str) -> float:
