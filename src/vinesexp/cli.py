@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = next((word for word in words if word in COMMANDS), None)
     one_thread_each()
     keep_caches_writable()
-    warnings.showwarning = partial(_in_one_line, command, warnings.showwarning)
+    warnings.showwarning = partial(_in_one_line, command, set(), warnings.showwarning)
     try:
         parsed = build_parser(command).parse_args(words)
         code: int = parsed.run(parsed)
@@ -90,12 +90,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _in_one_line(command: str | None, others: Any, message: Any, category: Any, *more: Any) -> None:
-    """A warning about the user's own values without the place in the code that gave it."""
-    if issubclass(category, RigWarning):
-        print(f"vinesexp {command}: warning: {message}", file=sys.stderr)
-    else:
+def _in_one_line(
+    command: str | None, said: set[str], others: Any, message: Any, category: Any, *more: Any
+) -> None:
+    """A warning about the user's own values, once, without the place in the code that gave it."""
+    if not issubclass(category, RigWarning):
         others(message, category, *more)
+    elif str(message) not in said:
+        said.add(str(message))
+        print(f"vinesexp {command}: warning: {message}", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import warnings
 from pathlib import Path
 
 import pytest
 
+from vinesexp import NES, Oscillator, Rig
 from vinesexp.cli import main
 from vinesexp.commands.options import draw
 from vinesexp.figures.style import new_figure
@@ -118,6 +120,21 @@ def test_one_clear_line(
     assert message in captured.err
     assert captured.err.count("\n") == 1
     assert captured.out == ""
+
+
+def test_a_slip_of_a_unit_is_remarked_once(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def remarking(_: object) -> int:
+        for _ in range(2):
+            Rig(Oscillator(M=0.032, c1=3.02, k1=1.147e4), [NES(m=4.7, b=1e-3, r=0.6)])
+        return 0
+
+    monkeypatch.setattr("vinesexp.commands.design.run", remarking)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert call(BOTH) == 0
+    assert capsys.readouterr().err.count("m = 4.7 kg is more than the mass M = 0.032 kg") == 1
 
 
 def test_an_option_given_twice_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:

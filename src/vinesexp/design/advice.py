@@ -25,6 +25,7 @@ from vinesexp.design.best_clearance import (
     BESIDE,
     BUDGET,
     JUDGING,
+    MATTERS,
     Found,
     affordable,
     scan_ends,
@@ -34,7 +35,7 @@ from vinesexp.design.best_clearance import (
 from vinesexp.design.ensemble import cut_short, mean_of_cycle, responses, slow_time, watched
 from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
-from vinesexp.excitation import Release, Sweep
+from vinesexp.excitation import Release, Sweep, WeakDamping
 from vinesexp.rig import Oscillator
 from vinesexp.solver.simulation import simulate
 from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
@@ -358,9 +359,19 @@ class Advice:
     def fixed_mass(self) -> float:
         """Mean amplitude over the ranges with the balls fixed to the oscillator, m.
 
-        The same as an absorber that is far too stiff.
+        The same as an absorber that is far too stiff; under a damping law by simulation.
         """
-        return _rated(self.task, 1e6, 0.0).mean
+        task, o = self.task, self.task.oscillator
+        if task.damping == WeakDamping():
+            return _rated(task, 1e6, 0.0).mean
+        heavier = replace(o, M=o.M + sum(task.masses))
+        return replace(task, oscillator=heavier).mean_bare()
+
+    @property
+    def as_fixed(self) -> bool:
+        """Whether the balls do no more at any clearance than their mass does, from any start."""
+        ball = min(self.least_mean.rest_mean, self.robust.rest_mean, self.robust.random_mean)
+        return self.fixed_mass <= (1.0 + MATTERS) * ball
 
     @property
     def random_gain(self) -> float:
@@ -369,8 +380,8 @@ class Advice:
 
     @property
     def hopeless(self) -> bool:
-        """Whether no clearance is worth building."""
-        return self.gain < WORTH
+        """Whether no clearance is worth building: over nothing, or over the mass of its balls."""
+        return self.gain < WORTH or self.as_fixed
 
 
 def advise(
@@ -406,7 +417,9 @@ def advise(
     fewest = FEWEST_PHASES[0 if task.ranged else 1]
     many = _judging(found, JUDGING * budget / len(every), fewest)
     judged = {b: judge(task, b, many, seed + 2) for b in every}
-    found = replace(found, robust=_surest([judged[b] for b in shown], judged[found.robust]).b)
+    chosen = _surest([judged[b] for b in shown], judged[found.robust]).b
+    alike = replace(found.race, tied=tuple(sorted({*found.race.tied, chosen})))
+    found = replace(found, robust=chosen, race=alike)
     beside = _shown_beside(found, BESIDE * budget, min(fewest, 2))
     unchanged, changed = changes(task, found.robust, beside, seed=seed + 3)
     return Advice(

@@ -98,6 +98,7 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "bare_amplitude_mm": _mm(advice.bare),
         "tmd_amplitude_mm": _mm(advice.den_hartog.amplitude),
         "bare_mean_mm": _mm(advice.bare_mean),
+        "fixed_mass_mm": _mm(advice.fixed_mass),
         "clearance_ratios": list(task.ratios),
         "hopeless": advice.hopeless,
         "tolerance": task.tolerance,

@@ -138,7 +138,7 @@ def build_this(advice: Advice) -> list[str]:
     )
     if better and abs(other.b / best.b - 1.0) > task.tolerance:
         said.append(_at_a_wall(task, other))
-    return [*said, *_ties(advice.found.race), _cliff(advice), damper(advice)]
+    return [*said, *_ties(task, advice.found.race), _cliff(advice), damper(advice)]
 
 
 def _at_a_wall(task: Task, one: Judged, bare: str = "") -> str:
@@ -194,7 +194,9 @@ def _each(task: Task, b: float) -> str:
 
 
 def nothing_helps(advice: Advice) -> list[str]:
-    """That no clearance takes a twentieth off the bare amplitude."""
+    """That no clearance takes a twentieth off the bare amplitude, or more than its mass does."""
+    if advice.gain >= WORTH:
+        return no_more_than_mass(advice)
     grid, best = advice.found.grid, advice.robust
     have = "The ball has" if len(advice.task.masses) == 1 else "The balls together have"
     bare = f"the bare amplitude of {brief(best.random_bare)} mm"
@@ -202,19 +204,33 @@ def nothing_helps(advice: Advice) -> list[str]:
     if percent(abs(advice.gain)) == percent(0.0):
         does = f"leaves {bare} as it is"
     return [
-        f"No clearance helps: from {clearance(float(grid[0]))} to {clearance(float(grid[-1]))} mm "
-        f"the best one {does}.",
+        f"No clearance helps: from {_each(advice.task, float(grid[0]))} to "
+        f"{_each(advice.task, float(grid[-1]))} mm the best one {does}.",
         f"{have} {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
     ]
 
 
-def _ties(race: Race) -> list[str]:
+def no_more_than_mass(advice: Advice) -> list[str]:
+    """That the mass of the balls does alone what they do: held, or so heavy that they detune."""
+    best, mass, bare = advice.robust, advice.fixed_mass, advice.bare_mean
+    which, are = ("ball", "is") if len(advice.task.masses) == 1 else ("balls", "are")
+    return [
+        f"No clearance does better than the mass of the {which} alone: fixed to the oscillator "
+        f"without a cavity it leaves a mean of {brief(mass)} mm ({percent(1.0 - mass / bare)} less "
+        f"than the {brief(bare)} mm without it). The best clearance for nine of ten random starts, "
+        f"b = {_each(advice.task, best.b)} mm, leaves {brief(best.random_mean)} mm over random "
+        f"starts and {brief(best.rest_mean)} mm from rest, where the {which} {are} at a wall.",
+        tuned(advice),
+    ]
+
+
+def _ties(task: Task, race: Race) -> list[str]:
     """Clearances that are not certainly worse, and by how much they may be."""
     if len(race.tied) < 2:
         return []
-    those = f"learances from {clearance(race.tied[0])} to {clearance(race.tied[-1])} mm are"
+    those = f"learances from {_each(task, race.tied[0])} to {_each(task, race.tied[-1])} mm are"
     if race.within <= WORTH:
         return [f"C{those} equal within {max(percent(race.within), '1 %')}."]
     more = f"{percent(race.within)} more"
@@ -274,17 +290,17 @@ def tuned(advice: Advice) -> str:
     """Whether a tuned mass damper of the same mass does better, in words."""
     optimal, ball = advice.optimal, advice.robust.random_mean
     exact, off = min(optimal.mean, advice.den_hartog.mean), optimal.mean_detuned
+    law = ""
+    if advice.task.damping != WeakDamping():
+        law = " (on an oscillator that c1 alone damps, the ball's has its damping law too)"
     if min(advice.den_hartog.detuned, optimal.detuned) >= advice.bare:
         if exact < (1.0 - WORTH) * advice.bare_mean:
             return (
                 f"A tuned mass damper of the same mass would leave a mean of {brief(exact)} mm if "
-                "its tuning is kept; 5 % detuned it does not help."
+                f"its tuning is kept; 5 % detuned it does not help{law}."
             )
         either = " either" if advice.hopeless else ""
-        return f"A tuned mass damper of the same mass does not help{either}."
-    law = ""
-    if advice.task.damping != WeakDamping():
-        law = " (on an oscillator that c1 alone damps, the ball's has its damping law too)"
+        return f"A tuned mass damper of the same mass does not help{either}{law}."
     word = "less than the ball" if off < ball else "more than the ball"
     if exact < ball <= off:
         word = "less than the ball if its tuning is kept, more if not"
