@@ -106,7 +106,10 @@ def test_table_shows_intervals_and_sensitivities(capsys: pytest.CaptureFixture[s
             {**RIG, "--base-amplitude": "1 mm", "--restitution": "1", "--damping": "0 N s/m"},
             "no stable orbit",
         ),
-        ({**BOTH, "--base-amplitude": "0.3:0.2 mm"}, "--base-amplitude: found the range"),
+        (
+            {**BOTH, "--base-amplitude": "0.3:0.2 mm"},
+            "--base-amplitude: found the range '0.3:0.2 mm'; write the smaller value first",
+        ),
         ({**BOTH, "--frequency": "8 kg"}, "--frequency: 'kg' is a unit of mass"),
         ({**BOTH, "--friction": "-0.1 m/s^2"}, "--friction: expected zero or above"),
         ({**BOTH, "--friction": "0.1"}, "--friction: the unit is missing"),

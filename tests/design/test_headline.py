@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -19,11 +20,12 @@ from vinesexp.design.headline import (
     build_this,
     headline_of,
     nothing_helps,
+    releases,
     tuned,
     warnings_of,
 )
 from vinesexp.design.released import released
-from vinesexp.design.shown import from_random, from_rest
+from vinesexp.design.shown import from_random, from_rest, rig_rows
 from vinesexp.design.task import OpenRig, Task, random_starts, wall_starts
 from vinesexp.excitation import WeakDamping
 
@@ -59,6 +61,26 @@ def test_a_printed_time_is_one_that_the_median_ball_keeps() -> None:
     assert walled.sure(0, at_wall=True) == pytest.approx(
         median_time(walled.b, np.array([1.0]), 0.01), rel=0.05
     )
+
+
+def test_times_of_a_stiff_rig_are_told_apart() -> None:
+    """At 500 Hz they were "0.01 s, 0.02 s and 0.02 s"."""
+    stiff = Oscillator.from_modal(M=4.7, f0=500.0, zeta=0.0065)
+    falls = released(OpenRig(stiff, (0.2,), (0.6,)), x0=1e-4, v0=0.0, levels=[5e-5, 2.5e-5, 1e-5])
+    times = [best.sure(k) for k, best in enumerate(falls.found[i] for i in falls.fastest)]
+    printed = re.search(r" mm in (.+?) with b = ", " ".join(releases(falls)))
+    assert printed is not None
+    shown = [float(word) for word in re.findall(r"([\d.]+) s", printed[1])]
+    assert shown == pytest.approx(times, rel=5e-3)
+
+
+def test_an_interval_is_said_to_be_one() -> None:
+    """An error of 0.01 mm was shown as +- 0.020 without a word that this is of 95 %."""
+    values = {**TABLE_2, "restitution": 0.6, "simulate": False}
+    answer = vinesexp.design(**values, base_amplitude="0.25 +- 0.01 mm")
+    rows = dict(rig_rows(answer.given, answer.theory))
+    assert rows["base amplitude G"] == "0.250 +- 0.020 mm (95 %)"
+    assert rows["nes mass m"] == "32 g"
 
 
 def test_theory_alone_prints_no_clearance_at_which_balls_are_never_struck() -> None:

@@ -380,8 +380,21 @@ def _listed(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def _time(seconds: float) -> str:
-    return f"{seconds:.2f} s" if math.isfinite(seconds) else "never"
+def seconds(time: float, followed: float = math.inf) -> str:
+    """A time of a release, s, in three digits; of one not reached while it was followed, that.
+
+    Examples
+    --------
+    >>> seconds(0.731), seconds(0.00812), seconds(1234.5), seconds(math.inf, 60.0)
+    ('0.731', '0.00812', '1234', '> 60')
+    """
+    if math.isfinite(time):
+        return f"{time:.3g}" if time < 999.5 else f"{time:.0f}"
+    return "never" if math.isinf(followed) else f"> {followed:.3g}"
+
+
+def _time(time: float) -> str:
+    return f"{seconds(time)} s" if math.isfinite(time) else seconds(time)
 
 
 def _between(ends: tuple[float, float], size: float, unit: str) -> str:

@@ -224,7 +224,9 @@ def parse_values(text: str, option: Option) -> tuple[Quantity, ...]:
         low, high = ends_of(text)
         ends = parse_quantity(low, option.quantity), parse_quantity(high, option.quantity)
         if not 0.0 < ends[0].value <= ends[1].value:
-            raise ParameterError(f"found the range '{text}', expected from a smaller value above 0")
+            raise ParameterError(
+                f"found the range '{text}'; write the smaller value first, and both above zero"
+            )
         return ends
     return (parse_quantity(text, option.quantity),)
 

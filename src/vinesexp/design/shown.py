@@ -22,6 +22,7 @@ from vinesexp.design.headline import (
     percent,
     percentile_in_words,
     remarks_of,
+    seconds,
 )
 from vinesexp.design.inputs import OPTIONS, RIG, Given
 from vinesexp.design.predictions import Theory, bands_given, single_values, start_amplitude
@@ -127,9 +128,8 @@ def rig_rows(given: Given, theory: Theory) -> list[tuple[str, ...]]:
         )
         texts = []
         for q in given[option.symbol]:
-            texts.append(
-                f"{with_error(size * q.value, size * COVERAGE_95 * q.std_error)} {unit}".rstrip()
-            )
+            text = f"{with_error(size * q.value, size * COVERAGE_95 * q.std_error)} {unit}".rstrip()
+            texts.append(f"{text} (95 %)" if q.std_error else text)
         apart = " to " if option.symbol in ("G", "frequency") else "; "
         name = f"{option.flag[2:].replace('-', ' ')} {SYMBOLS.get(option.symbol, option.symbol)}"
         rows.append((name.rstrip(), apart.join(texts)))
@@ -342,19 +342,6 @@ def of_theory(given: Given, theory: Theory) -> Table:
     return Table("Clearances of theory (one-sided b, mm)", heads, rows, " ".join(below))
 
 
-def seconds(time: float, followed: float = math.inf) -> str:
-    """A time of a release, s; of one that was not there while it was followed, that.
-
-    Examples
-    --------
-    >>> seconds(0.731), seconds(math.inf), seconds(math.inf, 60.0)
-    ('0.73', 'never', '> 60')
-    """
-    if math.isfinite(time):
-        return f"{time:.2f}"
-    return "never" if math.isinf(followed) else f"> {followed:.3g}"
-
-
 def fastest(falls: Falls, theory: Theory) -> Table:
     """Fastest clearance to each level, of balls anywhere and of balls at a wall."""
     own = {round(one.level, 12): one for one in theory.releases}
@@ -397,7 +384,7 @@ def by_clearance(falls: Falls) -> Table:
                 f"b = {mm(one.b)} mm" + (", as given" if i == falls.asked else ""),
                 "; ".join(seconds(one.sure(k), falls.followed) for k in range(len(falls.levels))),
                 percent(one.share),
-                f"{np.median(one.pumping):.2f}",
+                seconds(float(np.median(one.pumping))),
                 *(percent(float(np.median(v))) for v in (one.dissipated, one.left)),
             )
         )
