@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from vinesexp.clearance.comparison import compare
 from vinesexp.clearance.predicted import IdentifiedRig, amplitude_curve
 from vinesexp.cli import main
 from vinesexp.commands.plan import _needs_lines
@@ -17,11 +18,12 @@ from vinesexp.records.stored.result_columns import (
     BASE,
     DECAY_TIMES,
     IDENTIFIED,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     REPLAY,
 )
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.tables import write_rows
+from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.results import CampaignResults
 from vinesexp.units import Quantity
 
@@ -63,6 +65,7 @@ def campaign(tmp_path: Path) -> Path:
     write_rows(paths.regimes, RECORD_REGIMES, regimes)
     write_rows(paths.base, BASE, [])
     write_rows(paths.decay_times, DECAY_TIMES, [])
+    write_rows(paths.level_values, LEVEL_VALUES, [])
     write_checks(paths.checks, [])
     return tmp_path
 
@@ -80,6 +83,46 @@ def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
     low, best, high = plan.bracket
     assert low < plan.valley.lowest < high
     assert (high - low) / best <= plan.target * (1.0 + 1e-6)
+
+
+def test_a_plan_counts_the_tests_that_the_report_counts(campaign, capsys):
+    """ "0 clearances tried (not of 6 that had not settled)" stood beside "bracketed within 19 %"."""
+    paths = ResultPaths(campaign / "out")
+    identified = read_rows(paths.identified, IDENTIFIED)
+    modal = [
+        {"parameter": name, "value": value, "std_error": 1e-3 * value, "unit": unit,
+         "method": "combined"}
+        for name, value, unit in (("f0", 7.862, "Hz"), ("zeta", 0.0065, "1"))
+    ]  # fmt: skip
+    write_rows(paths.identified, IDENTIFIED, [*identified, *modal])
+    regimes = [
+        {"record": f"b{k}", "regime": "strongly modulated", "amplitude_mean_m": a,
+         "amplitude_max_m": a, "length_s": length}
+        for k, (a, length) in enumerate(((6e-3, 60.0), (5e-3, 2.0), (7e-3, 2.0)))
+    ]  # fmt: skip
+    write_rows(paths.regimes, RECORD_REGIMES, regimes)
+    results = results_of(campaign)
+    (plan,) = plan_levels(results)
+    assert dict(plan.tested) == {0.030: 6e-3}
+    assert (plan.left_out, plan.width_now) == (2, None)
+    levels = [(level, results.rig_at(level)) for level in results.periodic]
+    _, checks = compare(results.as_found, results.rig, levels, results.releases)
+    said = "1 clearance tried, expected 3 or more to have one between two (not of 2 that had not"
+    assert any(said in check.detail for check in checks)
+    assert main(["plan", str(campaign), "--results", str(campaign / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "G = 0.25 mm: 1 clearance tested (not of 2 that had not settled), its lowest" in printed
+    assert "nothing more to test" not in printed
+
+
+def test_a_campaign_without_periodic_tests_is_not_sent_in_a_circle(campaign, capsys):
+    """ "give --mass and the others" was answered by "a campaign has its own rig"."""
+    sheet = campaign / "records.csv"
+    sheet.write_text("record,file,test,release_mm\nr,a.csv,ringdown,20\n")
+    write_rows(ResultPaths(campaign / "out").regimes, RECORD_REGIMES, [])
+    assert main(["plan", str(campaign), "--results", str(campaign / "out")]) == 0
+    (said,) = re.findall(r"vinesexp (plan --mass '4\.7 kg')", capsys.readouterr().out)
+    assert main([*said.replace("'", "").split(" ", 2), *RIG[2:]]) == 0
 
 
 def test_levels_stand_in_the_order_of_their_base_amplitude(campaign):

@@ -70,7 +70,7 @@ def test_drops_are_asked_for_until_r_is_known_to_a_percent():
 def test_ring_downs_are_asked_for_with_the_mass_that_was_mounted():
     rows = [record("a", "ringdown", release=0.02), record("b", "ringdown", added_mass=0.4)]
     plan = plan_ring_downs(campaign_of(*rows), NOTHING, needs())
-    assert plan.state == "1 without added mass, 1 with"
+    assert plan.state == "1 without added mass, 1 with; M is not known"
     cells = [test.cells.get("added_mass_g", "") for test in plan.next]
     assert cells == ["", "", "400", "400"]
     assert plan.next[0].cells["release_mm"] == "20"
@@ -80,6 +80,19 @@ def test_ring_downs_are_asked_for_with_the_mass_that_was_mounted():
     )
     left_out = campaign_of(rows[0], record("c", "ringdown", exclude=True))
     assert plan_ring_downs(left_out, NOTHING, needs(1)).state.startswith("1 without")
+
+
+def test_a_mass_that_nothing_shows_is_asked_for():
+    """One ring-down, M unknown: "1 without added mass, 0 with; enough"."""
+    one = record("a", "ringdown", release=0.02)
+    unknown = needs(None, added=0.0)
+    plan = plan_ring_downs(campaign_of(one), NOTHING, unknown)
+    assert plan.state.endswith("M is not known")
+    names = [test.cells["record"] for test in plan.next]
+    assert names == ["ring_bare_2", "ring_bare_3", "ring_added_1", "ring_added_2", "ring_added_3"]
+    assert all("added_mass_g" in test.why for test in plan.next[2:])
+    weighed = plan_ring_downs(campaign_of(one, mass=Quantity(4.7)), NOTHING, unknown)
+    assert not any("added" in test.cells["record"] for test in weighed.next)
 
 
 def test_an_uncertain_damping_asks_for_more_ring_downs():

@@ -99,6 +99,16 @@ def may_not_have_settled(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Te
     ]
 
 
+def settled_tests(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Tested]:
+    """The tests whose mean amplitude is that of the settled motion: the lowest is among them."""
+    begun, forgets = may_not_have_settled(tests, rig), _decay_time(rig) or 0.0
+    return [
+        test
+        for test in tests
+        if test not in begun and start_in_mean(test, forgets) <= _START_COUNTS
+    ]
+
+
 def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> Check:
     """What to say of such tests."""
     shortest = min(test.length for test in tests)
@@ -224,8 +234,7 @@ def compare(
         checks += start_checks(level, own)
         checks += _large_motion(level, own)
         tests = _settled(checks, level, own)
-        forgets = _decay_time(own) or 0.0
-        settled = [t for t in tests if start_in_mean(t, forgets) <= _START_COUNTS]
+        settled = settled_tests(level.tests, own)
         lowest = partial(lowest_amplitude, b_c=None if predicted is None else predicted.low)
         for suffix, kind, find, counted in (
             ("", LOWEST, lowest, settled),

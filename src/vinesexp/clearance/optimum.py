@@ -105,6 +105,17 @@ def _points(tests: Sequence[Tested], *, fewest: int = FEWEST) -> list[_Point]:
     return found
 
 
+def amplitudes_of(tests: Sequence[Tested]) -> dict[float, float]:
+    """Clearance (m) to the amplitude (m) that `lowest_amplitude` compares, however few there are.
+
+    Examples
+    --------
+    >>> amplitudes_of([Tested(0.03, 5e-3, "two symmetric"), Tested(0.03, 9e-3, "no impact")])
+    {0.03: 0.005}
+    """
+    return {point.clearance: point.value for point in _points(tests, fewest=0)}
+
+
 def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Optimum:
     """Clearance of lowest mean amplitude in periodic tests at one base amplitude.
 

@@ -28,7 +28,7 @@ from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 from vinesexp.rig import Oscillator
-from vinesexp.units import Quantity, counted, parse_quantity
+from vinesexp.units import Quantity, parse_quantity
 
 _OPTIONS = (*RIG, *(option for option in EXCITATION if option.symbol != "v0"))
 #: Relative standard uncertainty of a value that states none, in a first plan.
@@ -90,7 +90,10 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[Plan
     plans = plan_levels(found, target=target)
     lines = [f"{campaign.title}: what to test next"]
     if not plans:
-        lines.append("no periodic tests yet: give --mass and the others for a first plan")
+        lines.append(
+            "no periodic tests yet; rig values without a campaign give a first plan of them: "
+            "vinesexp plan --mass '4.7 kg' and the others (vinesexp plan --help)"
+        )
     for plan in plans:
         lines += _level_lines(plan, target)
     needs = needs_of(found, plans)
@@ -109,7 +112,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
     now = plan.width_now
     state = f"lowest amplitude bracketed within {100 * (now or 0.0):.2g} %"
     state = "its lowest amplitude is at the edge of what was tried" if now is None else state
-    lines = ["", f"{plan.level.name}: {counted(len(plan.tested), 'clearance')} tested, {state}"]
+    lines = ["", f"{plan.level.name}: {plan.in_words}" + (f", {state}" if plan.tested else "")]
     if plan.valley is None:
         lines.append("  the identified rig does not say where the minimum lies")
     else:

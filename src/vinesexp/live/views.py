@@ -247,9 +247,7 @@ def _next_tests(plans: Sequence[LevelPlan], others: Sequence[OtherPlan]) -> Iter
     for plan in plans:
         now = f"; bracketed within {100 * plan.width_now:.2g} %" if plan.width_now else ""
         next_ = tuple(f"{1e3 * b:.4g} mm" for b in plan.next)
-        yield NextTests(
-            plan.level.name, f"{counted(len(plan.tested), 'clearance')} tested{now}", next_
-        )
+        yield NextTests(plan.level.name, f"{plan.in_words}{now}", next_)
     for other in others:
         tests = tuple(_test_in_words(one.cells) for one in other.next)
         yield NextTests(other.name, other.state, tests)

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.clearance.comparison import settled_tests
 from vinesexp.clearance.levels import PeriodicLevel
+from vinesexp.clearance.optimum import amplitudes_of
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
@@ -19,6 +21,7 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import read_rows
 from vinesexp.results import CampaignResults, Results
 from vinesexp.theory.regime_definitions import PERMANENT
+from vinesexp.units import counted
 
 #: Scatter of mean amplitudes where no two records or replays show one.
 SCATTER = 0.002
@@ -33,7 +36,9 @@ class LevelPlan:
     ----------
     level : PeriodicLevel
     tested : mapping
-        Clearance (m) to mean amplitude (m).
+        Clearance (m) to mean amplitude (m), of the tests that count for the best clearance.
+    left_out : int
+        Tests that do not count, because they had not settled.
     valley : Valley or None
         Where the identified rig has its minimum; None where the rig is not known.
     scatter : float
@@ -48,6 +53,7 @@ class LevelPlan:
 
     level: PeriodicLevel
     tested: Mapping[float, float]
+    left_out: int
     valley: Valley | None
     scatter: float
     target: float
@@ -58,6 +64,12 @@ class LevelPlan:
     def width_now(self) -> float | None:
         """Relative width of the bracket that is measured; None while it is open."""
         return bracket_of(self.tested).width if self.tested else None
+
+    @property
+    def in_words(self) -> str:
+        """How many clearances count, and how many tests do not."""
+        young = f" (not of {self.left_out} that had not settled)" if self.left_out else ""
+        return f"{counted(len(self.tested), 'clearance')} tested{young}"
 
 
 def plan_levels(results: CampaignResults, *, target: float = TARGET) -> list[LevelPlan]:
@@ -70,7 +82,8 @@ def plan_levels(results: CampaignResults, *, target: float = TARGET) -> list[Lev
     """
     scatter = scatter_of(results)
     return [
-        plan_level(results.rig, level, scatter=scatter, target=target) for level in results.periodic
+        plan_level(results.rig_at(level), level, scatter=scatter, target=target)
+        for level in results.periodic
     ]
 
 
@@ -78,16 +91,13 @@ def plan_level(
     rig: IdentifiedRig, level: PeriodicLevel, *, scatter: float, target: float = TARGET
 ) -> LevelPlan:
     """The tests that bracket the minimum of one level, if the rig is as identified."""
-    tested: dict[float, float] = {}
-    for b in sorted({test.clearance for test in level.tests}):
-        values = [t.value for t in level.tests if t.clearance == b and t.value is not None]
-        if values:
-            tested[b] = float(np.mean(values))
+    settled = settled_tests(level.tests, rig)
+    tested, left_out = amplitudes_of(settled), len(level.tests) - len(settled)
     valley = expected_valley(rig, G=level.base.G, frequency=level.frequency)
     if valley is not None:
         target = max(target, valley.narrowest(scatter))
     ahead, bracket = _ahead(tested, valley, target)
-    return LevelPlan(level, tested, valley, scatter, target, ahead, bracket)
+    return LevelPlan(level, tested, left_out, valley, scatter, target, ahead, bracket)
 
 
 def _ahead(

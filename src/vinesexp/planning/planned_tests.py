@@ -269,31 +269,40 @@ def plan_drops(campaign: Campaign, rig: IdentifiedRig) -> OtherPlan:
 
 
 def plan_ring_downs(campaign: Campaign, rig: IdentifiedRig, needs: Needs) -> OtherPlan:
-    """Ring-downs without and with an added mass, until M is known to 0.5 % and zeta to 5 %."""
+    """Ring-downs without and with an added mass, until M is known to 0.5 % and zeta to 5 %.
+
+    Where nothing says what M is, nothing says how much to add either: about a tenth.
+    """
     used = _used(campaign, "ringdown")
     with_mass = sum(bool(record.added_mass) for record in used)
     bare = len(used) - with_mass
-    wanted = needs.ring_downs or 1
+    weighed = campaign.known.mass is not None
+    unknown = "M" not in rig.values
+    wanted = needs.ring_downs or (_FEWEST if unknown else 1)
     heights = [abs(r.release) for r in campaign.records if r.test == "ringdown" and r.release]
     start = {"release_mm": in_mm(float(np.median(heights)))} if heights else {}
     zeta = rig.zeta
     error = zeta.std_error / zeta.value if zeta and zeta.std_error else None
     more_bare = max(wanted - bare, _more(bare, error, _ENOUGH_ZETA) if error and bare else 0)
-    weighed = campaign.known.mass is not None
-    more_with = 0 if weighed or not needs.added else max(wanted - with_mass, 0)
+    more_with = 0 if weighed or not (needs.added or unknown) else max(wanted - with_mass, 0)
     state = f"{bare} without added mass, {with_mass} with"
     if error is not None:
         state += f"; zeta is known to {100.0 * error:.2g} %"
-    if needs.ring_downs is None and needs.added and not weighed:
+    if unknown and not weighed:
+        state += "; M is not known"
+    elif needs.ring_downs is None and needs.added and not weighed:
         state += f"; {1e3 * needs.added:.3g} g is too little for M to 0.5 %: mount more"
     tests = [
         planned(f"ring_bare_{bare + k + 1}", {"test": "ringdown", **start}, "f0 and zeta")
         for k in range(min(more_bare, _MOST))
     ]
-    load = {"test": "ringdown", **start, "added_mass_g": f"{1e3 * needs.added:.3g}"}
+    load = {"test": "ringdown", **start}
+    why = "M, which is not known: mount about a tenth of the mass, and state added_mass_g"
+    if needs.added:
+        load["added_mass_g"] = f"{1e3 * needs.added:.3g}"
+        why = "M to 0.5 %; mount the mass again"
     tests += [
-        planned(f"ring_added_{with_mass + k + 1}", load, "M to 0.5 %; mount the mass again")
-        for k in range(min(more_with, _MOST))
+        planned(f"ring_added_{with_mass + k + 1}", load, why) for k in range(min(more_with, _MOST))
     ]
     return OtherPlan("ring-downs", state, tuple(tests))
 
