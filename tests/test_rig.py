@@ -2,10 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from vinesexp import NES, Oscillator, Rig
+from vinesexp import NES, Harmonic, Measured, Oscillator, Release, Rig, simulate
 from vinesexp.errors import ParameterError
+from vinesexp.excitation import SteppedSweep, WeakDamping
+from vinesexp.theory import b_c_exact
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 
@@ -17,6 +20,50 @@ def test_table_2_gives_the_published_reduced_parameters():
     assert TABLE_2.f0 == pytest.approx(7.862, abs=5e-4)
     assert rig.nes[0].Gamma == pytest.approx(0.25, rel=1e-15)
     assert TABLE_2.zeta == pytest.approx(rig.eps * rig.lam / 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int64, np.array, lambda x: np.ma.array(x)])
+def test_a_number_of_numpy_is_a_number(kind):
+    rig = Rig(Oscillator(M=kind(4), c1=kind(3), k1=kind(11470)), NES(m=0.032, b=0.03, r=0.6))
+    assert (rig.oscillator.M, type(rig.oscillator.M)) == (4.0, float)
+    assert [ball.m for ball in rig.nes] == [0.032], "one ball may stand without a list"
+    start = Release(x0=kind(1), y0=kind(1))
+    assert (start.x0, start.y0) == (1.0, (1.0,))
+    sweep = SteppedSweep(kind(0), frequencies=kind(7), dwell=kind(20))
+    assert (sweep.frequencies, sweep.duration) == ((7.0,), 20.0)
+
+
+def test_a_masked_sample_is_a_missing_one():
+    samples = np.ma.masked_greater(np.arange(20.0), 12.0)
+    with pytest.raises(ParameterError, match="base record, sample 13: nan"):
+        Measured(samples, 100.0)
+    assert np.asarray(Measured(samples[:10], np.float32(100.0)).samples).tolist() == list(range(10))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Oscillator(M="4.7 kg", c1=1.0, k1=1.0), "mass M: found '4.7 kg', expected one"),
+        (lambda: Oscillator(M=np.array([4.7]), c1=1.0, k1=1.0), "mass M: found array([4.7])"),
+        (lambda: Oscillator(M=4.7, c1=1j, k1=1.0), "damping c1: found complex numbers"),
+        (lambda: Oscillator(M=np.ma.masked, c1=1.0, k1=1.0), "mass M = nan"),
+        (lambda: Rig(TABLE_2, nes=0.03), "expected Rig(Oscillator(...), nes=[NES(...), ...])"),
+        (lambda: Rig(4.7), "expected Rig(Oscillator(...), nes=[NES(...), ...])"),
+        (lambda: Harmonic("0.25 mm", 7.8), "base amplitude: found '0.25 mm', expected one number"),
+        (lambda: Measured(np.zeros(9), "1 kHz"), "sample rate: found '1 kHz', expected one"),
+        (lambda: Measured(np.zeros(9), np.zeros(9)), "sample rate: found array([0., 0., 0."),
+        (lambda: Measured(np.zeros(9) + 1j, 10.0), "base record: found complex numbers"),
+        (lambda: Release(y0="30 mm"), "y0: found '30 mm', expected one number, in SI"),
+        (lambda: simulate(Rig(TABLE_2), duration="20 s"), "duration: found '20 s', expected one"),
+        (lambda: WeakDamping(coulomb="50 N"), "Coulomb: found '50 N'"),
+        (lambda: b_c_exact(G="1 mm", M=1.0, c1=1.0, k1=1.0, m=1.0, r=0.5), "found '1 mm'"),
+    ],
+)
+def test_what_is_no_number_is_refused_in_one_line(make, words):
+    with pytest.raises(ParameterError) as caught:
+        make()
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_modal_values_come_back():

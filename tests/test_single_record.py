@@ -84,7 +84,11 @@ def test_the_same_file_in_a_campaign_gives_the_same_numbers(tmp_path: Path):
     [
         ({"displacment": np.ones(9)}, {}, "did you mean 'displacement'"),
         ({"displacement": np.ones((3, 3))}, {}, "channel displacement: found 3x3"),
-        ({"displacement": ["a", "b"]}, {}, "array of numbers"),
+        ({"displacement": ["a", "b"]}, {}, "channel displacement: found ['a', 'b'], expected num"),
+        ({"displacement": np.ones(9) + 0j}, {}, "channel displacement: found complex numbers"),
+        (np.ones(9), {}, "channels: found ndarray, expected each channel by its role"),
+        ({0: np.ones(9)}, {}, "unknown channel '0'"),
+        ({"displacement": np.ones(9)}, {"frequency": np.ones(2) * 1j}, "found complex numbers"),
         ({}, {}, "found none"),
         ({"displacement": np.ones(9), "base": np.ones(8)}, {}, "displacement 9, base 8"),
         ({"displacement": np.ones(9)}, {"test": "ringdwn"}, "did you mean 'ringdown'"),
@@ -100,6 +104,46 @@ def test_a_mistake_is_one_line_that_names_the_argument(channels, given, message)
         vinesexp.analyse(channels, 100.0, **{"test": "ringdown", **given})
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_masked_sample_is_one_that_is_missing():
+    t = np.arange(4000) / 500.0
+    x = 5e-3 * np.exp(-0.3 * t) * np.cos(2.0 * np.pi * 7.862 * t)
+    x[:200] = 1.0  # of a laser that was not switched on
+    masked = np.ma.masked_greater(x, 0.5)
+    masked_, cut = (
+        vinesexp.analyse({"displacement": one}, np.float32(500.0), test="ringdown").identified
+        for one in (masked, x[200:])
+    )
+    values = [one.query("parameter == 'f0'")["value"].iloc[-1] for one in (masked_, cut)]
+    assert values[0] == pytest.approx(values[1], rel=1e-9)
+    assert values[0] == pytest.approx(7.862, rel=1e-3)
+    masked[1000] = np.ma.masked
+    with pytest.raises(RecordError, match="NaN among the samples"):
+        vinesexp.analyse({"displacement": masked}, 500.0, test="ringdown")
+
+
+def test_a_number_of_numpy_stands_for_one_value():
+    channels = {"displacement": np.ones(9)}
+    for frequency in (np.float32(4.48), np.array(4.48)):
+        with pytest.raises(RecordError):  # of its samples, not of the number
+            vinesexp.analyse(channels, 100.0, test="periodic", frequency=frequency)
+
+
+@pytest.mark.parametrize("given", ["displacement", ("Laser",), ("Laser", "mm", 3)])
+def test_a_column_without_its_unit_is_asked_for(given, tmp_path: Path):
+    file = tmp_path / "a.csv"
+    file.write_text("Time,Laser\ns,mm\n0,1\n1,2\n2,3\n")
+    with pytest.raises(ParameterError, match="channel displacement: found .*, expected a column"):
+        vinesexp.read_file(file, {"displacement": given})
+
+
+def test_a_file_is_read_in_its_own_unit_of_time_and_asked_for_in_its_unit(tmp_path: Path):
+    file = tmp_path / "a.csv"
+    file.write_text("Time (ms),Laser (mm)\n0,1\n5,2\n10,4\n")
+    assert vinesexp.read_file(file, {"displacement": ("1", "mm")}).sample_rate == pytest.approx(200)
+    with pytest.raises(RecordError, match="the header says 'mm'.*, asked for is 'm'$"):
+        vinesexp.read_file(file, {"displacement": ("1", "m")})
 
 
 def test_samples_that_cannot_be_used_are_refused_as_in_a_campaign():

@@ -2,18 +2,93 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vinesexp.errors import ParameterError
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 T = TypeVar("T")
+
+
+# What a person hands over as numbers, brought to float64 in one place: everything that is public.
+
+
+def as_floats(values: ArrayLike, what: str) -> FloatArray:
+    """Numbers of a person as float64; one that is masked is missing, which is NaN.
+
+    Raises
+    ------
+    ParameterError
+        Text, complex numbers, anything else that is no real number.
+
+    Examples
+    --------
+    >>> as_floats(np.ma.masked_greater([1, 9, 2], 5), "base record")
+    array([ 1., nan,  2.])
+    >>> as_floats([1j], "base record")
+    Traceback (most recent call last):
+    vinesexp.errors.ParameterError: base record: found complex numbers, expected real ones
+    """
+    try:
+        if np.iscomplexobj(values):
+            raise ParameterError("found complex numbers, expected real ones", where=what)
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, ParameterError):
+            raise
+        raise ParameterError(f"found {_brief(values)}, expected numbers", where=what) from None
+    mask = np.ma.getmask(values)
+    return array if mask is np.ma.nomask else np.where(mask, np.nan, array)
+
+
+def as_number(value: object, what: str) -> float:
+    """A number of a person as float: of numpy, too, and an array without dimensions.
+
+    Examples
+    --------
+    >>> as_number(np.float32(0.5), "mass M"), as_number(np.array(3), "mass M")
+    (0.5, 3.0)
+    >>> as_number("4.7 kg", "mass M")
+    Traceback (most recent call last):
+    vinesexp.errors.ParameterError: mass M: found '4.7 kg', expected one number, in SI
+    """
+    if type(value) is float:
+        return value
+    found: Any = value
+    if isinstance(value, str | bytes) or np.ndim(found) != 0:
+        raise ParameterError(f"found {_brief(value)}, expected one number, in SI", where=what)
+    return float(as_floats(found, what))
+
+
+def make_numbers(thing: object, **what: str) -> None:
+    """Make fields of a frozen dataclass floats (`as_number`), each with what it is called."""
+    for name, words in what.items():
+        object.__setattr__(thing, name, as_number(getattr(thing, name), words))
+
+
+def several(value: Any) -> list[Any]:
+    """What a person gave one or several of, as a list.
+
+    Examples
+    --------
+    >>> several(np.float32(2.0)), several("34 mm"), several((1, 2))
+    ([np.float32(2.0)], ['34 mm'], [1, 2])
+    """
+    none = isinstance(value, str) or not isinstance(value, Iterable)
+    return [value] if none or getattr(value, "ndim", 1) == 0 else list(value)
+
+
+def _brief(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def each_array(change: Callable[..., NDArray[Any]], table: T, *others: T) -> T:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vinesexp.arrays import as_floats, as_number, make_numbers, several
 from vinesexp.errors import ParameterError
 from vinesexp.rig import require
 
@@ -25,6 +26,12 @@ def _require_above_zero(name: str, value: float, unit: str) -> None:
     require(math.isfinite(value) and value > 0, name, value, f"{unit}, above zero")
 
 
+def _make_tuple(thing: object, name: str) -> None:
+    """Make a field of a frozen dataclass a tuple of floats, of one number, too."""
+    values = tuple(as_number(one, name) for one in several(getattr(thing, name)))
+    object.__setattr__(thing, name, values)
+
+
 @dataclass(frozen=True)
 class Harmonic:
     """Base motion x_e = amplitude sin(2 pi frequency t + phase); m, Hz, rad."""
@@ -34,6 +41,8 @@ class Harmonic:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
+        names = {"amplitude": "base amplitude", "frequency": "base frequency"}
+        make_numbers(self, **names, phase="base phase")
         _require_amplitude(self.amplitude)
         _require_above_zero("base frequency", self.frequency, "Hz")
         _require_finite("base phase", self.phase)
@@ -54,6 +63,8 @@ class Sweep:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
+        names = {"amplitude": "base amplitude", "f_start": "sweep start", "f_end": "sweep end"}
+        make_numbers(self, **names, duration="sweep duration", phase="base phase")
         _require_amplitude(self.amplitude)
         _require_above_zero("sweep start", self.f_start, "Hz")
         _require_above_zero("sweep end", self.f_end, "Hz")
@@ -86,11 +97,14 @@ class SteppedSweep:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "frequencies", tuple(float(f) for f in self.frequencies))
+        make_numbers(self, amplitude="base amplitude", phase="base phase")
+        _make_tuple(self, "frequencies")
         if not self.frequencies:
             raise ParameterError("frequencies is empty: give at least one, in Hz")
-        if not isinstance(self.dwell, float | int):
-            object.__setattr__(self, "dwell", tuple(float(t) for t in self.dwell))
+        if np.ndim(self.dwell) == 0:
+            make_numbers(self, dwell="dwell")
+        else:
+            _make_tuple(self, "dwell")
         if len(self.dwells) != len(self.frequencies):
             raise ParameterError(
                 f"dwell has {len(self.dwells)} times, expected {len(self.frequencies)}: one for "
@@ -140,8 +154,9 @@ class Measured:
     sample_rate: float
 
     def __post_init__(self) -> None:
+        make_numbers(self, sample_rate="sample rate")
         _require_above_zero("sample rate", self.sample_rate, "Hz")
-        array: NDArray[np.float64] = np.array(self.samples, dtype=np.float64)
+        array = as_floats(self.samples, "base record").copy()
         if array.ndim != 1 or array.size < 6:
             raise ParameterError(
                 f"base record of shape {array.shape}: expected one channel of at least 6 samples"
@@ -180,6 +195,7 @@ class WeakDamping:
     coulomb: float = 0.0
 
     def __post_init__(self) -> None:
+        make_numbers(self, quadratic="quadratic damping", coulomb="Coulomb")
         for name, value in (("quadratic damping", self.quadratic), ("Coulomb", self.coulomb)):
             require(math.isfinite(value) and value >= 0, name, value, "a number, zero or above")
 
@@ -197,8 +213,9 @@ class Release:
     vy0: Sequence[float] = field(default=())
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "y0", tuple(float(y) for y in self.y0))
-        object.__setattr__(self, "vy0", tuple(float(v) for v in self.vy0))
+        make_numbers(self, x0="x0", v0="v0")
+        _make_tuple(self, "y0")
+        _make_tuple(self, "vy0")
         for name, value in (("x0", self.x0), ("v0", self.v0)):
             _require_finite(name, value)
         for name, values in (("y0", self.y0), ("vy0", self.vy0)):

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray, as_floats, make_numbers, several
 from vinesexp.errors import ParameterError, RigWarning
 
 #: Values of a rig with one ball that a prediction needs, in the order of gradients and covariances.
@@ -33,7 +34,7 @@ def checked(
     *,
     high: float = math.inf,
     closed: bool = True,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Values as float64, refused in one line where one is not finite or outside [0, high].
 
     With ``closed=False`` zero itself is refused too (of a mass).
@@ -44,7 +45,7 @@ def checked(
     Traceback (most recent call last):
     vinesexp.errors.ParameterError: restitution r = 1.5: expected a number from 0 to 1
     """
-    array = np.asarray(values, dtype=np.float64)
+    array = as_floats(values, name)
     least, most = (array.min(), array.max()) if array.size else (high, high)
     # A NaN makes both comparisons false, an infinity fails isfinite: two passes, no masks.
     fine = (least >= 0.0 if closed else least > 0.0) and most <= high
@@ -80,6 +81,8 @@ class Oscillator:
     k3: float = 0.0
 
     def __post_init__(self) -> None:
+        names = {"M": "mass M", "c1": "damping c1", "k1": "stiffness k1"}
+        make_numbers(self, **names, k3="cubic stiffness k3")
         require(math.isfinite(self.M) and self.M > 0, "mass M", self.M, "kg, above zero")
         sane = math.isfinite(self.c1) and self.c1 >= 0
         require(sane, "damping c1", self.c1, "N s/m, zero or above")
@@ -106,6 +109,10 @@ class Oscillator:
         """The oscillator of mass M, natural frequency f0 (Hz) and damping ratio zeta."""
         w0 = 2.0 * math.pi * f0
         return cls(M=M, c1=2.0 * zeta * M * w0, k1=M * w0 * w0)
+
+
+#: Values of a ball beside m, b and r.
+_FURTHER = ("b_minus", "r_minus", "r_slope", "friction", "tilt", "contact_time")
 
 
 @dataclass(frozen=True)
@@ -152,6 +159,10 @@ class NES:
     contact_time: float = 0.0
 
     def __post_init__(self) -> None:
+        make_numbers(self, m="ball mass m", b="clearance b", r="restitution r")
+        for name in _FURTHER:
+            if getattr(self, name) is not None:
+                make_numbers(self, **{name: name})
         require(math.isfinite(self.m) and self.m > 0, "ball mass m", self.m, "kg, above zero")
         require(math.isfinite(self.b) and self.b > 0, "clearance b", self.b, "m, above zero")
         require(0.0 <= self.r <= 1.0, "restitution r", self.r, "a number from 0 to 1")
@@ -206,7 +217,10 @@ class Rig:
     nes: Sequence[NES] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "nes", tuple(self.nes))
+        balls = several(self.nes)
+        if not (isinstance(self.oscillator, Oscillator) and all(isinstance(n, NES) for n in balls)):
+            raise ParameterError("expected Rig(Oscillator(...), nes=[NES(...), ...])")
+        object.__setattr__(self, "nes", tuple(balls))
         for remark in remarks_on(self):
             warnings.warn(remark, RigWarning, stacklevel=3)
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import as_floats, as_number, several
 from vinesexp.environment import one_thread_here
 from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.pipeline import analyse_record, identify
@@ -86,7 +87,8 @@ def analyse(
     Parameters
     ----------
     channels : mapping
-        Role (``base``, ``displacement``, ``acceleration``) to samples, (n,), SI: m, m, m/s^2.
+        Role (``base``, ``displacement``, ``acceleration``) to samples, (n,), SI: m, m, m/s^2;
+        missing ones NaN or masked.
     sample_rate : float or str
         Hz, or with a unit: ``"10 kHz"``.
     test : str
@@ -208,13 +210,16 @@ def _analysed(campaign: Campaign, record: Record, paths: ResultPaths, *, held: b
 def _checked(channels: Mapping[str, ArrayLike]) -> dict[str, np.ndarray[Any, Any]]:
     """The channels as arrays of numbers, all of one length."""
     arrays = {}
+    if not hasattr(channels, "items"):
+        raise ParameterError(
+            f"found {type(channels).__name__}, expected each channel by its role, such as "
+            "{'displacement': x}",
+            where="channels",
+        )
     for role, samples in channels.items():
         if role not in ROLES:
-            raise ParameterError(f"unknown channel '{role}'; {nearest(role, ROLES)}")
-        try:
-            values = np.asarray(samples, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ParameterError("expected an array of numbers", where=f"channel {role}") from None
+            raise ParameterError(f"unknown channel '{role}'; {nearest(str(role), ROLES)}")
+        values = as_floats(samples, f"channel {role}")
         if values.ndim != 1 or values.size < 2:
             shape = "x".join(map(str, values.shape)) or "one number"
             raise ParameterError(
@@ -232,12 +237,11 @@ def _number(value: Given, quantity: str, name: str) -> float:
     """A positive value in SI, or text with its unit."""
     found: float
     try:
-        found = parse_quantity(value, quantity).value if isinstance(value, str) else float(value)
+        text = isinstance(value, str)
+        found = parse_quantity(value, quantity).value if text else as_number(value, name)
         refuse_impossible(value, found, quantity)
     except ParameterError as error:
         raise ParameterError(error.problem, where=name) from None
-    except (TypeError, ValueError):
-        raise ParameterError(f"found {value!r}, expected a number", where=name) from None
     if not (np.isfinite(found) and (found > 0.0 or name == "release")):
         raise ParameterError(f"found {value!r}, expected a number above zero", where=name)
     return found
@@ -248,8 +252,7 @@ def _optional(value: Given | None, quantity: str, name: str) -> float | None:
 
 
 def _numbers(value: Given | Sequence[Given], quantity: str, name: str) -> tuple[float, ...]:
-    several = [value] if isinstance(value, str | float | int) else list(value)
-    return tuple(_number(one, quantity, name) for one in several)
+    return tuple(_number(one, quantity, name) for one in several(value))
 
 
 def _range(frequency: Given | tuple[Given, Given] | None) -> tuple[float, float] | None:

@@ -74,6 +74,17 @@ def test_times_of_a_stiff_rig_are_told_apart() -> None:
     assert shown == pytest.approx(times, rel=5e-3)
 
 
+def test_numbers_of_numpy_are_numbers() -> None:
+    values = {**TABLE_2, "restitution": 0.5, "simulate": False}
+    plain = vinesexp.design(**values, base_amplitude=0.25e-3)
+    other = vinesexp.design(
+        **{**values, "restitution": np.float32(0.5), "mass": np.array(4.7)}, base_amplitude=0.25e-3
+    )
+    assert other.theory.b_c == plain.theory.b_c
+    with pytest.raises(vinesexp.VinesexpError, match="mass: found complex numbers"):
+        vinesexp.design(**{**values, "mass": 4.7 + 0j}, base_amplitude=0.25e-3)
+
+
 def test_an_interval_is_said_to_be_one() -> None:
     """An error of 0.01 mm was shown as +- 0.020 without a word that this is of 95 %."""
     values = {**TABLE_2, "restitution": 0.6, "simulate": False}

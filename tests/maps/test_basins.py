@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from vinesexp import NES, Oscillator, Rig, coexisting
@@ -30,6 +31,16 @@ def test_shares_add_up_and_motions_are_told_apart():
     ]
     assert motions[1].largest == 9.9e-3
     assert (motions[1].low, motions[1].high) == (6.1e-3, 6.5e-3)
+
+
+def test_one_clearance_needs_no_list():
+    rig = Rig(TABLE_2, nes=NES(m=0.032, b=0.03, r=0.6))
+    given = {"level": np.float32(0.25e-3), "frequency": 7.862, "starts": 2}
+    one, listed = (coexisting(rig, clearances=b, **given) for b in (0.025, [0.025]))
+    assert one == listed
+    assert {found.b for found in one} == {0.025}
+    with pytest.raises(ParameterError, match="clearances: found "):
+        coexisting(rig, clearances="25 mm", **given)
 
 
 def test_an_orbit_that_some_starts_miss():

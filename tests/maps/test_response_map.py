@@ -35,6 +35,16 @@ def grid(**changes: object) -> MapGrid:
     return MapGrid(**given)  # type: ignore[arg-type]
 
 
+def test_numbers_of_numpy_make_the_same_map():
+    rest = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "starts": 1, "kind": "wall"}
+    plain = response_map({"b": [0.03], "G": [0.25e-3]}, r=0.5, **rest)
+    other = response_map({"b": np.array(0.03), "G": np.ma.array([0.25e-3])}, r=np.float32(0.5),
+                         **rest)  # fmt: skip
+    assert other.identical(plain)
+    with pytest.raises(ParameterError, match="m: found '32 g', expected one number"):
+        response_map({"b": [0.03], "G": [0.25e-3]}, r=0.5, **rest | {"m": "32 g"})
+
+
 def test_a_cell_is_the_mean_over_its_starts():
     one = grid(x_values=(0.03,), y_values=(0.25e-3,), starts=3)
     amplitudes, hits = [], []

@@ -86,7 +86,7 @@ def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
 
 
 def test_a_plan_counts_the_tests_that_the_report_counts(campaign, capsys):
-    """ "0 clearances tried (not of 6 that had not settled)" stood beside "bracketed within 19 %"."""
+    """Six tests that had not settled were "bracketed within 19 %" here, and none there."""
     paths = ResultPaths(campaign / "out")
     identified = read_rows(paths.identified, IDENTIFIED)
     modal = [

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
+from vinesexp.arrays import as_number, several
 from vinesexp.design.advice import advise
 from vinesexp.design.answer_json import answer_of
 from vinesexp.design.best_clearance import BUDGET
@@ -219,8 +220,10 @@ def design(
         if name not in options:
             raise ParameterError(f"design({name}=...): expected one of {', '.join(options)}")
         option = options[name]
-        many = [value] if isinstance(value, str | float | int) else list(value)
-        words = [x if isinstance(x, str) else f"{float(x)!r} {option.unit}".strip() for x in many]
+        words = [
+            x if isinstance(x, str) else f"{as_number(x, name)!r} {option.unit}".strip()
+            for x in several(value)
+        ]
         texts[option.symbol] = [(":" if option.symbol in ("G", "frequency") else "; ").join(words)]
     given = gather(texts, recorded=base is not None)
     return answered(given, simulate=simulate, seed=seed, base=base, effort=effort)

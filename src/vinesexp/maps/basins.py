@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vinesexp.arrays import as_floats, as_number, several
 from vinesexp.design.ensemble import Run, duration_of
 from vinesexp.design.task import Task, random_starts
 from vinesexp.errors import ParameterError
@@ -140,7 +141,7 @@ def coexisting(
     *,
     level: float,
     frequency: float,
-    clearances: Iterable[float],
+    clearances: Iterable[float] | float,
     starts: int = STARTS,
     seed: int = 1,
     workers: int | None = None,
@@ -153,7 +154,7 @@ def coexisting(
         With one NES; its clearance is replaced.
     level, frequency : float
         Amplitude (m) and frequency (Hz) of the base.
-    clearances : iterable of float
+    clearances : iterable of float, or float
         m.
     starts, seed : int
         Random starts at each (`design.task.random_starts`), the same draws at all of them.
@@ -185,11 +186,12 @@ def coexisting(
     if starts < 1:
         raise ParameterError(f"{starts} starts: expected 1 or more")
     refuse_beyond_memory(RUN_SIZE * starts, f"{starts} starts", "ask for fewer")
+    level, frequency = as_number(level, "level"), as_number(frequency, "frequency")
     ball, o, found = rig.nes[0], rig.oscillator, list[Attractor]()
     task = Task(o, (ball.m,), (ball.r,), (level, level), (frequency, frequency))
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
         try:
-            for b in np.unique(np.asarray(list(clearances), dtype=np.float64)).tolist():
+            for b in np.unique(as_floats(several(clearances), "clearances")).tolist():
                 runs = [
                     replace(run, rig=Rig(o, [replace(ball, b=b)]))
                     for run in random_starts(task, b, starts=starts, seed=seed)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, as_floats, as_number
 from vinesexp.design.ensemble import RUN_SIZE, Runs, Workload, responses, together, workload_of
 from vinesexp.design.task import Task, random_starts, wall_starts
 from vinesexp.errors import ParameterError, VinesexpError
@@ -411,9 +411,10 @@ def response_map(
     if len(over) != 2:
         raise ParameterError(f"a map over {len(over)} values: expected two of {', '.join(AXES)}")
     x, y = (symbol for symbol in AXES if symbol in over) if set(over) <= set(AXES) else tuple(over)
-    fixed = {"M": M, "c1": c1, "k1": k1, **values}
+    given = {"M": M, "c1": c1, "k1": k1, **values}
+    fixed = {symbol: as_number(value, symbol) for symbol, value in given.items()}
     if "frequency" not in (*over, *fixed):
-        fixed["frequency"] = Oscillator(M=M, c1=c1, k1=k1).f0
-    along = {s: tuple(np.atleast_1d(np.asarray(v, dtype=np.float64))) for s, v in over.items()}
+        fixed["frequency"] = _host(fixed).f0
+    along = {s: tuple(np.atleast_1d(as_floats(v, s)).tolist()) for s, v in over.items()}
     grid = MapGrid(fixed, x, along[x], y, along[y], starts=starts, kind=kind, seed=seed)
     return dataset(grid, fill(grid))

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, as_number
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
@@ -89,7 +89,7 @@ def simulate(
     2.0
     """
     release = release or Release()
-    duration = float(duration)  # one compiled version serves all
+    duration = as_number(duration, "duration")  # one compiled version serves all
     damping = damping or WeakDamping()
     require(math.isfinite(duration) and duration > 0, "duration", duration, "s, above zero")
     if isinstance(base, Measured) and duration > base.duration * (1.0 + 1e-12):

@@ -202,6 +202,12 @@ def read_file(
     path = Path(path)
     rate = None if sample_rate is None else instrument_rate(sample_rate, where="sample_rate")
     times = time_column(path, time, time_unit) if rate is None else None
+    for role, given in channels.items():
+        if isinstance(given, str) or len(given) != 2:
+            raise ParameterError(
+                f"found {given!r}, expected a column and its unit, such as ('Laser*', 'mm')",
+                where=f"channel {role}",
+            )
     wanted = {role: channel_of(role, *given) for role, given in channels.items()}
     try:
         found_rate, _, values = read_channels(path, Setup(wanted, times, rate))
