@@ -92,6 +92,37 @@ def test_numbers_that_are_alike_are_the_same_and_a_bound_is_a_change(tmp_path):
     assert "bound" in row.note
 
 
+def test_levels_are_matched_by_the_base_that_was_found(tmp_path):
+    """0.3669 mm typed once, 0.30 mm once, of the same tests: b_c of both was compared nowhere."""
+
+    def results(name: str, *levels: tuple[float, float, float]) -> Path:
+        folder = write_results(tmp_path / name, source=name)
+        rows = [
+            {"test": "periodic", "level": f"G = {stated:g} mm{end}", "kind": kind,
+             "stated_base_mm": stated, "base_amplitude_mm": G, "exact_mm": b_c,
+             "predicted_low_mm": b_c - 0.1, "predicted_high_mm": b_c + 0.1}
+            for stated, G, b_c in levels
+            for kind, end in (("lowest amplitude", ""), ("end", ", end"))
+        ]  # fmt: skip
+        write_rows(folder / "clearances.csv", CLEARANCES, rows)
+        return folder
+
+    a = results("a", (0.25, 0.2501, 20.0), (0.3669, 0.36658, 24.8), (0.5, 0.5, 40.0))
+    b = results("b", (0.25, 0.2499, 20.0), (0.30, 0.36660, 25.8))
+    found = {r.what: r for r in compare_results(a, b).rows if r.kind == "clearance"}
+    level = found["predicted, periodic, G = 0.3669 mm"]
+    assert (level.verdict, level.difference) == ("differs", pytest.approx(1.0))
+    assert level.note == "in B it is called G = 0.3 mm"
+    assert found["predicted, periodic, G = 0.3669 mm, end"].difference == pytest.approx(1.0)
+    assert found["predicted, periodic, G = 0.25 mm"].verdict == "same"
+    assert found["predicted, periodic, G = 0.25 mm"].note == ""
+    assert (found["predicted, periodic, G = 0.5 mm"].verdict) == "only in A"
+    assert all(row.a or row.b for row in found.values()), "what neither has is no difference"
+    assert not any("0.3 mm" in what for what in found)
+    again = {r.what for r in compare_results(b, a).rows if r.verdict == "only in B"}
+    assert again == {"predicted, periodic, G = 0.5 mm", "predicted, periodic, G = 0.5 mm, end"}
+
+
 def test_a_value_without_an_error_is_shown_without_one(tmp_path):
     a = write_results(tmp_path / "a")
     b = write_results(tmp_path / "b", M=4.71)
@@ -109,6 +140,13 @@ def test_regimes_checks_and_what_only_one_has(tmp_path):
     assert rows["b34"].verdict == "changed"
     assert (rows["b34: clipped"].verdict, rows["b34: clipped"].note) == ("only in B", "3 samples")
     assert "5 times" in rows["M"].note
+
+
+def test_a_record_without_a_regime_that_only_one_has_is_no_dash(tmp_path):
+    a, b = write_results(tmp_path / "a", regime=""), write_results(tmp_path / "b")
+    write_rows(b / "regimes.csv", RECORD_REGIMES, [])
+    row = {row.what: row for row in compare_results(a, b).rows}["b34"]
+    assert (row.verdict, row.a, row.b) == ("only in A", "no regime", "")
 
 
 def test_the_command_prints_and_writes_page_and_table(tmp_path, capsys):

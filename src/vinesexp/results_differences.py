@@ -7,7 +7,7 @@ comes from settings, description or code, and is compared with one error. Otherw
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -29,6 +29,10 @@ _EQUAL, _CLOSE = 1e-9, 1e-5
 #: Change of an amplitude that is worth a row.
 _AMPLITUDE = 0.01
 
+
+#: What levels have in common that are one: the base amplitude that was found, or the release; and
+#: the share within which it is the same.
+_LENGTHS, _ONE_LEVEL = ("base_amplitude_mm", "release_mm", "target_mm"), 0.02
 
 #: Columns of a measured and of a predicted clearance with its ends, and the width between the ends
 #: in standard errors: a measured bracket holds the optimum anywhere with equal right, a
@@ -217,18 +221,43 @@ def _widened(errors: Sequence[float | None]) -> str:
 
 
 def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
-    one, other = (
-        {f"{row['test']}, {row['level']}": row for row in Results(folder).rows("clearances")}
-        for folder in (a, b)
-    )
-    for name in dict.fromkeys([*one, *other]):
-        if name not in one or name not in other:
-            row = one.get(name) or other[name]
-            text = "" if row["measured_mm"] is None else f"{row['measured_mm']:.6g}"
-            yield _only(name in one, "clearance", f"measured, {name}", text)
-            continue
+    for one, other in _paired(*(Results(folder).rows("clearances") for folder in (a, b))):
+        row = one or other
+        assert row is not None
+        name = f"{row['test']}, {row['level']}"
         for kind in CLEARANCES:
-            yield from _clearance(f"{kind}, {name}", kind, one[name], other[name], same)
+            what = f"{kind}, {name}"
+            if one is not None and other is not None:
+                yield from _clearance(what, kind, one, other, same)
+            elif (value := clearance_with_error(row, kind)[0]["value"]) is not None:
+                yield _only(one is not None, "clearance", what, f"{value:.6g}")
+
+
+def _paired(ones: Iterable[Row], others: Iterable[Row]) -> Iterator[tuple[Row | None, Row | None]]:
+    """Rows of the same level: called so in both, else those whose base or release is the same.
+
+    A level is called by what the test log says, which may be wrong in one of them.
+    """
+    left = list(others)
+    pairs: list[tuple[Row, Row | None]] = [(one, None) for one in ones]
+    for same in (_called_alike, _found_alike):
+        for k, (one, other) in enumerate(pairs):
+            if other is None:
+                other = next((row for row in left if same(one, row)), None)
+                left = [row for row in left if row is not other]
+                pairs[k] = (one, other)
+    yield from pairs
+    yield from ((None, row) for row in left)
+
+
+def _called_alike(one: Row, other: Row) -> bool:
+    return all(one[name] == other[name] for name in ("test", "level"))
+
+
+def _found_alike(one: Row, other: Row) -> bool:
+    lengths = [(one[name], other[name]) for name in _LENGTHS if one[name] or other[name]]
+    alike = bool(lengths) and all(x and y and abs(x / y - 1.0) < _ONE_LEVEL for x, y in lengths)
+    return alike and all(one[name] == other[name] for name in ("test", "kind"))
 
 
 def clearance_with_error(row: Row, kind: str) -> tuple[Row, float | None]:
@@ -249,6 +278,8 @@ def _clearance(name: str, kind: str, one: Row, other: Row, same: bool) -> Iterat
         return
     verdict, d, error = difference_of(values[0], values[1], errors, same_data=same)
     note = _widened(errors)
+    if not _called_alike(one, other):
+        note = "; ".join(filter(None, [note, f"in B it is called {other['level']}"]))
     if [end is None for end in spans[0]] != [end is None for end in spans[1]]:
         verdict, note = "changed", "one of them is a bound: nothing was tried beyond"
     shown = [
@@ -264,7 +295,8 @@ def _regimes(a: Path, b: Path) -> Iterator[Difference]:
     )
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other:
-            yield _only(name in one, "regime", name, (one.get(name) or other[name])["regime"])
+            regime = (one.get(name) or other[name])["regime"] or "no regime"
+            yield _only(name in one, "regime", name, regime)
             continue
         regimes = [row[name]["regime"] for row in (one, other)]
         sizes = [row[name]["amplitude_mean_m"] for row in (one, other)]
