@@ -107,6 +107,25 @@ def test_a_record_that_begins_in_motion_has_its_mean_at_zero(quake: Measured) ->
     assert any("begins at rest and undeflected" in note for note in answer.notes)
 
 
+def test_a_ball_that_friction_holds_is_compared_with_its_mass(quake: Measured) -> None:
+    t = np.arange(1200) / 200.0
+    w = 2.0 * np.pi * HOST.f0
+    base = Measured(0.1e-3 * np.sin(np.pi * t / 6.0) ** 2 * np.sin(w * t), 200.0)
+    answer = vinesexp.design(**RIG, base=base, friction=500.0)
+    found = answer.driven
+    assert found is not None
+    heavier = Rig(Oscillator(M=4.8, c1=3.02, k1=1.147e4))
+    motion = simulate(heavier, base, duration=base.duration)
+    ends = np.linspace(0.0, base.duration, 20_001)
+    rms = float(np.sqrt(np.mean((motion.at(ends)[0] - motion.base(ends)[0]) ** 2)))
+    assert found.fixed.rms[0] == pytest.approx(rms, rel=5e-3)
+    assert found.beats(found.bare, recorded.WORTH)
+    assert np.median(found.found[found.least_rms].rms) == pytest.approx(rms, rel=5e-3)
+    assert found.hopeless
+    assert f"oscillator, without a cavity: rms {1e3 * found.fixed.rms[0]:.3g} mm" in answer.headline
+    assert not vinesexp.design(**RIG, base=quake).driven.as_fixed
+
+
 @pytest.mark.parametrize(
     ("samples", "rate", "words"),
     [

@@ -30,10 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     more = "multiple of the usual work, where more starts are needed to decide or runs are slow (1)"
     options.add_options(
         parser,
-        (
-            "--base FILE",
-            "base motion as recorded (any format), displacement or velocity",
-        ),
+        ("--base FILE", "base motion as recorded (any format), displacement or velocity"),
         ("--base-column NAME", "its column, by name or by number from 0 (the second, or the only)"),
         ("--base-unit UNIT", "unit of that column, such as mm, or a sensitivity such as 0.5 V/mm"),
         ("--theory-only", "b_c and b_t alone, without simulation"),
@@ -120,7 +117,8 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     try:  # the role of which a velocity is integrated
         found = read_file(file, {"displacement": (column, unit)})
     except ParameterError as error:
-        raise ParameterError(f"{error.problem}; {integrate}", where="--base-unit") from None
+        more = f"; {integrate}" if "acceleration" in error.problem else ""
+        raise ParameterError(f"{error.problem}{more}", where="--base-unit") from None
     return Measured(found.channels["displacement"], found.sample_rate)
 
 

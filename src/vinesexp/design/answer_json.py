@@ -176,6 +176,7 @@ def driven_as_json(driven: UnderRecord) -> dict[str, object]:
         "least_rms_mm": 1e3 * driven.found[driven.least_rms].b,
         "least_peak_mm": 1e3 * driven.found[driven.least_peak].b,
         "bare": row(driven.bare),
+        "fixed": row(driven.fixed),
         "clearances": [row(one) for one in driven.found],
     }
 

@@ -318,6 +318,12 @@ def driven(found: UnderRecord) -> list[str]:
     without = (
         f"without a ball rms {brief(float(bare.rms[0]))} mm, peak {brief(float(bare.peak[0]))} mm"
     )
+    if found.as_fixed and found.hopeless and found.fixed.rms[0] < (1.0 - WORTH) * bare.rms[0]:
+        return [
+            f"Under {record} no clearance does better than the same mass fixed to the oscillator, "
+            f"without a cavity: rms {brief(float(found.fixed.rms[0]))} mm, peak "
+            f"{brief(float(found.fixed.peak[0]))} mm of the deflection x - x_e ({without})."
+        ]
     if found.hopeless:
         return [f"Under {record} no clearance reduces the deflection x - x_e by 5 % ({without})."]
     return [

@@ -8,11 +8,12 @@ motion of the base.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.design.best_clearance import MATTERS
 from vinesexp.design.released import anywhere, judged, motions_from, tried_closer
 from vinesexp.design.task import OpenRig
 from vinesexp.errors import ParameterError
@@ -31,7 +32,7 @@ PER_CYCLE, FEWEST = 24, 256
 #: Share of the rms without a ball below which nothing is called a gain.
 WORTH = 0.05
 #: Samples a cycle of the natural frequency at the least: with fewer, the spline through them is off
-#: by more than 2 % of what makes the oscillator resonate.
+#: by more than 1.6 % of what makes the oscillator resonate.
 SAMPLED = 4
 #: Share of the range of a record within which it is at rest for its first half cycle.
 AT_REST = 0.02
@@ -66,7 +67,7 @@ class UnderRecord:
     duration, rate : of the record, s and Hz. base_rms, base_peak : m, about `rest`.
     rest : where the base is at rest, m; it is taken off. moves : whether the record has no rest at
         its beginning, and `rest` is its mean.
-    bare : without a ball.
+    bare, fixed : without a ball, and with the mass of the balls fixed to the oscillator.
     found : one entry per clearance, sorted; of the best, starts drawn anew.
     tolerance : share of b within which each start had a clearance of its own.
     least_rms, least_peak : index of the clearance with the least median rms, and of that with the
@@ -81,18 +82,27 @@ class UnderRecord:
     moves: bool
     tolerance: float
     bare: Driven
+    fixed: Driven
     found: list[Driven]
     least_rms: int
     least_peak: int
 
     @property
     def hopeless(self) -> bool:
-        """Whether no clearance takes a twentieth off the rms or the peak."""
+        """Whether no clearance takes a twentieth off the rms or the peak, more than mass does."""
+        return not self.beats(self.bare, WORTH) or self.as_fixed
+
+    @property
+    def as_fixed(self) -> bool:
+        """Whether the balls do no more at any clearance than their mass does."""
+        return not self.beats(self.fixed, MATTERS)
+
+    def beats(self, other: Driven, share: float) -> bool:
+        """Whether a clearance has the rms or the peak of another lower by a share of it."""
         rms = float(np.median(self.found[self.least_rms].rms))
         peak = float(np.median(self.found[self.least_peak].peak))
-        kept = 1.0 - WORTH
-        better = rms <= kept * self.bare.rms[0] or peak <= kept * self.bare.peak[0]
-        return not bool(better)
+        kept = 1.0 - share
+        return bool(rms <= kept * other.rms[0] or peak <= kept * other.peak[0])
 
 
 def under_record(
@@ -131,8 +141,11 @@ def under_record(
     def tried(b: float, places: Sequence[FloatArray] = few) -> Driven:
         return _driven(b, motions_from(places, open_rig, b, base, base.duration, x0=begin.x0))
 
-    alone = Rig(open_rig.oscillator)
-    bare = _driven(0.0, [simulate(alone, base, begin, base.duration, damping=open_rig.damping)])
+    o, law = open_rig.oscillator, open_rig.damping
+    bare, fixed = (
+        _driven(0.0, [simulate(Rig(alone), base, begin, base.duration, damping=law)])
+        for alone in (o, replace(o, M=o.M + sum(open_rig.masses)))
+    )
     marks = [] if asked is None else [asked]
     first = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
     found = tried_closer(first, tried, (_rms, _peak), CLOSER)
@@ -146,6 +159,7 @@ def under_record(
         moves=moves,
         tolerance=open_rig.tolerance,
         bare=bare,
+        fixed=fixed,
         found=found,
         least_rms=least_rms,
         least_peak=least_peak,
