@@ -161,7 +161,7 @@ class NES:
     def __post_init__(self) -> None:
         make_numbers(self, m="ball mass m", b="clearance b", r="restitution r")
         for name in _FURTHER:
-            if getattr(self, name) is not None:
+            if type(getattr(self, name)) not in (float, type(None)):
                 make_numbers(self, **{name: name})
         require(math.isfinite(self.m) and self.m > 0, "ball mass m", self.m, "kg, above zero")
         require(math.isfinite(self.b) and self.b > 0, "clearance b", self.b, "m, above zero")

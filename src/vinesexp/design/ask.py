@@ -185,7 +185,8 @@ def design(
     seed : int
         Of the random starts.
     base : Measured, optional
-        Base motion as recorded, in place of base_amplitude or besides.
+        Base motion as recorded, in place of base_amplitude or besides. The mass begins undeflected,
+        where the record begins.
     effort : int
         How many times the usual number of runs may be spent where these do not decide.
     **values
