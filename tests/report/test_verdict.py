@@ -163,8 +163,10 @@ def test_headline_leaves_out_what_is_not_known():
     assert headline([UNMEASURED], [], {}) == f"{few} The records determine no parameter either."
     ball = {"record": "", "check": "missing", "outcome": "warning", "detail": "known.nes_mass is"}
     assert headline([UNMEASURED], [], {"f0": "8 Hz"}, [ball]) == few  # it asks for no ball
-    young = ball | {"check": "settling"}
-    assert "recorded before they had settled" in headline([UNMEASURED], [], {"f0": "8"}, [young])
+    still = ball | {"check": "optimal clearance", "detail": "G = 0.2 mm: no test shows an impact"}
+    assert headline([UNMEASURED], [], {"f0": "8"}, [ball, still]) == (
+        "No best clearance can be reported: G = 0.2 mm: no test shows an impact."
+    )
 
 
 def release(target: float, best: float, low: float | None, high: float | None, bound: str = ""):

@@ -256,11 +256,9 @@ def headline(
         others = " To another amplitude another clearance is fastest." if len(best) > 1 else ""
         return f"From {first['level']} the amplitude fell fastest with {_best(first)}.{others}"
     missing = [row["detail"] for row in checks if row["check"] == MISSING]
-    young = any(row["check"] == "settling" for row in checks)
+    unknown = [row["detail"] for row in checks if row["check"] == "optimal clearance"]
     reason = (
-        "too few clearances were tried, or too many tests recorded before they had settled"
-        if periodic and young
-        else "too few clearances were tried to find the best one"
+        (unknown or ["too few clearances were tried to find the best one"])[0]
         if periodic or releases
         else missing[0]
         if missing
