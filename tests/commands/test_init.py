@@ -235,6 +235,21 @@ def test_times_in_another_unit_are_another_instrument(tmp_path):
             assert view.sample_rate == pytest.approx(1000.0)
 
 
+def test_channels_of_one_test_in_files_of_their_own_are_one_record(tmp_path):
+    """That of the accelerometer was left out: it neither decayed nor followed a base."""
+    t = np.arange(8000) / 1000.0
+    mass = 4.0 * np.sin(50.0 * t) * (1.0 - np.exp(-t))
+    channels = {"base (mm)": 0.25 * np.sin(50.0 * t), "laser (mm)": mass, "acc (g)": -mass}
+    for word, names in (("laser", ("base (mm)", "laser (mm)")), ("acc", ("acc (g)",))):
+        rows = np.column_stack([t, *(channels[name] for name in names)])
+        head = ",".join(("Time (s)", *names))
+        np.savetxt(tmp_path / f"b34_{word}.csv", rows, "%.6f", ",", header=head, comments="")
+    assert main(["init", str(tmp_path)]) == 0
+    (record,) = load_campaign(tmp_path).records
+    assert (record.id, record.test) == ("b34", "periodic")
+    assert [file.name for file in record.files] == ["b34_acc.csv", "b34_laser.csv"]
+
+
 def test_a_column_given_by_its_number_is_never_inherited_by_another_instrument(tmp_path, capsys):
     t = np.arange(4000) / 1000.0
     for number in (1, 2):

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from vinesexp.proposal.file_names import Reading, read_name
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
-from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of
+from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of, names_role
 from vinesexp.proposal.survey import FileView, is_other_time
 from vinesexp.records.campaign.missing_cells import FILL_IN
 from vinesexp.records.campaign.schema import ROLES
@@ -277,13 +277,14 @@ def _spelled_alike(files: Sequence[FileView]) -> list[FileView]:
 
 
 def with_joined_channels(files: Sequence[FileView]) -> list[FileView]:
-    """Files of one record taken together: those that differ in a channel's number alone.
+    """Files of one record taken together: those that differ in a channel alone.
 
-    Oscilloscopes write F0001CH1.CSV and F0001CH2.CSV, or C1_0001.trc and C2_0001.trc.
+    Oscilloscopes write F0001CH1.CSV and F0001CH2.CSV, or C1_0001.trc and C2_0001.trc, people
+    test3_laser.csv and test3_acc.csv.
     """
     groups: dict[tuple[Path, str, str], list[FileView]] = {}
     for file in files:
-        bare = _CHANNEL_NUMBER.sub("", file.path.stem)
+        bare = _without_channel(file.path.stem)
         groups.setdefault((file.path.parent, bare, file.path.suffix), []).append(file)
     found = []
     for group in groups.values():
@@ -297,6 +298,19 @@ def with_joined_channels(files: Sequence[FileView]) -> list[FileView]:
         paths = tuple(file.path for file in group[1:])
         found.append(replace(group[0], columns=columns, more_paths=paths))
     return sorted(found, key=lambda file: file.path)
+
+
+def _without_channel(name: str) -> str:
+    """The name of a file without the number, or the word, of the channel that it holds.
+
+    Examples
+    --------
+    >>> _without_channel("F0001CH2"), _without_channel("12 mm laser"), _without_channel("ring_2")
+    ('F0001', '12 mm', 'ring_2')
+    """
+    bare = _CHANNEL_NUMBER.sub("", name)
+    found = re.match(r"(.+?)[\s_-]+([^\s_-]+)$", name)
+    return found[1] if bare == name and found and names_role(found[2]) else bare
 
 
 def _pattern(names: Sequence[str], label: str = "", every: Sequence[Sequence[str]] = ()) -> str:
@@ -358,7 +372,7 @@ def propose_record(
         What `describe_test` says of the file, where it is known.
     """
     named = _named(file)
-    shown = _CHANNEL_NUMBER.sub("", named) if file.more_paths else named
+    shown = _without_channel(named) if file.more_paths else named
     stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"
     name = stem if stem[0].isalnum() else f"r{stem}"
     while name.lower() in used:

@@ -31,6 +31,19 @@ _NAMES = {
     "displacement": re.compile(r"laser|disp(?!lay)|pos(?!s|t)|depl|weg|ldv|vib|mass|oscill", re.I),
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
+
+
+def names_role(word: str) -> bool:
+    """Whether a word of a name says what a channel is.
+
+    Examples
+    --------
+    >>> names_role("acc"), names_role("rep2")
+    (True, False)
+    """
+    return any(pattern.search(word) for pattern in _NAMES.values())
+
+
 #: What phones, loggers and programs record or compute besides motion along a line.
 _OTHERS = re.compile(
     r"magnet|temper|(?<![a-z])temp(?![a-z])|humid|pressure|light|torque|energ|potential|kinetic|°C"
