@@ -103,8 +103,13 @@ def test_an_accelerometer_alone_shows_when_a_release_began(tmp_path, hold, struc
 
 @pytest.mark.parametrize("hold", [0.0, 0.5])
 @pytest.mark.parametrize("lost", [0.0, 0.04])
-def test_how_far_out_a_mass_was_let_go_is_seen_whatever_happens_then(tmp_path, hold, lost):
-    """By the bandpassed record a fast decay looked let go from 2 % less than a slow one."""
+@pytest.mark.parametrize("off", [1.0, 0.985])
+def test_how_far_out_a_mass_was_let_go_is_seen_whatever_happens_then(tmp_path, hold, lost, off):
+    """By the bandpassed record a fast decay looked let go from 2 % less than a slow one.
+
+    With a ball the mass oscillates a little beside the frequency that is known: as a mean of eight
+    of its cycles the rest was 0.4 % of the release off.
+    """
     t = np.arange(round(12.0 * RATE)) / RATE
     s = np.maximum(t - hold, 0.0)
     swing = np.maximum(20e-3 * np.exp(-0.2 * s) - lost * s, 1e-5)
@@ -115,10 +120,10 @@ def test_how_far_out_a_mass_was_let_go_is_seen_whatever_happens_then(tmp_path, h
         attributes={"test": "transient"},
     ) as writer:  # fmt: skip
         writer.append({"displacement": x + 5e-6 * np.random.default_rng(1).standard_normal(t.size)})
-    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.9)
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.9 * off)
     with open_record(tmp_path / "r.nc") as raw, open_record(tmp_path / "c.nc") as view:
         seen = let_go(raw, view)
-    assert abs(seen.x - 20e-3) < 3.0 * seen.error < 0.015 * 20e-3
+    assert abs(seen.x - 20e-3) < 2.0 * seen.error < 0.004 * 20e-3
     assert seen.held == (hold > 0.0)
 
 

@@ -231,19 +231,19 @@ def _by_test(
 
 def _a_ball(struck: Mapping[str, float]) -> str | None:
     """Why a ring-down has no f0 and zeta of its own: a ball took part in it."""
-    count, share = struck.get("impacts", 0), struck.get("share", 0.0)
-    if count < _FEW_IMPACTS or not share > _MOVED:
+    cycles, share = struck.get("cycles", 0), struck.get("share", 0.0)
+    if cycles < _FEW_CYCLES or not share > _MOVED:
         return None
     return (
-        f"{count:g} impacts change the velocity of the mass, by {share:.2g} times its largest "
-        "speed in all: a ball was in its cavity, and f0 and zeta are not those of the mass alone. "
-        "State its clearance_mm, and transient as the test; for f0 and zeta record a decay "
+        f"impacts in {cycles:g} cycles change the velocity of the mass, by {share:.2g} times its "
+        "largest speed in all: a ball was in its cavity, and f0 and zeta are not those of the mass "
+        "alone. State its clearance_mm, and transient as the test; for f0 and zeta record a decay "
         "without it"
     )
 
 
-#: Impacts that are no knocks of a hand, and share of the mass's speed by which they move it.
-_FEW_IMPACTS, _MOVED = 5, 0.3
+#: Cycles with impacts that are no knocks of a hand, and share of the mass's speed that they change.
+_FEW_CYCLES, _MOVED = 5, 0.3
 
 
 def _without_laser(

@@ -158,7 +158,7 @@ def let_go(measured: RecordView, conditioned: RecordView) -> LetGo | None:
     swings = x[free : free + 2 * half]
     if swings.size < 2 * half or not np.isfinite(swings).all():
         return None
-    rest, drift = float(swings.mean()), float(swings[half:].mean() - swings[:half].mean())
+    rest, drift = _middle(swings), _middle(swings[half:]) - _middle(swings[:half])
     held = x[max(free - round(cycle), 0) : max(free - near, 0)]
     if held.size > near:
         seen, noise = float(held.mean()) - rest, float(held.std())
@@ -171,6 +171,12 @@ def let_go(measured: RecordView, conditioned: RecordView) -> LetGo | None:
     code = resolution_of(measured.read(role, 0, _LOOK)) / math.sqrt(12.0)
     error = math.hypot(noise, drift, _SEES * seen, code)
     return LetGo(seen, error, held.size > near)
+
+
+def _middle(swings: FloatArray) -> float:
+    """Mean of a swing, whatever part of a cycle is at its ends."""
+    weight = np.hanning(swings.size)
+    return float(weight @ swings / weight.sum())
 
 
 _FINE = 200  # means a cycle: the first of a swing is smaller by 2e-4 of it

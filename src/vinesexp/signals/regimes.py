@@ -727,11 +727,11 @@ def rows_or_refuse(
 
 
 def _struck(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, float]:
-    """How many impacts a ring-down without ball has, and their share of its speed."""
+    """In how many cycles a ring-down without ball is hit, and by how much of its speed."""
     if record.clearance or record.test != "ringdown" or measured.refused is not None:
         return {}
-    count, share = struck(measured, conditioned, record.settings)
-    return {"impacts": count, "share": share}
+    cycles, share = struck(measured, conditioned, record.settings)
+    return {"cycles": cycles, "share": share}
 
 
 def _evidence(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, Any]:

@@ -514,23 +514,28 @@ def count_impacts(record: RecordView, conditioned: RecordView, settings: Setting
 
 
 def struck(record: RecordView, conditioned: RecordView, settings: Settings) -> tuple[int, float]:
-    """Impacts in a decay that is said to have no ball, and their velocity jumps over its speed.
+    """Cycles with impacts in a decay that is said to have no ball, and by how much they move it.
 
-    The sum of all jumps over the largest speed of the mass: by so much impacts took part in the
-    decay. Spikes that move nothing add next to nothing to it, however many they are.
+    The sum of the velocity jumps over the largest speed of the mass: by so much impacts took part
+    in the decay. Spikes that move nothing add next to nothing to it, however many they are. In its
+    first half, where a ball hits most; at its end a hand may take the mass up.
     """
-    frequency = conditioned.oscillation
+    frequency, free = conditioned.oscillation, freed(conditioned)
     if not frequency or "displacement" not in conditioned.roles:
         return 0, 0.0
     if "acceleration" in record.roles:
         stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
-        jumps = detect(stream, settings.impacts, frequency=frequency).jump
+        found = detect(stream, settings.impacts, frequency=frequency)
+        jumps = found.jump
     else:
-        jumps = _where_it_bends(record, frequency, (), [], free=freed(conditioned))[1].jump
+        found, slopes = _where_it_bends(record, frequency, (), [], free=free)
+        jumps = slopes.jump
+    half = 0.5 * (free + conditioned.n / conditioned.sample_rate)
+    own = np.isfinite(jumps) & (found.time > free) & (found.time < half)
     x = conditioned.read("displacement", 0, conditioned.n)
     speed = math.pi * frequency * float(np.nanmax(x) - np.nanmin(x))
-    jumps = np.abs(jumps[np.isfinite(jumps)])
-    return jumps.size, float(jumps.sum()) / speed if speed > 0.0 else 0.0
+    cycles = np.unique(np.floor(found.time[own] * frequency)).size
+    return cycles, float(np.abs(jumps[own]).sum()) / speed if speed > 0.0 else 0.0
 
 
 def find_drop(record: RecordView, conditioned: RecordView, settings: Settings) -> Impacts:
