@@ -45,6 +45,30 @@ def test_nothing_is_written_into_the_campaign(tmp_path, capsys):
     assert capsys.readouterr().out.endswith("the records were not read\n")
 
 
+def test_a_record_with_a_remark_is_one_good_record(tmp_path, capsys):
+    """Ten records were "16 good": each part of a record that was left out counted as one."""
+    (tmp_path / "campaign.yaml").write_text(
+        "channels:\n"
+        "  base: {column: e, quantity: displacement, unit: mm}\n"
+        "  displacement: {column: x, quantity: displacement, unit: mm}\n"
+        "sample_rate: 500 Hz\n"
+    )
+    (tmp_path / "records.csv").write_text(
+        "record,file,test,clearance_mm,frequency_hz\na,a.csv,periodic,30,7.9577\n"
+    )
+    t = np.arange(10000) / 500.0
+    on, noise = t > 5.0, 1e-3 * np.random.default_rng(1).standard_normal((2, t.size))
+    base = 0.25 * np.sin(50.0 * t) * on + noise[0]  # the shaker is switched on within the record
+    x = 4.0 * np.sin(50.0 * t) * (1.0 - np.exp(5.0 - t)) * on + noise[1]
+    np.savetxt(
+        tmp_path / "a.csv", np.column_stack([base, x]), "%.6f", ",", header="e,x", comments=""
+    )
+    main(["check", str(tmp_path)])
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(line.startswith("a: ok:") for line in lines) == 2
+    assert any(line.startswith("1 record: 1 good, 0 refused, 0 excluded") for line in lines)
+
+
 YAML = """\
 channels: {displacement: {column: x, quantity: displacement, unit: mm}}
 sample_rate: 100 Hz

@@ -68,6 +68,8 @@ def run(args: argparse.Namespace) -> int:
     bar = Bar("records")
     for number, (checks, shown) in enumerate(_checks(campaign), start=1):
         bar.clear()
+        used = any(check.outcome == "ok" for check, _ in checks)
+        outcomes["good"] += used and not any(check.outcome in _UNUSED for check, _ in checks)
         for check, more in checks:
             outcomes[check.outcome] += 1
             print(f"{check.record}: {check.outcome}: {check.detail}{more}", flush=True)
@@ -82,6 +84,10 @@ def run(args: argparse.Namespace) -> int:
     print(_summary(campaign, outcomes))
     print(_advice(args.path, outcomes, missing=bool(missing)))
     return 1 if outcomes["refused"] else 0
+
+
+#: Outcomes of records of which nothing is used.
+_UNUSED = {"refused", "excluded"}
 
 
 def _checks(campaign: Campaign) -> Iterator[Looked]:
@@ -112,7 +118,7 @@ def _look(campaign: Campaign, folder: Path, record: Record) -> Looked:
     with tempfile.TemporaryDirectory(dir=folder) as place:
         paths = ResultPaths(Path(place))
         found = ingest_record(campaign, record, paths=paths)
-        if {check.outcome for check in found} & {"refused", "excluded"}:
+        if {check.outcome for check in found} & _UNUSED:
             return [(check, "") for check in found], None
         refused = _refused_later(campaign, record, paths)
         found = [check for check in found if not (refused and check.outcome == "ok")]
@@ -162,6 +168,6 @@ def _advice(path: Path, outcomes: Counter[str], *, missing: bool) -> str:
 
 
 def _summary(campaign: Campaign, outcomes: Counter[str]) -> str:
-    reported = f"{counted(len(campaign.records), 'record')}: {outcomes['ok']} good"
+    reported = f"{counted(len(campaign.records), 'record')}: {outcomes['good']} good"
     reported += f", {outcomes['refused']} refused, {outcomes['excluded']} excluded"
     return f"{reported}; {counted(outcomes['warning'], 'warning')}"
