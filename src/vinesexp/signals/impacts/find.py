@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import cached_property, partial
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -56,11 +57,14 @@ _HEARD = ("acceleration", "sound", "displacement", "base")
 # x'_after + r rho, so that its next place is known to a fraction of a millimetre: either the next
 # impact lies where this ball meets a wall, or it was another's. The size of the jump, -mu rho, is
 # used too. Many histories are carried along and weighed (a beam search); r and mu are learnt from
-# the flights of each ball, in a few passes. Equal balls in equal cavities bear their numbers by
-# continuity only.
+# the flights of each ball, in a few passes, from starts in which each ball has an r of its own.
+# Equal balls in equal cavities bear their numbers by continuity only.
 #: Spread of r and relative spread of mu that are allowed in each pass.
 _PASSES = ((0.15, 0.5), (0.04, 0.15), (0.012, 0.05), (0.003, 0.02))
-_FIRST_R = (0.45, 0.65, 0.85)
+_FIRST_R, _SAME_R = (0.4, 0.65, 0.85), 0.1  # of each ball; of two that r does not distinguish
+_TRIAL = 70  # impacts by which a start is chosen
+#: Of a history's log weight: what real balls, which follow no law exactly, may add to a wrong one.
+_BETTER = 10.0
 _HISTORIES, _SETTLED = 48, 6  # that are followed; impacts after which a label is final
 _UNSEEN = 0.02  # of the impacts: the ball had one before that was not seen
 _PLACE_ERROR = 2e-4  # m: of the displacement at an impact, with drift and lag
@@ -70,9 +74,9 @@ _FLIGHTS = 8  # of a ball, at least, from which its r is estimated
 
 @dataclass(frozen=True)
 class _Rig:
-    """What is believed of the balls: clearance, restitution, jump over relative velocity.
+    """What is believed of the balls: clearance, restitution, jump over relative velocity, mass.
 
-    `alike`: nothing but their history distinguishes them.
+    `weighed`: masses are stated, so that they say how differently the balls strike.
     """
 
     b: FloatArray
@@ -80,7 +84,14 @@ class _Rig:
     mu: FloatArray
     r_spread: float
     mu_spread: float
-    alike: bool
+    mass: FloatArray
+    weighed: bool
+
+    @cached_property
+    def alike(self) -> bool:
+        """Whether nothing but their history distinguishes them."""
+        each = np.ptp([self.b, self.mass / self.mass.mean(), self.r], axis=1)
+        return bool(np.all(each < [1e-9, 1e-9, _SAME_R]))
 
 
 @dataclass
@@ -136,23 +147,64 @@ def attribute(
 def _labelled(
     impacts: Impacts, known: IntArray, b: FloatArray, nes_mass: Sequence[float], frequency: float
 ) -> tuple[IntArray, FloatArray]:
-    """Labels (from 1) and their probabilities, r and mu learnt in passes."""
-    mass = np.array(nes_mass if len(nes_mass) == b.size else np.ones(b.size), dtype=np.float64)
-    mass /= mass.mean()
-    jump = np.abs(impacts.velocity_jump_m_s[known])
-    # Two impacts a cycle at speed 4 b f, relative velocity a quarter more: a place to begin.
-    mu = float(np.median(jump)) / (5.0 * float(b.mean()) * frequency) * mass
-    alike = bool(np.ptp(b) < 1e-9 and np.ptp(mass) < 1e-9)
-    starts = [_Rig(b, np.full(b.size, r), mu, *_PASSES[0], alike=alike) for r in _FIRST_R]
-    tried = ((rig, _search(impacts, known, rig)) for rig in starts)
-    rig, (labels, confidence, weight) = max(tried, key=lambda one: one[1][2])
-    for spreads in _PASSES[1:]:
+    """Labels (from 1) and their probabilities, of the most probable of all histories.
+
+    Every other history counts against a label with its own probability, above all the best one
+    with balls exchanged: unlike balls may explain nearly as well what they did not do.
+    """
+    few = known[:_TRIAL]
+    starts = _starts(impacts, known, b, nes_mass, frequency)
+    first = max(starts, key=lambda rig: _search(impacts, few, rig)[2])
+    found = [_followed(impacts, known, first)]
+    for i, k in combinations(range(b.size), 2):
+        labels, _, _, rig = found[0]
+        if (b[i], rig.mass[i]) == (b[k], rig.mass[k]):
+            continue
+        order = np.arange(b.size)
+        order[[i, k]] = k, i
+        given = replace(rig, r=rig.r[order], mu=rig.mu[order])
+        rig = _learnt(impacts, known, order[labels], given, _PASSES[1])
+        found.append(_followed(impacts, known, rig, 1))
+    labels, _, weight, _ = max(found, key=lambda one: one[2])
+    weights = np.exp([(one[2] - weight) / _BETTER for one in found])
+    same = [np.where(one[0] == labels, one[1], 0.0) for one in found]
+    return labels + 1, np.asarray(weights @ np.array(same) / weights.sum())
+
+
+def _starts(
+    impacts: Impacts, known: IntArray, b: FloatArray, nes_mass: Sequence[float], frequency: float
+) -> list[_Rig]:
+    """What may be believed at first: each ball of a restitution of its own, any the one that hits
+    most often, two times a cycle."""
+    stated = len(nes_mass) == b.size
+    mass = np.array(nes_mass if stated else np.ones(b.size), dtype=np.float64)
+    jump = float(np.median(np.abs(impacts.velocity_jump_m_s[known])))
+    equal = [
+        (i, k) for i, k in combinations(range(b.size), 2) if b[i] == b[k] and mass[i] == mass[k]
+    ]
+    starts = []
+    for r in product(_FIRST_R, repeat=b.size):
+        if any(r[i] > r[k] for i, k in equal):  # the same with numbers exchanged
+            continue
+        share = mass * (1.0 + np.array(r))  # of the momentum that a unit of relative velocity gives
+        # at speed 4 b f, relative velocity a quarter more: a place to begin
+        for scale in np.unique(jump / (5.0 * b * frequency * share)):
+            starts.append(_Rig(b, np.array(r), scale * share, *_PASSES[0], mass, stated))
+    return starts
+
+
+def _followed(
+    impacts: Impacts, known: IntArray, rig: _Rig, passed: int = 0
+) -> tuple[IntArray, FloatArray, float, _Rig]:
+    """The most probable history of a rig, r and mu learnt in passes; and this rig."""
+    labels, confidence, weight = _search(impacts, known, rig)
+    for spreads in _PASSES[passed + 1 :]:
         closer = _learnt(impacts, known, labels, rig, spreads)
         again = _search(impacts, known, closer)
         if again[2] < weight:  # real balls need not be as regular as that
             break
         rig, (labels, confidence, weight) = closer, again
-    return labels + 1, confidence
+    return labels, confidence, weight, rig
 
 
 def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, FloatArray, float]:
@@ -237,7 +289,7 @@ def _learnt(
     impacts: Impacts, known: IntArray, labels: IntArray, rig: _Rig, spreads: tuple[float, float]
 ) -> _Rig:
     """r and mu of each ball from its flights: medians bear a share of wrong labels."""
-    r, mu = rig.r.copy(), rig.mu.copy()
+    r, mu, flights = rig.r.copy(), rig.mu.copy(), np.zeros(rig.b.size)
     for ball in range(rig.b.size):
         own = known[labels == ball]
         t, side = impacts.time_s[own], impacts.side[own]
@@ -251,7 +303,11 @@ def _learnt(
         rho = v - u[inner - 1]
         r[ball] = float(np.clip(np.median(-(v + jump - u[inner]) / rho), 0.0, 1.0))
         mu[ball] = float(np.median(-jump / rho))
-    return _Rig(rig.b, r, mu, *spreads, alike=rig.alike)
+        flights[ball] = inner.size
+    if rig.weighed and flights.any():
+        share = rig.mass * (1.0 + r)
+        mu = share * float(flights @ (mu / share) / flights.sum())
+    return replace(rig, r=r, mu=mu, r_spread=spreads[0], mu_spread=spreads[1])
 
 
 def impacts_of_record(
