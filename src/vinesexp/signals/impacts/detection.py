@@ -34,11 +34,13 @@ from vinesexp.signals.impacts.template_learning import (
 
 _STRONG = 0.3  # of the strongest contact: from there on they show how long a contact is
 _WEAK = 0.15  # of the strongest neighbour
-_RINGING = 8e-3  # s after an impact in which the sensor may ring
+_WEAKER = 0.5  # of a contact, whose template may have made those beside it
+_RINGING, _DIES_OUT = 8e-3, 24e-3  # s after an impact in which the sensor may ring; a little
 _FINEST = 8  # samples of a contact that are worth keeping: more are averaged
 _HALF_HEIGHT = 1.33  # length of a half sine over its length at half height
 _FEW_SAMPLES = 3.0  # of a contact: between them its shape can be bent, and its time with it
-#: Contacts of a wall that show whether the template explains it, and share of those it does not.
+#: Contacts of a wall that show whether the template explains it; share of their momentum it does
+#: not.
 _ENOUGH, _ILL = 10, 0.5
 _SHAKY = 2.0  # standard deviations that a sure candidate may lose in the fit
 
@@ -115,7 +117,8 @@ def detect_by_template(
     if not (spikes.strength > settings.threshold).any():
         return detection_at(np.empty(0))
     found, guesses = _by_one_template(stream, spikes, settings, frequency)
-    if settings.learn and _is_ill_explained(found):
+    ill = _ill_explained(found)
+    if settings.learn and ill > _ILL:
         sides = _signs(stream, guesses)
         walls = [
             (side, _by_one_template(stream, guesses.keep(sides == side), settings, frequency)[0])
@@ -123,7 +126,7 @@ def detect_by_template(
             if (guesses.strength[sides == side] > settings.threshold).sum() >= FEW
         ]
         by_wall = _of_either_wall(walls) if len(walls) > 1 else found
-        found = by_wall if by_wall.crowded.sum() < 0.5 * found.crowded.sum() else found
+        found = by_wall if _ill_explained(by_wall) < 0.5 * ill else found
     return found
 
 
@@ -152,13 +155,25 @@ def _by_one_template(
     return _gathered(parts, template, grouped.dt, settings.threshold, answer), guesses
 
 
-def _is_ill_explained(found: Detection) -> bool:
-    """Whether one template does not explain the contacts of one wall, or of both.
+def _ill_explained(found: Detection) -> float:
+    """Share of the momentum of a wall's contacts that one template does not explain, at most.
 
-    One wall may have a pad, or ring with the sensor beside it.
+    One wall may have a pad, or ring with the sensor beside it. What a template lacks, or has too
+    much, is left in the contact, or is taken for weaker contacts beside it, and then is left no
+    more.
     """
-    walls = [found.crowded[side * found.jump > 0.0] for side in (1.0, -1.0)]
-    return max(float(wall.mean()) if wall.size >= _ENOUGH else 0.0 for wall in walls) > _ILL
+    size, ill = np.abs(found.jump), found.crowded.copy()
+    for step in range(1, size.size):
+        near = found.time[step:] - found.time[:-step] < _RINGING
+        if not near.any():
+            break
+        ill[:-step] |= near & (size[step:] < _WEAKER * size[:-step])
+        ill[step:] |= near & (size[:-step] < _WEAKER * size[step:])
+    walls = [side * found.jump > 0.0 for side in (1.0, -1.0)]
+    return max(
+        float(size[wall & ill].sum() / size[wall].sum()) if wall.sum() >= _ENOUGH else 0.0
+        for wall in walls
+    )
 
 
 def _signs(stream: Stream, spikes: Spikes) -> FloatArray:
@@ -174,17 +189,21 @@ def _signs(stream: Stream, spikes: Spikes) -> FloatArray:
 def _of_either_wall(walls: Sequence[tuple[float, Detection]]) -> Detection:
     """Of what the template of each wall finds, the contacts with that wall, by their direction.
 
-    What is left of a contact with the other wall, whose template is another, is none.
+    What is left of a contact with the other wall, whose template is another, is none. It dies out
+    as what rings does.
     """
     own = []
     for (side, wall), (_, other) in zip(walls, walls[::-1], strict=True):
         mine = wall.keep(np.asarray(side * wall.jump > 0.0))
-        size, begin, end = (
+        size, (begin, end) = (
             np.maximum(-side * other.jump, 0.0),
-            *(np.searchsorted(other.time, mine.time + way * _RINGING) for way in (-1.0, 1.0)),
+            (np.searchsorted(other.time, mine.time + way * _DIES_OUT) for way in (-1.0, 1.0)),
         )
-        largest = np.array([size[i:k].max(initial=0.0) for i, k in zip(begin, end, strict=True)])
-        own.append(mine.keep(np.asarray(largest <= np.abs(mine.jump), dtype=bool)))
+        left = np.array([
+            np.max(size[i:k] * np.exp(-np.abs(other.time[i:k] - t) / _RINGING), initial=0.0)
+            for i, k, t in zip(begin, end, mine.time, strict=True)
+        ])  # fmt: skip
+        own.append(mine.keep(np.asarray(left <= np.abs(mine.jump), dtype=bool)))
     return own[0].beside(own[1])[0]
 
 
