@@ -12,7 +12,7 @@ distance of one and two times the frequency of the motion, and is no hum.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from vinesexp.signals.corrections import Correction, correct
 from vinesexp.signals.means import block_means, channel_means, group_size
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
+_LINES = tuple(grid * n for grid in _GRIDS for n in range(1, _MULTIPLES))
 _MOST = 1 << 22  # samples of a record; of a longer one means are looked at
 _ROUND = 1000  # samples to a multiple of which a record is cut: its transform is fast
 _SHORTEST = 3.0  # s
@@ -56,8 +57,11 @@ class Hum:
         return np.asarray(self.size * np.cos(2.0 * math.pi * self.frequency * t + self.phase))
 
 
-def hum_in(x: FloatArray, step: float, *, frequency: float, driven: bool = False) -> list[Hum]:
-    """Lines of mains hum in a channel.
+def hum_in(
+    x: FloatArray, step: float, *, frequency: float, driven: bool = False,
+    lines: Sequence[float] = _LINES,
+) -> list[Hum]:  # fmt: skip
+    """Lines of mains hum in a channel, or others that are as steady.
 
     Parameters
     ----------
@@ -67,6 +71,8 @@ def hum_in(x: FloatArray, step: float, *, frequency: float, driven: bool = False
         Of the oscillation, Hz: its multiples are the motion's own.
     driven : bool
         Whether a base drives it: then its impacts may go on as before while it grows or fades.
+    lines : sequence of float
+        Hz, near which they are looked for.
 
     Examples
     --------
@@ -83,7 +89,7 @@ def hum_in(x: FloatArray, step: float, *, frequency: float, driven: bool = False
     seconds = step * 2.0 * (whole.size - 1)
     frequency, stays = _of_motion(x, step, whole, frequency)
     found = []
-    for line in (grid * n for grid in _GRIDS for n in range(1, _MULTIPLES)):
+    for line in lines:
         if line > 0.4 / step:
             continue
         near = _alone(whole, seconds, line, frequency, stays=stays or driven)

@@ -20,14 +20,14 @@ W = 2.0 * np.pi * F
 G25 = Harmonic(0.25e-3, F)
 
 
-def laser_alone(folder: Path, x: np.ndarray, base: np.ndarray, **how):
+def laser_alone(folder: Path, x: np.ndarray, base: np.ndarray, *, b: float = 0.03, **how):
     """Impact table of a record without an acceleration."""
     record, band = folder / "r.nc", folder / "c.nc"
     kinds = {"base": "displacement", "displacement": "displacement"}
     with RecordWriter(record, sample_rate=1e4, quantities=kinds) as writer:
         writer.append({"base": base, "displacement": x})
     condition(record, band, f0_hint=F)
-    return impacts_of_record(record, band, folder / "i.csv", clearance=[0.03], **how)
+    return impacts_of_record(record, band, folder / "i.csv", clearance=[b], **how)
 
 
 @pytest.mark.parametrize("bits", leading(1, [12, 14, 16]))
@@ -143,3 +143,35 @@ def test_bends_that_no_flights_explain_are_no_impacts(tmp_path):
         found, _ = _where_it_bends(view, F, (0.033,), said, free=0.0)
     assert found.time.size == 0
     assert [(check, outcome) for check, outcome, _ in said] == [("impacts", "warning")]
+
+
+@pytest.mark.parametrize(
+    ("b", "size", "order"),
+    [(0.026, 1e-5, 4.7), (0.03, 1e-5, 4.7), (0.03, 3e-6, 3.3), (0.045, 1e-5, 4.7)],
+)
+def test_a_second_motion_of_the_target_is_no_impact(b, size, order, measure, tmp_path):
+    """10 um at 4.7 f0 were 12 to 132 impacts, and the jumps of the others were off by a third."""
+    record = measure(b=[b], drive=G25, start=10.0, duration=20.0, bits=16)
+    x, base = record.channels["displacement"], record.channels["base"]
+    plain, said = laser_alone(tmp_path, x, base, b=b), []
+    x = x + size * np.sin(order * W * np.arange(x.size) / 1e4 + 0.7)
+    found = laser_alone(tmp_path, x, base, b=b, said=said)
+    assert abs(found.n - plain.n) <= 0.03 * plain.n
+    off = np.abs(found.time_s[:, np.newaxis] - record.time)
+    assert (off.min(axis=1) > 4e-3).sum() <= 0.01 * plain.n
+    jumps = np.abs(found.velocity_jump_m_s / record.jump[off.argmin(axis=1)])
+    assert np.median(np.abs(jumps - 1.0)) < 0.05
+    assert [check for check, outcome, _ in said if outcome == "warning"] == ["second motion"]
+    assert f"{order * F:.0f} Hz" in said[0][2]
+
+
+@pytest.mark.parametrize(
+    ("b", "r", "base"), [(0.034, 0.6, 2.5e-4), (0.045, 0.6, 2.5e-4), (0.036, 0.3, 1.5e-4)]
+)
+def test_what_a_ball_makes_between_the_multiples_is_no_second_motion(b, r, base, measure, tmp_path):
+    """Modulated, or again after three half periods: then 12 um at 5/3 f0 are the ball's."""
+    how = {"drive": Harmonic(base, F), "start": 10.0, "duration": 15.0, "bits": 16}
+    record, said = measure(b=[b], r=r, **how), []
+    x, base = record.channels["displacement"], record.channels["base"]
+    laser_alone(tmp_path, x, base, b=b, said=said)
+    assert "second motion" not in [check for check, _, _ in said]

@@ -10,10 +10,12 @@ one another; in longer ones, without the impacts that the short ones showed, noi
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.signals.hum import hum_in
 from vinesexp.signals.impacts.candidates import strongest
 from vinesexp.signals.impacts.detection import Detection, detection_at, normal_cdf
 from vinesexp.signals.impacts.slopes import Coarse
@@ -23,6 +25,8 @@ _THRESHOLD = 6.0  # standard deviations of the noise
 _ROUNDS, _HIGHEST = 10, 0.5  # of the highest near it, that a triangle needs to be taken away
 _OFF = 0.05  # of w^2 times the displacement: damping, and the drive beside the resonance
 _FOURTH = math.sqrt(70.0)  # noise of a fourth difference, over that of a value
+_SECOND, _FAINTER = (1.2, 7.0), 3.0  # of the oscillation: of a second motion; any other line
+_BESIDE = 0.05  # of the oscillation's frequency, from a multiple of it or another line
 _FIFTH = 1.2816  # standard deviations that a fifth of all are beyond
 
 
@@ -59,6 +63,51 @@ def detect_bends(x: Coarse, *, frequency: float, resolution: float = 0.0) -> Det
     for half in _HALVES:
         found = _at_scale(x, found, half, frequency, resolution).beside(found)[0]
     return found
+
+
+def without_steady(
+    x: Coarse, found: Detection, *, frequency: float, driven: bool
+) -> tuple[Coarse, bool]:
+    """The displacement without the line of a second motion, and whether there is one.
+
+    It bends between impacts as much as beside them, and is as strong at the end as at the
+    beginning: no ball does that.
+
+    Parameters
+    ----------
+    x : Coarse
+    found : Detection
+        Impacts so far: without what they make, lines stand alone.
+    frequency : float
+        Of the oscillation, Hz.
+    driven : bool
+        Whether the multiples of the oscillation last as long as a line would.
+    """
+    n, whole = x.values.size, np.fft.rfft(x.values - x.values.mean())
+    f = np.fft.rfftfreq(n, x.step)
+    band = (f > _SECOND[0] * frequency) & (f < _SECOND[1] * frequency)
+    w = 2.0 * math.pi * f[band]
+    at, jumps = (found.time - x.start) / x.step, np.zeros(n)
+    for mean in (0, 1):  # a jump between two means is a part of it at either
+        part = found.jump * (1.0 - np.abs(at - np.floor(at) - mean))
+        np.add.at(jumps, np.clip(np.floor(at).astype(np.int64) + mean, 0, n - 1), part)
+    jumped = np.fft.rfft(jumps)[band]
+    whole[band] -= jumped / (((2.0 * math.pi * frequency) ** 2 - w**2) * x.step)
+    left = np.fft.irfft(whole, n)
+
+    size = np.nan_to_num(np.abs(np.fft.rfft(left * np.hanning(n))) * f**2 * band)
+    if driven:
+        order = f / frequency
+        size *= np.abs(order - np.rint(order)) > _BESIDE
+    line = float(f[np.argmax(size)])
+    others = size[np.abs(f - line) > _BESIDE * frequency]
+    if not size.max() > _FAINTER * others.max(initial=0.0):  # impacts that come again have several
+        return x, False
+    steady = hum_in(left, x.step, frequency=frequency, driven=driven, lines=[line])
+    if not steady:
+        return x, False
+    t: FloatArray = x.step * np.arange(n, dtype=np.float64)
+    return replace(x, values=x.values - np.sum([one.at(t) for one in steady], axis=0)), True
 
 
 def _at_scale(
