@@ -232,18 +232,17 @@ def _by_test(
 def _a_ball(struck: Mapping[str, float]) -> str | None:
     """Why a ring-down has no f0 and zeta of its own: a ball took part in it."""
     cycles, share = struck.get("cycles", 0), struck.get("share", 0.0)
-    if cycles < _FEW_CYCLES or not share > _MOVED:
+    if cycles < _FEW_CYCLES or not share > _TAKEN:
         return None
     return (
-        f"impacts in {cycles:g} cycles change the velocity of the mass, by {share:.2g} times its "
-        "largest speed in all: a ball was in its cavity, and f0 and zeta are not those of the mass "
-        "alone. State its clearance_mm, and transient as the test; for f0 and zeta record a decay "
-        "without it"
+        f"impacts in {cycles:g} cycles take {share:.0%} of the energy of the mass: a ball was in "
+        "its cavity, and f0 and zeta are not those of the mass alone. State its clearance_mm, and "
+        "transient as the test; for f0 and zeta record a decay without it"
     )
 
 
-#: Cycles with impacts that are no knocks of a hand, and share of the mass's speed that they change.
-_FEW_CYCLES, _MOVED = 5, 0.3
+#: Cycles with impacts that are no knocks of a hand, and share of the energy that they take.
+_FEW_CYCLES, _TAKEN = 5, 0.1
 
 
 def _without_laser(

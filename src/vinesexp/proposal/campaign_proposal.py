@@ -19,7 +19,7 @@ from vinesexp.proposal.file_names import Reading, read_name
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of, names_role
 from vinesexp.proposal.survey import FileView, is_other_time
-from vinesexp.records.campaign.missing_cells import FILL_IN
+from vinesexp.records.campaign.missing_cells import FILL_IN, SHOWN_BY
 from vinesexp.records.campaign.schema import ROLES
 from vinesexp.records.readers.source import file_of, part_of
 from vinesexp.units import UNITS
@@ -345,10 +345,6 @@ def _written(path: Path) -> str:
     return f"./{text}" if text[0] in "=+-@'" else text
 
 
-#: Columns that need not be stated where a channel shows them.
-_SHOWN = {"base_amplitude_mm": "base", "release_mm": "displacement"}
-
-
 def propose_record(
     folder: Path,
     file: FileView,
@@ -395,7 +391,7 @@ def propose_record(
     missing = [
         column
         for column in wanted.get(test, [])
-        if column not in cells and _SHOWN.get(column) not in roles
+        if column not in cells and SHOWN_BY.get(column) not in roles
     ]
     if test == OPEN:
         missing = ["test"]

@@ -195,22 +195,20 @@ def base_rows(
         Start of the cycles that count, s from the first sample: the base that the mass answers in
         these; None for all.
     """
-    if record.test != "periodic" or "base" not in measured.roles:
+    frequency = conditioned.oscillation
+    if record.test != "periodic" or not frequency or "base" not in measured.roles:
         return []
-    # the test log, or what the mass does where that is wrong
-    stated = sum(record.frequency) / len(record.frequency) if record.frequency else None
-    for frequency in filter(None, (stated, conditioned.oscillation)):
-        counted = base_of(measured, frequency=frequency, begin=steady_from or 0.0)
-        found = counted or base_of(measured, frequency=frequency)
-        if found is not None:
-            return [{"record": record.id, **dict(zip(BASE.names[1:], astuple(found), strict=True))}]
-    return []
+    counted = base_of(measured, frequency=frequency, begin=steady_from or 0.0)
+    found = counted or base_of(measured, frequency=frequency)
+    if found is None:
+        return []
+    return [{"record": record.id, **dict(zip(BASE.names[1:], astuple(found), strict=True))}]
 
 
 def base_of(view: RecordView, *, frequency: float, begin: float = 0.0) -> BaseMotion | None:
     """Motion of the base in an open record, read by blocks, from `begin`, s, on.
 
-    `frequency` is about its own, Hz.
+    `frequency` is that of the oscillation, Hz.
     """
     _, step, (x,) = coarse_channels(view, frequency, _POINTS, "base")
     left = float(np.sinc(frequency * step))  # by block means

@@ -727,7 +727,7 @@ def rows_or_refuse(
 
 
 def _struck(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, float]:
-    """In how many cycles a ring-down without ball is hit, and by how much of its speed."""
+    """In how many cycles a ring-down without ball is hit, and what share of its energy goes."""
     if record.clearance or record.test != "ringdown" or measured.refused is not None:
         return {}
     cycles, share = struck(measured, conditioned, record.settings)

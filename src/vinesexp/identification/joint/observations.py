@@ -738,17 +738,26 @@ def _group(
     start[6] = lag
     error = float(np.median(impacts.time_error_s[flights.index]))
     collisions, b.alone[record.id, number] = with_own_errors(collisions, start, time_error=error)
+    _own_sensors(b, record, impacts, collisions, jumps=jumps, reads=reads, ball=number)
+    b.collisions[record.id, number] = collisions
+    b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
+
+
+def _own_sensors(
+    b: _Builder, record: Record, impacts: Impacts, collisions: Collisions, *,
+    jumps: dict[str, float], reads: dict[str, float], ball: int,
+) -> None:  # fmt: skip
+    """What the template and the response of one record have wrong, put into the sums of both."""
+    flights = collisions.flights
     areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
     if areas.size >= _FEWEST:
         width = _of_template(areas, impacts.jump_acceleration_error_m_s[flights.index], collisions)
-        jumps[b.own("own pulse", record, width, ball=number)] = 1.0
+        jumps[b.own("own pulse", record, width, ball=ball)] = 1.0
     errors = impacts.jump_displacement_error_m_s[flights.index]
     shown = np.isfinite(flights.jump_displacement) & np.isfinite(errors)
     if shown.sum() >= _FEWEST:
         width = _of_response(np.abs(flights.jump_displacement[shown]), errors[shown], collisions)
-        reads[b.own("own reading", record, width, ball=number)] = 1.0
-    b.collisions[record.id, number] = collisions
-    b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
+        reads[b.own("own reading", record, width, ball=ball)] = 1.0
 
 
 def _late(

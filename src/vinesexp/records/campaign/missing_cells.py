@@ -32,6 +32,8 @@ _LISTED = 6  # records named one by one
 
 #: Tests that a ball can take part in.
 WITH_BALL = ("periodic", "transient", "sweep")
+#: Columns that a channel shows, too, and which.
+SHOWN_BY = {"base_amplitude_mm": "base", "release_mm": "displacement"}
 #: Column to what it is of a record, the tests that need it, and what stays unknown without.
 _NEEDED = {
     "clearance_mm": (
@@ -152,7 +154,7 @@ def _reason(lacking: Iterable[Record], column: str, evidence: Mapping[str, Evide
     lengths = sorted(1e3 * length for one in shown if (length := one.of(column)))
     if lengths:
         low, high = f"{lengths[0]:.3g}", f"{lengths[-1]:.3g}"
-        channel = "base channel" if column == "base_amplitude_mm" else "displacement"
+        channel = {"base": "base channel"}.get(SHOWN_BY[column], SHOWN_BY[column])
         return f" (the {channel} shows {low if low == high else f'{low} to {high}'} mm)"
     return ""
 

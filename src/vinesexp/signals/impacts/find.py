@@ -589,28 +589,32 @@ def count_impacts(record: RecordView, conditioned: RecordView, settings: Setting
 
 
 def struck(record: RecordView, conditioned: RecordView, settings: Settings) -> tuple[int, float]:
-    """Cycles with impacts in a decay that is said to have no ball, and by how much they move it.
+    """Cycles with impacts in a decay that is said to have no ball, and the energy that they take.
 
-    The sum of the velocity jumps over the largest speed of the mass: by so much impacts took part
-    in the decay. Spikes that move nothing add next to nothing to it, however many they are. In its
-    first half, where a ball hits most; at its end a hand may take the mass up.
+    As a share of the largest kinetic energy of the mass: the sum of velocity jumps times its
+    velocity. Only the displacement tells impacts from a mode that rings, whose spikes move nothing.
+    In the first half of the decay, where a ball hits most; at its end a hand may take the mass up.
     """
     frequency, free = conditioned.oscillation, freed(conditioned)
-    if not frequency or "displacement" not in conditioned.roles:
+    if not frequency or "displacement" not in record.roles:
         return 0, 0.0
+    x = coarse_displacement(record, frequency)
     if "acceleration" in record.roles:
         stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
         found = detect(stream, settings.impacts, frequency=frequency)
-        jumps = found.jump
+        sign, lag = _beside(agreement_in(conditioned.attributes), settings)
+        found = found.keep(~unmoved(found, x, frequency=frequency, sign=sign, lag=lag))
+        jumps = found.jump / sign
     else:
         found, slopes = _where_it_bends(record, frequency, (), [], free=free)
         jumps = slopes.jump
     half = 0.5 * (free + conditioned.n / conditioned.sample_rate)
     own = np.isfinite(jumps) & (found.time > free) & (found.time < half)
-    x = conditioned.read("displacement", 0, conditioned.n)
-    speed = math.pi * frequency * float(np.nanmax(x) - np.nanmin(x))
+    speed = np.gradient(x.values, x.step)
+    at = np.interp(found.time[own], x.start + x.step * np.arange(speed.size), speed)
     cycles = np.unique(np.floor(found.time[own] * frequency)).size
-    return cycles, float(np.abs(jumps[own]).sum()) / speed if speed > 0.0 else 0.0
+    most = 0.5 * float(np.nanmax(speed**2))
+    return cycles, abs(float(jumps[own] @ at)) / most if most > 0.0 else 0.0
 
 
 def find_drop(record: RecordView, conditioned: RecordView, settings: Settings) -> Impacts:
