@@ -142,7 +142,7 @@ def test_a_file_is_read_in_its_own_unit_of_time_and_asked_for_in_its_unit(tmp_pa
     file = tmp_path / "a.csv"
     file.write_text("Time (ms),Laser (mm)\n0,1\n5,2\n10,4\n")
     assert vinesexp.read_file(file, {"displacement": ("1", "mm")}).sample_rate == pytest.approx(200)
-    with pytest.raises(RecordError, match=r"the header says 'mm'.*, asked for is 'm'$"):
+    with pytest.raises(RecordError, match=r"the header says 'mm'.*, stated is 'm'$"):
         vinesexp.read_file(file, {"displacement": ("1", "m")})
 
 

@@ -22,6 +22,9 @@ class VinesexpError(Exception):
     ----------
     problem : str
         What is wrong and what to do about it.
+    remedy : str
+        What to do where the input came from: change a key of a description, run a step again. Who
+        catches the error may ask from elsewhere, where that does not apply.
     file : path, optional
         The file it is in.
     where : str, optional
@@ -36,17 +39,32 @@ class VinesexpError(Exception):
     """
 
     def __init__(
-        self, problem: str, *, file: str | Path | None = None, where: str | None = None
+        self,
+        problem: str,
+        *,
+        file: str | Path | None = None,
+        where: str | None = None,
+        remedy: str = "",
     ) -> None:
         self.problem = shown(" ".join(problem.split()))
+        self.remedy = remedy
         self.file = file
         self.where = where
         place = ", ".join(shown(str(part)) for part in (file, where) if part is not None)
-        super().__init__(f"{place}: {self.problem}" if place else self.problem)
+        said = "; ".join(filter(None, (self.problem, remedy)))
+        super().__init__(f"{place}: {said}" if place else said)
 
 
 class ParameterError(VinesexpError, ValueError):
     """A physical value without meaning: a negative mass, a restitution above one."""
+
+
+class OtherQuantityError(ParameterError):
+    """A unit that measures `quantity`, where another is due."""
+
+    def __init__(self, problem: str, quantity: str) -> None:
+        super().__init__(problem)
+        self.quantity = quantity
 
 
 class RigWarning(UserWarning):
@@ -70,8 +88,10 @@ class AnalysisError(VinesexpError):
 
 
 @contextmanager
-def naming(file: str | Path) -> Iterator[None]:
+def naming(file: str | Path, *, described_in: str = "") -> Iterator[None]:
     """Name the file in refusals of a record that name none: who asks for a file names it.
+
+    So it does with what describes the file, `described_in`, where a remedy is to be written.
 
     Examples
     --------
@@ -85,7 +105,8 @@ def naming(file: str | Path) -> Iterator[None]:
     except RecordError as error:
         if error.file is not None:
             raise
-        raise RecordError(error.problem, file=file, where=error.where) from None
+        remedy = f"in {described_in} {error.remedy}" if described_in and error.remedy else ""
+        raise RecordError(error.problem, file=file, where=error.where, remedy=remedy) from None
 
 
 def shown(text: str) -> str:

@@ -13,7 +13,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vinesexp.errors import ParameterError, nearest
+from vinesexp.errors import OtherQuantityError, ParameterError, nearest
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, exact by definition
 #: Half width of a 95 % interval in standard errors.
@@ -228,7 +228,7 @@ def unit_size(unit: str, quantity: str) -> float:
     (0.001, 9.80665)
     >>> unit_size("V", "displacement")
     Traceback (most recent call last):
-    vinesexp.errors.ParameterError: 'V' is a unit of voltage, expected a unit of displacement ...
+    vinesexp.errors.OtherQuantityError: 'V' is a unit of voltage, expected a unit of displacement ...
     """
     known = UNITS[quantity]
     if unit not in known:
@@ -238,8 +238,8 @@ def unit_size(unit: str, quantity: str) -> float:
     examples = ", ".join(name for name in known if name)
     for other, table in UNITS.items():
         if unit in table and unit:
-            raise ParameterError(
-                f"'{unit}' is a unit of {other}, expected a unit of {quantity} ({examples})"
+            raise OtherQuantityError(
+                f"'{unit}' is a unit of {other}, expected a unit of {quantity} ({examples})", other
             )
     if not unit:
         raise ParameterError(f"the unit is missing, expected a unit of {quantity} ({examples})")

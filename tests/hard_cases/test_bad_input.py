@@ -393,7 +393,7 @@ RECORD_MISTAKES = {
     "no numbers": ("hello\nworld\n", ["no line of numbers"]),
     "channel not found": (
         text(*signals(), header="Time (s),CH2 (V),Laser (mm)"),
-        ["channels.base", "no column 'CH1'", "0: 'Time (s)', 1: 'CH2 (V)', 2: 'Laser (mm)'"],
+        ["channel base", "no column 'CH1'", "0: 'Time (s)', 1: 'CH2 (V)', 2: 'Laser (mm)'"],
     ),
     "several fit": (
         text(*signals(), header="Laser 2 (mm),CH1,Laser (mm)"),

@@ -37,7 +37,7 @@ WRONG = [
     (b"", "is empty; export the record again"),
     ("Time (s),x (mm)\n", ""),
     ("Time (s),x (V)\n" + rows(GOOD), "the header says 'V', a unit of voltage"),
-    ("Time (s),x (um)\n" + rows(GOOD), "scene.yaml says 'mm'; correct base_record.unit"),
+    ("Time (s),x (um)\n" + rows(GOOD), "stated is 'mm'; in base_record of scene.yaml correct the unit of base"),
     ("Time (s),x (mm)\n" + rows(HOLE), "NaN among the samples"),
     ("Time (s),x (mm)\n" + rows(["inf" if n == 9 else x for n, x in enumerate(GOOD)]), "infinite"),
     ("Time (s),x (mm)\n" + rows(["abc" if n == 9 else x for n, x in enumerate(GOOD)]), "abc"),
@@ -73,7 +73,7 @@ def test_a_start_beyond_the_record_is_reported(tmp_path):
 def test_a_file_without_times_needs_a_sample_rate(tmp_path):
     text = SCENE.replace("column: 1", "column: 0").replace("time: {column: 0, unit: s}", "")
     column = "x (mm)\n" + "".join(f"{x}\n" for x in GOOD)
-    with pytest.raises(RecordError, match=r"'sample_rate' in scene.yaml"):
+    with pytest.raises(RecordError, match=r"in base_record of scene.yaml give .* 'sample_rate'$"):
         simulated(tmp_path, column, text)
     simulated(tmp_path, column, text.replace("column: 0", "column: 0, sample_rate: 1 kHz"))
 

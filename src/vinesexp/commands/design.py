@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from vinesexp.commands import options
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
-from vinesexp.errors import ParameterError, VinesexpError, say
+from vinesexp.errors import OtherQuantityError, ParameterError, VinesexpError, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,7 +117,8 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     try:  # the role of which a velocity is integrated
         found = read_file(file, {"displacement": (column, unit)})
     except ParameterError as error:
-        more = f"; {integrate}" if "acceleration" in error.problem else ""
+        accelerates = isinstance(error, OtherQuantityError) and error.quantity == "acceleration"
+        more = f"; {integrate}" if accelerates else ""
         raise ParameterError(f"{error.problem}{more}", where="--base-unit") from None
     return Measured(found.channels["displacement"], found.sample_rate)
 

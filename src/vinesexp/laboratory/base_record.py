@@ -78,14 +78,8 @@ class BaseRecord:
         from vinesexp.records.instrument.ingest import read_channels
 
         path = self.folder / self.file
-        try:
-            rate, _, values = read_channels(
-                path, Setup({"base": self.channel}, time=self.time, sample_rate=self.sample_rate)
-            )
-        except RecordError as error:
-            # The readers name the files of a measured campaign; here all is in the scene.
-            where = None if error.where is None else _in_scene(error.where)
-            raise RecordError(_in_scene(error.problem), file=error.file, where=where) from None
+        setup = Setup({"base": self.channel}, time=self.time, sample_rate=self.sample_rate)
+        rate, _, values = read_channels(path, setup, described_in="base_record of scene.yaml")
         samples = values["base"][round(self.start * rate) :]
         lasts = (samples.size - 1) / rate
         if lasts < needed * (1.0 - 1e-12) or samples.size < 6:
@@ -96,12 +90,6 @@ class BaseRecord:
                 file=path,
             )
         return Measured(samples, rate)
-
-
-def _in_scene(text: str) -> str:
-    for other in ("campaign.yaml", "records.csv"):
-        text = text.replace(other, "scene.yaml")
-    return text.replace("channels.base", "base_record")
 
 
 def read_base_record(entry: Section) -> BaseRecord | None:

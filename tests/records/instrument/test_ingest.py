@@ -151,7 +151,7 @@ def test_a_stated_rate_is_used_and_a_contradiction_reported(tmp_path):
     campaign = make(tmp_path, "a.h5", YAML + "sample_rate: 1.9 kHz\n")
     checks = ingest(campaign, campaign.record("a"), tmp_path / "a.nc")
     assert [check.outcome for check in checks] == ["ok", "warning"]
-    assert "states 2000 Hz, campaign.yaml's 1900 Hz is used" in checks[1].detail
+    assert "states 2000 Hz, the stated 1900 Hz is used" in checks[1].detail
 
 
 def test_a_header_in_millivolts_counts(tmp_path):
@@ -192,8 +192,8 @@ def test_a_charge_amplifier_needs_its_unit_said(tmp_path):
     (tmp_path / "a.csv").write_text("Q\n" + "\n".join(f"{value:.6f}" for value in A))
     yaml = "channels:\n  acceleration: {column: Q, quantity: acceleration, sensitivity: 4 pC/g%s}\n"
     campaign = make(tmp_path, "a.csv", yaml % "")
-    with pytest.raises(RecordError, match=r"column 'Q'.*acceleration\.file_unit, such as pC"):
-        read_channels(tmp_path / "a.csv", Setup(campaign.channels, sample_rate=RATE))
+    with pytest.raises(RecordError, match=r"column 'Q'.*'file_unit' of acceleration, such as pC"):
+        ingest(campaign, campaign.record("a"), tmp_path / "a.nc")
     campaign = make(tmp_path, "a.csv", yaml % ", file_unit: pC")
     _, _, values = read_channels(tmp_path / "a.csv", Setup(campaign.channels, sample_rate=RATE))
     np.testing.assert_allclose(values["acceleration"], A / 4.0 * STANDARD_GRAVITY, atol=1e-5)
@@ -202,8 +202,9 @@ def test_a_charge_amplifier_needs_its_unit_said(tmp_path):
 def test_no_times_at_all_are_reported(tmp_path):
     (tmp_path / "a.csv").write_text("Laser\n" + "\n".join(f"{value:.6f}" for value in X))
     channel = Channel("displacement", 0, "displacement", 1.0, unit="m", sensitivity=False)
+    setup = Setup({"displacement": channel})
     with pytest.raises(RecordError, match=r"no times.*'time' \(a column\) or 'sample_rate'"):
-        read_channels(tmp_path / "a.csv", Setup({"displacement": channel}))
+        read_channels(tmp_path / "a.csv", setup, described_in="campaign.yaml")
 
 
 def test_a_failure_leaves_nothing_and_a_refusal_replaces_the_old_record(tmp_path):

@@ -106,8 +106,9 @@ def test_an_oscilloscope_that_prints_times(name, n, rate):
 
 def test_a_column_without_any_time_is_refused_and_what_is_missing_named():
     path = REAL / "scope_rigol/rs_rtp_01.Wfm.csv"
-    with pytest.raises(RecordError, match=r"no times.*'sample_rate' in campaign\.yaml"):
-        read_channels(path, Setup({"displacement": volts(0)}))
+    setup = Setup({"displacement": volts(0)})
+    with pytest.raises(RecordError, match=r"no times.*in campaign\.yaml give .*'sample_rate'"):
+        read_channels(path, setup, described_in="campaign.yaml")
     rate, _, values = read_channels(path, Setup({"displacement": volts(0)}, sample_rate=1e9))
     assert (rate, len(values["displacement"])) == (1e9, 4000)
 

@@ -98,8 +98,7 @@ def read_published(
                 found.append(_value(row))
         except VinesexpError as error:
             where = f", {error.where}" if error.where else where
-            problem = error.problem.partition("; run the")[0]
-            raise ParameterError(f"'{name}'{where}: {problem}") from None
+            raise ParameterError(f"'{name}'{where}: {error.problem}") from None
         return tuple(found)
     return ()
 

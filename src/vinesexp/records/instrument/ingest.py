@@ -73,7 +73,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         reason = record.note or "no reason given"
         store.write_refused(out, f"excluded: {reason}", store.record_attributes(campaign, record))
         return [Check(record.id, "exclude", "excluded", reason)]
-    with naming(record.file):
+    with naming(record.file, described_in="campaign.yaml"):
         return _ingested(campaign, record, Path(out))
 
 
@@ -120,8 +120,10 @@ def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
         writer.sample_rate, writer.start = samples.sample_rate, samples.start
 
 
-def read_channels(path: Path, setup: Setup) -> tuple[float, float, dict[str, FloatArray]]:
-    """Channels of one file in memory, without a campaign.
+def read_channels(
+    path: Path, setup: Setup, *, described_in: str = ""
+) -> tuple[float, float, dict[str, FloatArray]]:
+    """Channels of one file in memory, without a campaign; `described_in` as of `naming`.
 
     Returns
     -------
@@ -135,7 +137,7 @@ def read_channels(path: Path, setup: Setup) -> tuple[float, float, dict[str, Flo
     RecordError
         As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
     """
-    with naming(path):
+    with naming(path, described_in=described_in):
         samples = Samples(open_source(path), setup)
         values = samples.whole()
         if out_of_range := next(filter(None, map(samples.overload, values)), None):
@@ -209,13 +211,7 @@ def read_file(
                 where=f"channel {role}",
             )
     wanted = {role: channel_of(role, *given) for role, given in channels.items()}
-    try:
-        found_rate, _, values = read_channels(path, Setup(wanted, times, rate))
-    except RecordError as error:
-        if "campaign.yaml" not in error.problem:
-            raise
-        said = error.problem.partition("; ")[0].replace("campaign.yaml says", "asked for is")
-        raise RecordError(said, file=error.file, where=error.where) from None
+    found_rate, _, values = read_channels(path, Setup(wanted, times, rate))
     return Recording(values, found_rate)
 
 

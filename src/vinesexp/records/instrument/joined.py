@@ -57,7 +57,7 @@ class JoinedSamples(Samples):
                 raise RecordError(
                     f"column '{channel.column}' is in several files ({reported}); write it as "
                     f"'{files[places[0][0]].stem}*:{channel.column}'",
-                    where=f"channels.{role}",
+                    where=f"channel {role}",
                 )
             for k, column in places:
                 wanted[k][role] = replace(channel, column=column)
@@ -65,7 +65,7 @@ class JoinedSamples(Samples):
                 if not channel.optional:
                     raise RecordError(
                         f"no column '{channel.column}' in any of its {len(files)} files",
-                        where=f"channels.{role}",
+                        where=f"channel {role}",
                     )
                 said.append(("channels", f"no column '{channel.column}' for {role}"))
         pairs = zip(sources, wanted, strict=True)

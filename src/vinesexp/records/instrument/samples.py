@@ -104,13 +104,13 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     place = f"column '{source.columns[index].name or index}'"
     if channel.file_size is not None:
         return channel.file_size, None
-    measured, key = measured_in(channel.unit, channel.quantity), f"channels.{channel.role}"
+    measured, role = measured_in(channel.unit, channel.quantity), channel.role
     if label == CODES or (label is None and measured == "charge"):
-        what, such = "no unit in the header", "pC"
+        said, such = "no unit in the header", "pC"
         if label == CODES:
-            what, such = "numbers of the converter, not volts", "8 mV (volts a division / 25)"
-        said = f"{what}; say what one number is in {key}.file_unit, such as {such}"
-        raise RecordError(said, where=place)
+            said, such = "numbers of the converter, not volts", "8 mV (volts a division / 25)"
+        remedy = f"give what one number is as 'file_unit' of {role}, such as {such}"
+        raise RecordError(said, where=place, remedy=remedy)
     if label is None:
         return 1.0, None
     sizes = UNITS[measured]
@@ -119,16 +119,14 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     other = next((quantity for quantity, table in UNITS.items() if label in table), None)
     if other is None or label in UNITS["time"]:  # some loggers label everything with seconds
         return 1.0, f"{place}: the header's unit '{label}' is ignored, '{channel.unit}' used"
-    remedy = f"correct {key}.unit" if label in sizes else f"give the right column for {key}"
+    said = f"the header says '{label}', a unit of {other}, stated is '{channel.unit}'"
+    remedy = f"correct the unit of {role}" if label in sizes else f"name the right column of {role}"
     if label in UNITS["voltage"] and not channel.sensitivity:
-        remedy = f"give 'sensitivity' instead of 'unit' for {key}, such as 100 mV/{channel.unit}"
+        remedy = f"give 'sensitivity' instead of 'unit' for {role}, such as 100 mV/{channel.unit}"
     elif label in UNITS[channel.quantity] and channel.sensitivity:
-        remedy = f"give 'unit' instead of 'sensitivity' for {key}"
-    raise RecordError(
-        f"the header says '{label}', a unit of {other}, campaign.yaml says '{channel.unit}'; "
-        f"{remedy}, or add file_unit: {channel.unit} if the header is wrong",
-        where=place,
-    )
+        remedy = f"give 'unit' instead of 'sensitivity' for {role}"
+    remedy += f", or add file_unit: {channel.unit} if the header is wrong"
+    raise RecordError(said, where=place, remedy=remedy)
 
 
 _TWICE = 0.15  # of the rows: times printed too coarsely repeat in a fifth of them at least
@@ -337,7 +335,7 @@ class Samples:
             if channel.optional and not columns_fitting(self.source, channel.column):
                 self.warnings.append(("channels", f"no column '{channel.column}' for {role}"))
                 continue
-            index = find_column(self.source, channel.column, where=f"channels.{role}")
+            index = find_column(self.source, channel.column, where=f"channel {role}")
             size, warning = file_size(self.source, index, channel)
             if warning:
                 self.warnings.append(("units", warning))
@@ -358,9 +356,9 @@ class Samples:
         sizes = UNITS["time"]
         if label is not None and sizes.get(label) != time.size:
             raise RecordError(
-                f"the header says '{label}', campaign.yaml says time in '{time.unit}'; correct "
-                "the column or the unit of time",
+                f"the header says '{label}', stated is time in '{time.unit}'",
                 where=f"column '{source.columns[index].name}'",
+                remedy="correct the column or the unit of time",
             )
         return index
 
@@ -378,12 +376,12 @@ class Samples:
         if self._clock is not None:
             return float("nan")  # known when the last row has been read
         if given is not None:
-            self._compare_with_header(given, "campaign.yaml's")
+            self._compare_with_header(given, "the stated")
             return given
         if self._interval is None:
             raise RecordError(
-                "no times: the file states no sample interval; give 'time' (a column) or "
-                "'sample_rate' in campaign.yaml"
+                "no times: the file states no sample interval",
+                remedy="give 'time' (a column) or 'sample_rate'",
             )
         rate = 1.0 / self._interval
         # 1/0.0001 is 10000.000000000002 or so; the header meant the whole number.
@@ -441,8 +439,8 @@ def stated_sampling(
     unclear = next((name for name, dt in intervals.items() if math.isnan(dt)), None)
     if unclear is not None:
         raise RecordError(
-            f"'{unclear}' states two different samplings; correct the file, or give "
-            "'sample_rate' in campaign.yaml"
+            f"'{unclear}' states two different samplings",
+            remedy="give 'sample_rate', or correct the file",
         )
     least, most = min(intervals.values()), max(intervals.values())
     if most > least * (1.0 + 1e-6):

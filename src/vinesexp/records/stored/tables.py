@@ -232,7 +232,8 @@ def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[st
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise TableError(f"is missing; run the {table.step} step first", file=path) from None
+        remedy = f"run the {table.step} step first"
+        raise TableError("is missing", file=path, remedy=remedy) from None
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not text"
         raise _damaged(path, table, f"cannot be read ({reason})") from None
@@ -256,7 +257,7 @@ def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[st
 
 def _damaged(path: Path, table: Table, what: str, *, line: int | None = None) -> TableError:
     where = None if line is None else f"line {line}"
-    return TableError(f"{what}; run the {table.step} step again", file=path, where=where)
+    return TableError(what, file=path, where=where, remedy=f"run the {table.step} step again")
 
 
 def read_frame(path: Path, table: Table | None) -> pandas.DataFrame:
@@ -275,7 +276,7 @@ def read_frame(path: Path, table: Table | None) -> pandas.DataFrame:
         raise TableError(f"cannot be read ({error}); run the workflow again", file=path) from None
     if table is not None and table.columns[0].name not in found:
         missing = table.columns[0].name
-        raise TableError(f"has no column '{missing}'; run the {table.step} step again", file=path)
+        raise _damaged(path, table, f"has no column '{missing}'")
     return found
 
 
