@@ -28,6 +28,19 @@ def test_times_that_stand_still_tell_no_rate(tmp_path):
     assert "does not advance" in view.remarks[0]
 
 
+def test_stamps_coarser_than_the_sampling_tell_its_mean_rate(tmp_path):
+    """Differences of stamps are whole milliseconds, as printed: 1651.6 rows a second among them."""
+    rows = [f"12:37:{19 + k / 1651.6:.3f}" for k in range(40000)]
+    view = written(tmp_path / "a.csv", rows, np.sin(0.2 * np.arange(40000)))
+    assert view.rate == pytest.approx(1651.6, rel=1e-5)
+    assert view.remarks[0].startswith("times are printed to steps of 1.7 samples")
+
+
+def test_stamps_that_stand_still_and_leap_tell_no_rate(tmp_path):
+    rows = [f"12:37:{19 + (k + 9 * (k > 300)) / 1651.6:.3f}" for k in range(600)]
+    assert written(tmp_path / "a.csv", rows, X).rate is None
+
+
 @pytest.mark.parametrize(("start", "step", "unit"), [(1.7e12, 3e5, "ms"), (45000.0, 1e-8, "day")])
 def test_the_size_of_times_tells_their_unit(start, step, unit, tmp_path):
     times = [repr(start + step * k) for k in range(600)]

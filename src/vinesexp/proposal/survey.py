@@ -498,7 +498,8 @@ def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float | Non
         steps = np.diff(times)
         step = float(np.median(steps))  # pauses are none of the rate
         even = 2 * np.count_nonzero(np.abs(steps - step) < 0.1 * step) > len(steps)
-        typical = 1.0 / (step * clock.size) if even else None
+        still = np.count_nonzero(steps == 0.0) * _FEWEST > len(steps)  # a step of print is rows
+        typical = 1.0 / (step * clock.size) if even and not still else None
         return typical, [error.problem], False
 
 

@@ -44,6 +44,7 @@ _FEWEST_GROUPED = 5  # cells; below, a point is a decimal point
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
 _CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,9}))?)?"
 _ZONE = r"(?:\s*(?:Z|UTC|[+-]\d{2}:?\d{2}))?"
+_TICKS = 10**9  # a second: a clock has nine digits
 _HALF = r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
 
 _DATES = (
@@ -455,10 +456,11 @@ def seconds_since(cells: Sequence[str], first: str) -> NDArray[np.float64]:
     array([0.5])
     """
     day_first = _day_first([first, *cells[-1:]])
-    origin_day, origin = _parts(first, day_first)
+    origin = _ticks(first, day_first)
     texts = map(str.strip, cells)
-    parts = [_parts(text, day_first) if text else (np.nan, np.nan) for text in texts]
-    return np.array([(day - origin_day) * 86400.0 + (second - origin) for day, second in parts])
+    # Whole ticks: a difference of printed times is a printed time, to its last digit.
+    since = (_ticks(text, day_first) - origin if text else np.nan for text in texts)
+    return np.array([ticks / _TICKS for ticks in since], dtype=np.float64)
 
 
 def _day_first(cells: Sequence[str]) -> bool:
@@ -470,8 +472,8 @@ def _day_first(cells: Sequence[str]) -> bool:
     return bool(cells) and "/" not in cells[0]
 
 
-def _parts(cell: str, day_first: bool) -> tuple[int, float]:
-    """Number of the day (0 without a date or a count of days) and second of the day."""
+def _ticks(cell: str, day_first: bool) -> int:
+    """A stamp in ticks, from midnight where it has neither a date nor a count of days."""
     match = next((m for form in _STAMPS if (m := form.fullmatch(cell))), None)
     if match is None:
         raise ParameterError(f"found '{cell[:40]}', expected a date and time as in the first row")
@@ -480,15 +482,15 @@ def _parts(cell: str, day_first: bool) -> tuple[int, float]:
     if found["half"]:
         hour = hour % 12 + (12 if found["half"] in "pP" else 0)
     second = hour * 3600 + int(found["m"]) * 60 + int(found["s"] or 0)
-    fraction = float(f"0.{found['f']}") if found["f"] else 0.0
+    ticks = second * _TICKS + int(f"{found['f'] or '':0<9}")
     if not found.get("Y"):
-        return int(found.get("n") or 0), second + fraction
+        return int(found.get("n") or 0) * 86400 * _TICKS + ticks
     if "a" in found:
         month, day = (found["b"], found["a"]) if day_first else (found["a"], found["b"])
     else:
         month, day = found["M"], found["D"]
     year = int(found["Y"]) + (2000 if len(found["Y"]) == 2 else 0)
     try:
-        return datetime(year, int(month), int(day)).toordinal(), second + fraction
+        return datetime(year, int(month), int(day)).toordinal() * 86400 * _TICKS + ticks
     except ValueError:
         raise ParameterError(f"found '{cell[:40]}', which is not a date") from None
