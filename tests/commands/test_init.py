@@ -220,6 +220,53 @@ def test_files_of_another_instrument_get_a_set_of_channels_of_their_own(tmp_path
     assert (row.test, row.setup) == ("periodic", "instrument 2")
 
 
+def test_a_motion_without_a_kind_of_test_has_its_set_of_channels(tmp_path):
+    """A steady voltage beside decays was left without a set of channels."""
+    decay(tmp_path / "free.csv")
+    t = np.arange(4000) / 1000.0
+    steady = np.column_stack([t, np.cos(50.0 * t)])
+    np.savetxt(tmp_path / "s.csv", steady, "%.5f", ",", header="Time (s),Voltage_0", comments="")
+    assert main(["init", str(tmp_path)]) == 0
+    rows = {row["record"]: row for row in csv.DictReader((tmp_path / "records.csv").open())}
+    assert (rows["s"]["setup"], rows["s"]["exclude"]) == ("instrument 2", "yes")
+    assert 'displacement: {column: "Voltage_0"' in (tmp_path / "campaign.yaml").read_text()
+
+
+def runs_side_by_side(path, count):
+    """Runs of one table as lab programs export them: each its own times, a number in each name."""
+    t = np.arange(300) / 20.0
+    table = [c for k in range(count) for c in (t, 3.0 * np.exp(-0.15 * t) * np.cos(4.5 * t + k))]
+    names = [f'"{what} Run #{k + 1}"' for k in range(count) for what in ("Time (s)", "Angle (rad)")]
+    rows = np.column_stack(table)
+    np.savetxt(path, rows, "%.4f", ";", header=";".join(names), comments="", encoding="utf-8")
+
+
+def test_files_with_more_columns_of_times_are_another_instrument(tmp_path, capsys):
+    """One pattern for the times fitted several columns of a table of runs, which was refused."""
+    for number, count in ((1, 3), (2, 3), (3, 1)):
+        runs_side_by_side(tmp_path / f"set_{number}.csv", count)
+    assert main(["init", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert said.count("may be it as well: check which one it is") == 1
+    path = tmp_path / "campaign.yaml"
+    path.write_text(path.read_text().replace("? m", "24 mm"))
+    campaign = load_campaign(tmp_path)
+    assert {record.setup for record in campaign.records} == {"", "instrument 2"}
+    for record in campaign.records:
+        (check,) = ingest_or_refuse(campaign, record, tmp_path / "a.nc")
+        assert check.outcome == "ok"
+
+
+def test_a_column_that_counts_in_other_files_is_no_motion(tmp_path, capsys):
+    """A counter that started anew within one file was the displacement of all."""
+    x = 2.0 * np.exp(-0.001 * np.arange(3000)) * np.cos(0.1 * np.arange(3000))
+    for number, counter in enumerate((np.arange(3000), np.arange(3000), np.arange(3000) % 2000)):
+        table = np.column_stack([x, counter])
+        np.savetxt(tmp_path / f"{number}.txt", table, "%.4f", " ", header="Sampling rate: 500 Hz")
+    assert main(["init", str(tmp_path)]) == 0
+    assert "displacement: column '0', because the only signal" in capsys.readouterr().out
+
+
 def test_times_in_another_unit_are_another_instrument(tmp_path):
     """Milliseconds were read as seconds, and later refused, where the columns had one name."""
     t = np.arange(4000) / 1000.0

@@ -17,8 +17,15 @@ from pathlib import Path
 
 from vinesexp.proposal.file_names import Reading, read_name
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
-from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of, names_role
-from vinesexp.proposal.survey import FileView, is_other_time
+from vinesexp.proposal.roles import (
+    VELOCITY,
+    Guess,
+    guess_roles,
+    label_of,
+    names_role,
+    stands_out,
+)
+from vinesexp.proposal.survey import ColumnView, FileView, is_other_time
 from vinesexp.records.campaign.missing_cells import FILL_IN, SHOWN_BY
 from vinesexp.records.campaign.schema import ROLES
 from vinesexp.records.readers.source import file_of, part_of
@@ -151,30 +158,54 @@ def _inherit(setups: Sequence[ProposedSetup]) -> None:
 
 
 class _Group:
-    """Files that share their columns, the roles of these, and what each file shows."""
+    """Files that share their columns, the roles of these, and what each file shows.
+
+    `known` counts those whose kind of test it is, `seen` those in which a channel oscillates.
+    """
 
     def __init__(self, files: Sequence[FileView]) -> None:
         self.files = files
         self.guesses = guess_roles(files)
         self.shown = [describe_test(file, self.guesses) for file in files]
         self.known = sum(test != OPEN for test, _, _ in self.shown)
+        self.seen = sum(any(map(self._oscillates, file.signals)) for file in files)
+
+    def _oscillates(self, column: ColumnView) -> bool:
+        guess = self.guesses.get(label_of(column))
+        return guess is not None and bool(column.rate) and stands_out(column)
 
 
 def _by_instrument(files: Sequence[FileView]) -> list[_Group]:
     """Files with the roles of their channels: one group, unless these leave some files out.
 
     Or unless their times are in different units. Then files of the same columns are a group each,
-    the largest first. A group of which no file shows its kind of test is left to the first one,
-    which says what is missing.
+    the largest first. A group in which nothing oscillates, and of which no file shows its kind of
+    test, is left to the first one, which says what is missing.
     """
     whole = _Group(files)
+    if len(parts := _by_own_times(whole)) > 1:
+        return [group for part in parts for group in _by_instrument(part)]
     units = {file.time_unit for file in files if file.time is not None}
     parts = _of_same_columns(files) if whole.known < len(files) or len(units) > 1 else []
-    groups = [group for group in map(_Group, parts) if group.known] if len(parts) > 1 else []
-    known = sum(group.known for group in groups)
-    if known < whole.known or (known == whole.known and len(units) < 2):
+    groups = list(map(_Group, parts)) if len(parts) > 1 else []
+    groups = [group for group in groups if group.known or group.seen]
+    known, seen = (
+        (sum(count) for count in zip(*((g.known, g.seen) for g in groups), strict=True))
+        if groups
+        else (0, 0)
+    )
+    if known < whole.known or ((known, seen) <= (whole.known, whole.seen) and len(units) < 2):
         return [whole]
-    return sorted(groups, key=lambda group: -group.known)
+    return sorted(groups, key=lambda group: (-group.known, -group.seen))
+
+
+def _by_own_times(group: _Group) -> list[list[FileView]]:
+    """The files of a group by the column of times beside their channels: one name fits them all."""
+    labels = [label for label, guess in group.guesses.items() if guess.role in ROLES]
+    parts: dict[int | None, list[FileView]] = {}
+    for file in group.files:
+        parts.setdefault(_own_times(file, labels), []).append(file)
+    return list(parts.values())
 
 
 def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:

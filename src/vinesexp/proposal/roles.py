@@ -20,7 +20,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.proposal.survey import SLOWEST, ColumnView, FileView, is_called_time
 from vinesexp.records.readers.labels import unit_of_label
-from vinesexp.units import UNITS
+from vinesexp.units import UNITS, first_of
 
 _NAMES = {
     "force": re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell|^f\d?$", re.I),
@@ -80,6 +80,7 @@ _RATES = {
 #: Weights: what a unit or a name says, what a signal does, what is left; what rules a role out.
 _SAID, _SHOWN, _LEFT, _NEVER = 4.0, 2.0, 1.0, -10.0
 _CYCLES = 3  # in a record of an oscillation
+_LISTED = 3  # names at most in a sentence
 _CLEAR = 40.0  # times its spectrum that an oscillation stands above it
 _DOUBLED = 0.06  # by which a frequency may be off twice another
 _SEGMENTS = 6  # of a record, over which coherence is taken
@@ -137,10 +138,13 @@ def weighed_roles(files: Sequence[FileView]) -> WeighedRoles:
     """Roles of the channels that the files share, and what contradicts a role of the rest."""
     places: dict[str, list[tuple[FileView, ColumnView]]] = {}
     against: dict[str, str] = {}
+    clocks = {label_of(c) for file in files for c in file.columns if c.kind in ("time", "counter")}
     for file in files:
         for column in file.signals:
             label = label_of(column)
-            if _is_of_time(column):
+            if label in clocks:
+                against[label] = "it is the times, or a counter, in another file"
+            elif _is_of_time(column):
                 against[label] = "its name says that it is a time"
             elif _OTHERS.search(column.name):
                 against[label] = "its name says another quantity than motion along a line"
@@ -164,13 +168,20 @@ def weighed_roles(files: Sequence[FileView]) -> WeighedRoles:
 
 
 def _settled(found: Sequence[Indication], places: Places) -> dict[str, Guess]:
-    """Each role to the channel that most supports; a command gives way to what it did."""
+    """Each role to the channel that most supports; a command gives way to what it did.
+
+    Of equals, that of most files, and of these the one that moves most; how many equals is said.
+    """
     sums: dict[tuple[str, str], float] = {}
     for one in found:
         sums[one.label, one.role] = sums.get((one.label, one.role), 0.0) + one.weight
+
+    def standing(pair: tuple[str, str]) -> tuple[float, bool, int]:
+        return -sums[pair], bool(_COMMAND.search(pair[0])), -len(places[pair[0]])
+
     ranked = sorted(
         (pair for pair, weight in sums.items() if weight > 0.0),
-        key=lambda pair: (-sums[pair], bool(_COMMAND.search(pair[0])), -_moves(places[pair[0]])),
+        key=lambda pair: (*standing(pair), -_moves(places[pair[0]])),
     )
     guesses: dict[str, Guess] = {}
     holders: dict[str, str] = {}
@@ -181,6 +192,21 @@ def _settled(found: Sequence[Indication], places: Places) -> dict[str, Guess]:
             own = [one for one in found if (one.label, one.role) == (label, role)]
             words = "; ".join(dict.fromkeys(one.why for one in own if one.weight > 0.0))
             rivals = max(one.rivals for one in own)
+            equal = (
+                []
+                if again
+                else [
+                    f"'{other}'"
+                    for other, its in ranked
+                    if its == role
+                    and other != label
+                    and standing((other, its)) == standing((label, role))
+                    and not _same(label, other, places)
+                ]
+            )
+            if equal:
+                words += f"; {first_of(equal, _LISTED)} may be it as well: check which one it is"
+            rivals = max(rivals, len(equal))
             guesses[label] = Guess(role, words, any(one.weight >= _SAID for one in own), rivals)
     return guesses
 

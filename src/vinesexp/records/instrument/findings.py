@@ -673,7 +673,7 @@ _SAME_FREQUENCY = 0.2
 def _described(view: RecordView, samples: Samples, found: Stretches, defect: str) -> str:
     first, end = max(found, key=lambda one: one[1] - one[0])
     place = samples.source.locate(samples.trimmed[0] + first)
-    more = f", and {len(found) - 1} times more" if len(found) > 1 else ""
+    more = f", and {counted(len(found) - 1, 'more time')}" if len(found) > 1 else ""
     what, remedy = _DEFECTS[defect]
     return f"{what} for {end - first} samples from {view.moment(first)} ({place}){more}; {remedy}"
 

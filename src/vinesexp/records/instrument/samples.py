@@ -404,7 +404,7 @@ class Samples:
         if index not in self._rows.overloads:
             return None
         count, row = self._rows.overloads[index]
-        more = f", and {count - 1} times more" if count > 1 else ""
+        more = f", and {counted(count - 1, 'more time')}" if count > 1 else ""
         return (
             "is out of the instrument's range (an infinite sample or the instrument's mark of "
             f"overload) at {self.source.locate(row)}, {self._rows.name(index)}{more}; measure "
