@@ -228,7 +228,7 @@ def unit_size(unit: str, quantity: str) -> float:
     (0.001, 9.80665)
     >>> unit_size("V", "displacement")
     Traceback (most recent call last):
-    vinesexp.errors.OtherQuantityError: 'V' is a unit of voltage, expected a unit of displacement ...
+    vinesexp.errors.OtherQuantityError: 'V' is a unit of voltage, expected a unit of ...
     """
     known = UNITS[quantity]
     if unit not in known:

@@ -37,7 +37,7 @@ WRONG = [
     (b"", "is empty; export the record again"),
     ("Time (s),x (mm)\n", ""),
     ("Time (s),x (V)\n" + rows(GOOD), "the header says 'V', a unit of voltage"),
-    ("Time (s),x (um)\n" + rows(GOOD), "stated is 'mm'; in base_record of scene.yaml correct the unit of base"),
+    ("Time (s),x (um)\n" + rows(GOOD), "in base_record of scene.yaml correct the unit of base"),
     ("Time (s),x (mm)\n" + rows(HOLE), "NaN among the samples"),
     ("Time (s),x (mm)\n" + rows(["inf" if n == 9 else x for n, x in enumerate(GOOD)]), "infinite"),
     ("Time (s),x (mm)\n" + rows(["abc" if n == 9 else x for n, x in enumerate(GOOD)]), "abc"),
