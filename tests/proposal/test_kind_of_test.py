@@ -414,3 +414,23 @@ def test_a_sweep_by_equal_factors_has_its_ends(ends):
     assert swept_band(column) == pytest.approx(ends, rel=0.02)
     wanders = np.sin(2 * np.pi * 8.0 * t + 20.0 * np.sin(2 * np.pi * 0.1 * t))
     assert swept_band(replace(column, values=wanders)) is None
+
+
+def test_lost_and_repeated_samples_are_no_shocks(tmp_path):
+    t = np.arange(8000) / 1000.0
+    rows = [f"{s:.3f},{v:.5f}\n" for s, v in zip(t, 20.0 * decay(t, 7.9, 0.004), strict=True)]
+    del rows[700::1500]
+    for k in range(400, len(rows), 900):
+        rows.insert(k, rows[k])
+    (tmp_path / "a.csv").write_text("Time (s),Laser (mm)\n" + "".join(rows))
+    _, found, _ = proposed(tmp_path)
+    assert found[0]["test"] == "ringdown"
+    assert found[0]["note"].startswith("it decays, without shocks")
+
+
+def test_a_length_in_a_name_is_a_release_only_where_the_record_begins_there(tmp_path):
+    t = np.arange(8000) / 1000.0
+    for name in ("run 1 standoff 50 mm", "run 2 20 mm"):
+        table(tmp_path / f"{name}.csv", "Time (s),Laser (mm)", t, 20.0 * decay(t, 7.9, 0.004))
+    _, rows, _ = proposed(tmp_path)
+    assert [row["release_mm"] for row in rows] == ["", "20"]

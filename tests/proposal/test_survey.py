@@ -72,3 +72,17 @@ def test_milliseconds_since_1970_are_times_without_a_name(tmp_path):
     view = view_file(tmp_path / "a.txt")
     assert (view.time, view.time_unit) == (0, "ms")
     assert view.rate == pytest.approx(50.0, rel=1e-2)
+
+
+def test_times_too_slow_for_a_vibration_are_milliseconds_whole_or_not(tmp_path):
+    view = written(tmp_path / "a.csv", [f"{0.5 * k:.1f}" for k in range(600)], X)
+    assert (view.time_unit, view.rate) == ("ms", 2000.0)
+    assert "seconds would mean 2 Hz" in view.remarks[0]
+
+
+def test_of_two_columns_of_times_the_finer_one_counts(tmp_path):
+    """The time of day stood still for a second, and the seconds beside it were not looked at."""
+    rows = [f"09:59:{k // 200:02d},{k / 200:.3f},{x:.4f}" for k, x in enumerate(X)]
+    (tmp_path / "a.csv").write_text("Time,Elapsed,x\n" + "\n".join(rows))
+    view = view_file(tmp_path / "a.csv")
+    assert (view.time, view.rate) == (1, 200.0)

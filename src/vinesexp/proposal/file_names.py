@@ -200,7 +200,7 @@ def _by_size(
     columns = [column for column in columns if column.endswith("_mm")]
     ordered = sorted(lengths, key=lambda one: -max(one.values))
     sizes = [max(one.values) for one in ordered]
-    if test == "transient":
+    if test in ("transient", "ringdown"):
         columns = _of_release(sizes, columns, release)
     elif columns == [*_LONE] and len(sizes) == 1:
         columns = [c for c, (low, high) in _LONE.items() if low <= sizes[0] <= high]
@@ -211,11 +211,13 @@ def _by_size(
 
 def _of_release(sizes: list[float], columns: list[str], release: float | None) -> list[str]:
     """Which of a clearance and a release each length is, by what the record itself begins at."""
-    if len(columns) < 2:
+    if columns == ["clearance_mm"] or (len(columns) < 2 and release is None):
         return columns
     if release is None:
         return []
     near = [abs(size - release) <= _NEAR * release for size in sizes]
+    if len(columns) < 2:
+        return columns if near == [True] else []
     if near.count(True) > 1 or (len(sizes) > 1 and not any(near)):
         return []
     return ["release_mm" if one else "clearance_mm" for one in near]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,6 +27,7 @@ _AGAIN = 2.0  # times the least since its largest: a motion that rises to more, 
 _LAST = 0.8  # of a decay: a ball hits before that, too
 _LOUDER = 2.5  # times the usual level of a record
 _FEW_CYCLES, _FALLS, _EVENLY = 6, -0.2, -0.98  # fall of the logarithm, and its correlation
+_ODD = 0.05  # of the steps of a clock: lost or repeated samples, not its usual steps
 _MANY = 3  # columns that might be the displacement as well: nobody knows what is looked at
 _MAINLY = 0.25  # of the power of a displacement that decays: what one oscillation holds
 _AROUND = 64  # samples at least that a shock is compared with
@@ -34,7 +36,7 @@ _AROUND = 64  # samples at least that a shock is compared with
 def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, dict[str, str], str]:
     """Test, the numbers that its signals show, and the reason in words."""
     columns: dict[str, ColumnView | None] = {
-        guesses[label_of(c)].role: c for c in file.signals if label_of(c) in guesses
+        guesses[label_of(c)].role: _in_step(file, c) for c in file.signals if label_of(c) in guesses
     }
     x = columns.get("displacement") or columns.get("acceleration") or columns.get("sound")
     a = columns.get("acceleration") or x
@@ -78,6 +80,22 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     if len(calm) < len(x.finite):
         why += "; the handling before or after the decay is left out"
     return "ringdown", values, why
+
+
+def _in_step(file: FileView, column: ColumnView) -> ColumnView:
+    """A channel with its lost samples on straight lines and repeated ones once: no shocks."""
+    times = next((c.values for c in file.columns if c.index == file.time), np.zeros(0))
+    known = np.isfinite(column.values)
+    if len(times) != len(known) or not np.isfinite(times[known]).all() or known.sum() < _AROUND:
+        return column
+    steps = np.diff(times[known])
+    counts = np.rint(steps / max(float(np.median(steps)), np.finfo(float).tiny))
+    odd = int(np.count_nonzero(counts != 1.0))
+    if not 0 < odd < _ODD * len(counts) or counts.min() < 0.0 or counts.sum() > 2 * len(counts):
+        return column
+    place, first = np.unique(np.append(0.0, np.cumsum(counts)), return_index=True)
+    values = np.interp(np.arange(place[-1] + 1.0), place, column.values[known][first])
+    return replace(column, values=values)
 
 
 def _without_channels(file: FileView, *, elsewhere: bool) -> str:

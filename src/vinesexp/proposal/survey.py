@@ -355,7 +355,7 @@ def _answers_late(response: NDArray[np.complex128]) -> bool:
 
 
 def _unit_of_times(stated: str | None, times: FloatArray) -> str:
-    """The unit of a column of times: whole numbers that would be seconds are finer ticks.
+    """The unit of a column of times: seconds, or finer ticks where a vibration needs them.
 
     Ticks since 1970 and dates as days are told by their size, others by the slowest rate that a
     vibration needs.
@@ -380,8 +380,6 @@ def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     days = any(first < finite[0] < last for first, last in _DAYS)
     if days and step * UNITS["time"]["day"] < 1.0 / SLOWEST:
         return "day"
-    if bool((finite != np.round(finite)).any()):
-        return "s"
     units = (unit for unit in _TICKS if step * UNITS["time"][unit] < 1.0 / SLOWEST)
     return next(units, "ns")
 
@@ -527,7 +525,7 @@ def _time_and_rate(
     source: Source, read: dict[int, FloatArray]
 ) -> tuple[int | None, float | None, list[str]]:
     """The column of times, the rate, and what is odd: as the format says, else a ramp called so."""
-    backwards = []
+    backwards, still = [], None
     for j in _perhaps_times(source, read):
         if is_called_frequency(source.columns[j].name, source.columns[j].unit):
             continue
@@ -556,7 +554,11 @@ def _time_and_rate(
             continue  # anything that grows; row numbers
         if counts and stated and abs(UNITS["time"][unit] / stated - 1.0) > _APART:
             continue  # row numbers, whatever they are called
-        if not named and unit == "s" and steps.mean() > 1.0 / SLOWEST:
+        if rate is None:  # another column may be the times to more digits
+            still = still or (j, None, remarks)
+            continue
+        whole = bool((finite == np.round(finite)).all())
+        if not named and not whole and unit != "day" and steps.mean() > 1.0 / SLOWEST:
             continue  # nobody samples a vibration so slowly: frequencies, angles, positions
         if not named and _is_named(name := source.columns[j].name):
             remarks.append(
@@ -568,9 +570,11 @@ def _time_and_rate(
                 f"the times have no unit and steps of {float(np.median(steps)):.4g}: {unit} is "
                 f"assumed, since seconds would mean {1.0 / float(steps.mean()):.3g} Hz"
             )
-        if stated and rate and abs(1.0 / stated - rate) > _APART * rate:
+        if stated and abs(1.0 / stated - rate) > _APART * rate:
             remarks.append(f"the header states {1.0 / stated:.6g} Hz, the times give {rate:.6g} Hz")
-        return j, float(f"{rate:.6g}") if rate else None, remarks
+        return j, float(f"{rate:.6g}"), remarks
+    if still is not None:
+        return still
     stated = _stated_rate(source)
     if stated is None:
         return None, None, backwards

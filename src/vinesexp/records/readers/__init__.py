@@ -51,7 +51,10 @@ def open_source(path: Path) -> Source:
         except FileNotFoundError:
             raise RecordError("no such file; correct its name") from None
         except IsADirectoryError:
-            raise RecordError("is a folder, expected an instrument file") from None
+            raise RecordError(
+                "is a folder, expected an instrument file; `vinesexp init` proposes a campaign of "
+                "the files in a folder"
+            ) from None
         except OSError as error:
             raise RecordError(f"cannot be read ({error.strerror})") from None
         reader = reader_for(head, file.suffix.lower(), archive)
