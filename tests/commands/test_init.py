@@ -267,6 +267,26 @@ def test_a_column_that_counts_in_other_files_is_no_motion(tmp_path, capsys):
     assert "displacement: column '0', because the only signal" in capsys.readouterr().out
 
 
+def test_channels_called_by_numbers_are_read_by_their_names(tmp_path):
+    """Channel 2 of an oscilloscope was column 2 of its file, which is channel 4."""
+    t = np.arange(4000) / 1000.0
+    table = np.column_stack([t, np.exp(-0.5 * t) * np.cos(50.0 * t), 1e-4 * np.sin(7.0 * t) ** 3])
+    head = "x-axis,2,4\nsecond,Volt,Volt"
+    np.savetxt(tmp_path / "scope.csv", table, "%.6E", ",", header=head, comments="")
+    assert main(["init", str(tmp_path)]) == 0
+    path = tmp_path / "campaign.yaml"
+    path.write_text(path.read_text().replace("? V/mm", "1 V/mm"))
+    campaign = load_campaign(tmp_path)
+    ingest_or_refuse(campaign, campaign.records[0], tmp_path / "a.nc")
+    with open_record(tmp_path / "a.nc") as view:
+        assert np.ptp(view.read("displacement")) == pytest.approx(1.94e-3, rel=0.02)
+    # Typed without quotes it may be either, which is asked.
+    path.write_text(path.read_text().replace('column: "2"', "column: 2"))
+    campaign = load_campaign(tmp_path)
+    (check,) = ingest_or_refuse(campaign, campaign.records[0], tmp_path / "a.nc")
+    assert "'2' fits several columns (1: '2', 2: '4'); name one in quotes" in check.detail
+
+
 def test_times_in_another_unit_are_another_instrument(tmp_path):
     """Milliseconds were read as seconds, and later refused, where the columns had one name."""
     t = np.arange(4000) / 1000.0

@@ -162,8 +162,8 @@ def _channels(args: argparse.Namespace) -> dict[str, Channel]:
                 "--acceleration needs --acceleration-unit, such as m/s^2 or '100 mV/g'; without it "
                 "only the bounces of a ball are found"
             )
-        heard = int(args.acceleration) if args.acceleration.isdigit() else args.acceleration
-        return {"sound": Channel("sound", heard, "sound", 1.0, unit="1", file_size=1.0)}
+        only = Channel("sound", args.acceleration, "sound", 1.0, unit="1", file_size=1.0)
+        return {"sound": only}
     found = {"acceleration": channel_of("acceleration", args.acceleration, args.acceleration_unit)}
     if args.displacement is not None:
         if args.displacement_unit is None:

@@ -124,13 +124,24 @@ def _setup_lines(setup: ProposedSetup) -> list[str]:
             "# In WAV files 1 is full scale: state what it stands for, such as file_unit: 10 V."
         )
     if setup.time is not None:
-        column = setup.time if setup.time.isdigit() else _quoted(setup.time)
+        column = _column(setup.time)
         mark = "as the files state it" if setup.time_unit_sure else "check: is the unit right?"
         lines.append(f"time: {{column: {column}, unit: {setup.time_unit}}}   # {mark}")
     elif setup.has_no_times:
         reported = ", ".join(setup.has_no_times[:3])
         lines.append(f'sample_rate: "{OPEN} Hz"   # FILL IN: {reported} have no times')
     return lines
+
+
+def _column(column: str | int) -> str:
+    """A column as it is written: a name in quotes, a number without.
+
+    Examples
+    --------
+    >>> print(_column("2"), _column(2))
+    "2" 2
+    """
+    return str(column) if isinstance(column, int) else _quoted(column)
 
 
 def _quoted(text: str) -> str:
@@ -145,7 +156,7 @@ def _quoted(text: str) -> str:
 
 
 def _channel_lines(channel: ProposedChannel) -> list[str]:
-    column = channel.pattern if channel.pattern.isdigit() else _quoted(channel.pattern)
+    column = _column(channel.column)
     optional = ", optional: yes" if channel.optional else ""
     if channel.quantity is None:
         entry = f"{{column: {column}{optional}}}"
@@ -210,7 +221,7 @@ def _ask(proposal: Proposal) -> None:  # pragma: no cover
     for channel in (one for setup in proposal.setups for one in setup.channels):
         if channel.unit is None and channel.quantity is not None:
             example = _OUTPUT[channel.quantity][1]
-            question = f"sensitivity of {channel.role} ({channel.pattern}), such as {example}: "
+            question = f"sensitivity of {channel.role} ({channel.column}), such as {example}: "
             channel.sensitivity = input(question).strip() or None
 
 
@@ -219,7 +230,7 @@ def _report(folder: Path, proposal: Proposal, others: list[str], sheet: str) -> 
         print(line)
     for setup, channel in ((one.name, c) for one in proposal.setups for c in one.channels):
         of = f"{setup}, " if setup else ""
-        print(f"{of}{channel.role}: column '{channel.pattern}', because {channel.why}")
+        print(f"{of}{channel.role}: column '{channel.column}', because {channel.why}")
     for record in proposal.records:
         if record.readings:
             print(f"{record.file}: {', '.join(map(str, record.readings))}")

@@ -44,12 +44,13 @@ class ProposedChannel:
 
     `quantity` is None for a microphone, which has neither unit nor sensitivity.
 
-    `unit` is the unit of the files where they state a physical one; else `sensitivity` is due.
+    `column` is a name, a pattern or, of columns without names, a number. `unit` is the unit of the
+    files where they state a physical one; else `sensitivity` is due.
     """
 
     role: str
     quantity: str | None
-    pattern: str
+    column: str | int
     unit: str | None
     why: str
     sure: bool
@@ -92,7 +93,7 @@ class ProposedSetup:
 
     name: str
     channels: list[ProposedChannel]
-    time: str | None
+    time: str | int | None
     time_unit: str
     time_unit_sure: bool
     has_wav: bool
@@ -143,7 +144,7 @@ def _reads_its_own(first: ProposedSetup, group: _Group) -> bool:
     roles = {guess.role for guess in group.guesses.values()}
     names = {column.name for file in group.files for column in file.signals}
     return not any(
-        channel.pattern.isdigit() or any(fnmatchcase(name, channel.pattern) for name in names)
+        isinstance(channel.column, int) or any(fnmatchcase(n, channel.column) for n in names)
         for channel in first.channels
         if channel.role not in roles
     )
@@ -232,16 +233,17 @@ def _setup(name: str, group: _Group) -> ProposedSetup:
     chosen = [c for f in files for c in f.columns if c.kind == "time" and c.index == f.time]
     times = sorted({c.name for c in chosen if c.name})
     numbers = {c.index for c in chosen}
-    time = _pattern(times) if times else None
-    clear = time is not None and all(
-        sum(fnmatchcase(c.name, time) for c in f.columns) <= 1 for f in files
+    called = _pattern(times) if times else None
+    clear = called is not None and all(
+        sum(fnmatchcase(c.name, called) for c in f.columns) <= 1 for f in files
     )
+    time: str | int | None = called
     if not clear and len(numbers) == 1:
-        time = str(numbers.pop())
+        time = numbers.pop()
     labels = [label for label, guess in guesses.items() if guess.role in ROLES]
     own = {_own_times(f, labels) for f in files if any(label_of(c) in labels for c in f.signals)}
     if time is not None and len(own) == 1 and None not in own:
-        time = str(own.pop())
+        time = own.pop()
     wav = any(file.format == "WAV" for file in files)
     blind = [file.path.name for file in files if file.rate is None]
     units = Counter(
@@ -273,10 +275,11 @@ def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> 
     physical = unit if arc or (quantity is not None and unit in UNITS[quantity]) else None
     names = sorted({c.name for c in columns if c.name})
     every = [[c.name for c in f.columns] for f in files]
-    pattern = _pattern(names, label, every) if names else str(columns[0].index)
+    number = columns[0].index
+    column = _pattern(names, label, every) if names and names != [str(number)] else number
     everywhere = len(columns) == len(files)
     return ProposedChannel(
-        guess.role, quantity, pattern, physical, guess.why, guess.sure, optional=not everywhere
+        guess.role, quantity, column, physical, guess.why, guess.sure, optional=not everywhere
     )
 
 

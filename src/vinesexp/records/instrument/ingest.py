@@ -229,8 +229,6 @@ def channel_of(role: str, column: str | int, unit: str) -> Channel:
     said = {unit, plain_unit(unit.partition("/")[2].strip("() "))}
     fitting = (one for one in ROLES[role] if said & set(UNITS.get(one, ())))
     quantity = next(fitting, "acceleration" if role == "acceleration" else "displacement")
-    if isinstance(column, str) and column.isdigit():
-        column = int(column)
     if unit in UNITS[quantity]:
         return of_unit(role, column, quantity, unit, unit_size(unit, quantity))
     if not any(character.isdigit() for character in unit.partition("/")[0]):
@@ -248,15 +246,14 @@ def time_column(path: Path, asked: str | int | None, unit: str | None) -> TimeCo
     """
     size = unit_size(unit or "s", "time")
     source = open_source(path)
-    named = int(asked) if isinstance(asked, str) and asked.isdigit() else asked
-    for column in ("Time*", "[Tt][Ii][Mm][Ee]*") if named is None else (named,):
+    for column in ("Time*", "[Tt][Ii][Mm][Ee]*") if asked is None else (asked,):
         if found := columns_fitting(source, column):
             own = source.columns[found[0]].unit
             if unit is None and own in UNITS["time"]:
                 return TimeColumn(column, own, UNITS["time"][own])
             return TimeColumn(column, unit or "s", size)
-    if named is not None:
-        return TimeColumn(named, unit or "s", size)
+    if asked is not None:
+        return TimeColumn(asked, unit or "s", size)
     states_itself = source.time_column is not None or source.sample_interval is not None
     if states_itself or any(column.interval for column in source.columns):
         return None

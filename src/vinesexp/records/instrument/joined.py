@@ -131,7 +131,7 @@ def _named(source: Source, channel: Channel) -> str | int | None:
         pattern, _, inside = column.partition(":")
         if not any(fnmatchcase(name, pattern) for name in (source.path.name, source.path.stem)):
             return None
-        column = int(inside) if inside.isdigit() else inside
+        column = inside
     return column if columns_fitting(source, column) else None
 
 

@@ -44,10 +44,8 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
         return found[0]
     if found:
         reported = ", ".join(f"{j}: '{columns[j].name.strip()}'" for j in found)
-        raise RecordError(
-            f"'{wanted}' fits several columns ({reported}); name one, or give its number",
-            where=where,
-        )
+        which = "name one in quotes" if isinstance(wanted, int) else "name one, or give its number"
+        raise RecordError(f"'{wanted}' fits several columns ({reported}); {which}", where=where)
     if isinstance(wanted, int):
         raise RecordError(f"no column {wanted}; there are {_listed(columns)}", where=where)
     if source.unpaired:
@@ -62,10 +60,17 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
 
 
 def columns_fitting(source: Source, wanted: str | int) -> list[int]:
-    """Numbers of the columns that fit; of none or several `find_column` says what is wrong."""
+    """Numbers of the columns that fit; of none or several `find_column` says what is wrong.
+
+    A number is a column's own, or the whole name of another: channels of oscilloscopes are called
+    1 to 4. In quotes it is the name where there is one.
+    """
+    names = [column.name.strip() for column in source.columns]
     if isinstance(wanted, int):
-        return [wanted] if wanted < len(source.columns) else []
-    return fitting([column.name.strip() for column in source.columns], wanted)
+        own = [wanted] if wanted < len(names) else []
+        return sorted({*own, *(j for j, name in enumerate(names) if name == str(wanted))})
+    found = fitting(names, wanted)
+    return found or ([int(wanted)] if wanted.isdigit() and int(wanted) < len(names) else [])
 
 
 def fitting(names: Sequence[str], wanted: str) -> list[int]:
