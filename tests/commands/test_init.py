@@ -270,7 +270,8 @@ def test_a_column_that_counts_in_other_files_is_no_motion(tmp_path, capsys):
 def test_channels_called_by_numbers_are_read_by_their_names(tmp_path):
     """Channel 2 of an oscilloscope was column 2 of its file, which is channel 4."""
     t = np.arange(4000) / 1000.0
-    table = np.column_stack([t, np.exp(-0.5 * t) * np.cos(50.0 * t), 1e-4 * (np.arange(4000) * 7919 % 101)])
+    noise = 1e-4 * (np.arange(4000) * 7919 % 101)
+    table = np.column_stack([t, np.exp(-0.5 * t) * np.cos(50.0 * t), noise])
     head = "x-axis,2,4\nsecond,Volt,Volt"
     np.savetxt(tmp_path / "scope.csv", table, "%.6E", ",", header=head, comments="")
     assert main(["init", str(tmp_path)]) == 0

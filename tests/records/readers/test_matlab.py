@@ -173,3 +173,12 @@ def test_a_structure_of_version_73_that_holds_itself_ends(tmp_path):
 
     written_73(tmp_path / "a.mat", write)
     assert [c.name for c in open_source(tmp_path / "a.mat").columns] == ["x"]
+
+
+def test_a_table_of_matlab_is_refused_with_what_to_type(tmp_path):
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"fs": 1000.0})
+    opaque = np.array([14, 16, 6, 8, 17, 0], dtype="<u4").tobytes()  # a matrix of class 17
+    path.write_bytes(path.read_bytes()[:128] + opaque)
+    with pytest.raises(RecordError, match=r"holds a table, timetable .* table2struct"):
+        open_source(path)

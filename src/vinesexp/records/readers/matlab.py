@@ -111,7 +111,14 @@ def _variables(path: Path) -> Iterator[tuple[str, str]]:
     from scipy.io import whosmat
 
     most = _SWELL * path.stat().st_size + (1 << 20)
-    for name, shape, kind in whosmat(path):
+    try:
+        found = whosmat(path)
+    except TypeError:  # a table, a timetable or a string has no size there
+        raise RecordError(
+            "holds a table, timetable or another object that only MATLAB reads; save its columns "
+            "as vectors: s = table2struct(t, 'ToScalar', true); save('a.mat', '-struct', 's')"
+        ) from None
+    for name, shape, kind in found:
         if math.prod(max(int(length), 0) for length in shape) > most:
             sizes = " by ".join(str(length) for length in shape)
             raise RecordError(
