@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vinesexp.identification.estimate import Estimate, combined
+from vinesexp.identification.estimate import Estimate, combined, read_estimates
 from vinesexp.laboratory.bench import Scene
 from vinesexp.laboratory.scene import load_scene, simulate_group
 from vinesexp.laboratory.simulated_files import campaign_text, records_text
@@ -77,10 +78,14 @@ def rehearse(scene_file: Path) -> Rehearsal:
         simulate_group(scene, group, folder)
     campaign = load_campaign(folder)
     paths = ResultPaths(folder)
-    found = [analyse_record(campaign, r, paths=paths, strict=True) for r in campaign.records]
-    estimates = [estimate for result in found for estimate in result.estimates]
+    estimates, regimes = [], {}
+    for record in campaign.records:
+        analyse_record(campaign, record, paths=paths, strict=True)
+        estimates += read_estimates(paths.estimates(record.id))
+        shown = json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
+        regimes[record.id] = shown["regime"][0]
     whole = identify_together(campaign, paths=paths)
     return Rehearsal(
-        *(folder, scene, campaign, {result.record.id: result.regime for result in found}),
+        *(folder, scene, campaign, regimes),
         *(tuple(estimates), tuple(whole.rows), tuple(whole.checks)),
     )

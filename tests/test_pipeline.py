@@ -1,12 +1,12 @@
 """The steps of a record and of a campaign, run in one process."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError, TableError
+from vinesexp.identification.estimate import read_estimates
 from vinesexp.pipeline import (
     analyse_campaign,
     analyse_record,
@@ -15,6 +15,8 @@ from vinesexp.pipeline import (
 )
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
+from vinesexp.signals.impacts.impact_table import read_impacts
 
 DESCRIPTION = """\
 channels:
@@ -49,20 +51,13 @@ def campaign(tmp_path_factory):
 def test_a_campaign_from_instrument_files_to_tables(campaign, tmp_path):
     paths = ResultPaths(tmp_path)
     found = analyse_campaign(campaign, paths=paths)
-    values = {e.parameter: e.value for e in found.identified if e.method == "combined"}
-    assert values["f0"] == pytest.approx(7.862, rel=1e-3)
-    errors = {e.parameter: e.std_error for e in found.identified if e.method == "combined"}
-    assert abs(values["M"] - 4.7) < 2.0 * errors["M"]  # zeta of these records does not go with M
-    assert [result.record.id for result in found.records] == ["bare", "added", "broken"]
-    assert [check.record for check in found.checks if check.outcome == "refused"] == ["broken"]
-    for table, rows in (
-        (paths.identified, found.identified),
-        (paths.clearances, found.clearances),
-        (paths.checks, found.checks),
-        (paths.regimes, found.records),
-    ):
-        with table.open(encoding="utf-8", newline="") as stream:
-            assert len(list(csv.DictReader(stream))) == len(rows)
+    assert found.combined("f0")["value"] == pytest.approx(7.862, rel=1e-3)
+    M = found.combined("M")
+    assert abs(M["value"] - 4.7) < 2.0 * M["std_error"]  # zeta of these records does not go with M
+    assert found.record_names == ["bare", "added", "broken"]
+    refused = [row["record"] for row in found.rows("checks") if row["outcome"] == "refused"]
+    assert refused == ["broken"]
+    assert paths.clearances.is_file()
     paths.inputs.unlink()
     for step in (compare_clearances, replay_records):
         with pytest.raises(TableError, match=r"inputs\.csv"):
@@ -71,10 +66,11 @@ def test_a_campaign_from_instrument_files_to_tables(campaign, tmp_path):
 
 def test_a_record_that_cannot_be_used_leaves_a_placeholder_or_raises(campaign, tmp_path):
     paths, broken = ResultPaths(tmp_path), campaign.record("broken")
-    found = analyse_record(campaign, broken, paths=paths)
-    assert found.bands is None
-    assert found.impacts.n == 0
-    assert found.estimates == []
+    analyse_record(campaign, broken, paths=paths)
+    with open_record(paths.conditioned("broken")) as view:
+        assert view.refused
+    assert read_impacts(paths.impacts("broken")).n == 0
+    assert read_estimates(paths.estimates("broken")) == []
     assert paths.record("broken").is_file()
     with pytest.raises(RecordError, match=r"broken\.csv"):
         analyse_record(campaign, broken, paths=paths, strict=True)
@@ -89,6 +85,5 @@ def test_real_ringdowns(name, f0, tmp_path):
     if not folder.is_dir():
         pytest.skip("no real records here")
     found = analyse_campaign(load_campaign(folder), paths=ResultPaths(tmp_path))
-    values = {e.parameter: e.value for e in found.identified if e.method == "combined"}
-    assert values["f0"] == pytest.approx(f0, rel=5e-3)
-    assert "r" not in values
+    assert found.combined("f0")["value"] == pytest.approx(f0, rel=5e-3)
+    assert "r" not in found.values

@@ -1,6 +1,7 @@
 """The documentation site builds without a warning, and shows what it is said to show."""
 
 import importlib.util
+import json
 import re
 import shutil
 import subprocess
@@ -213,7 +214,9 @@ def test_the_picture_of_the_readme_shows_what_is_found_today(tmp_path):
         (campaign / path).parent.mkdir()
     perform(scene, test, raw=campaign / raw_file(test), truth=campaign / truth_file(test))
     read = load_campaign(campaign)
-    found = analyse_record(read, read.record(record), paths=ResultPaths(tmp_path)).regime
+    paths = ResultPaths(tmp_path)
+    analyse_record(read, read.record(record), paths=paths)
+    (found,) = json.loads(paths.regime(record).read_text(encoding="utf-8"))["regime"]
     now = [1e3 * found["amplitude_mean_m"], 1e3 * found["amplitude_max_m"]]
     assert carried()[record] == pytest.approx(now, rel=1e-3)
     assert set(carried()) == {r.id for r in read.records if r.id.startswith("periodic_")}

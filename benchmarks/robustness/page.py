@@ -164,7 +164,8 @@ def _b_c(own: Sequence[Outcome]) -> str:
 
 def _said(name: str, outcome: Outcome) -> str:
     effects = ", ".join(
-        f"{e.parameter} = {e.value:.4g} +- {e.std_error:.2g} {e.unit}" for e in outcome.effects
+        f"{e['parameter']} = {e['value']:.4g} +- {e['std_error'] or 0.0:.2g} {e['unit']}"
+        for e in outcome.effects
     )
     lines = [f"- **{name}**" + (f" ({effects})" if effects else "")]
     words = [w for w in outcome.warnings if "clearances tried" not in w]

@@ -12,14 +12,12 @@ from benchmarks.robustness.end_of_orbit import stays, true_end
 from benchmarks.robustness.rig import WORKING_SPEED
 
 from vinesexp.clearance.comparison import END
-from vinesexp.identification.estimate import COMBINED, Estimate
-from vinesexp.pipeline import CampaignResult, analyse_campaign
+from vinesexp.pipeline import analyse_campaign
 from vinesexp.records.campaign.load import load_campaign
-from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import Row
 from vinesexp.report.verdict import headline, periodic_verdicts, release_rows
-from vinesexp.results import open_results
+from vinesexp.results import CampaignResults
 
 PARAMETERS = ("M", "c1", "k1", "r")
 Z95 = 1.959964
@@ -87,7 +85,7 @@ class Outcome:
     measured: tuple[float | None, float | None] | None
     stays: tuple[bool | None, bool | None]
     named: bool
-    effects: tuple[Estimate, ...]
+    effects: tuple[Row, ...]
 
     @property
     def b_c_holds(self) -> bool | None:
@@ -139,32 +137,28 @@ def studied(
     """Simulate a campaign into `folder`, analyse it and score it."""
     write_campaign(departure, folder, seed=seed)
     campaign = load_campaign(folder)
-    paths = ResultPaths(folder / "results")
-    found = analyse_campaign(campaign, paths=paths)
-    return scored(departure, campaign, paths, found, seed=seed, truth=truth or Truth())
+    found = analyse_campaign(campaign, paths=ResultPaths(folder / "results"))
+    return scored(departure, found, seed=seed, truth=truth or Truth())
 
 
-def scored(
-    departure: Departure, campaign: Campaign, paths: ResultPaths, found: CampaignResult, *,
-    seed: int, truth: Truth,
-) -> Outcome:  # fmt: skip
+def scored(departure: Departure, found: CampaignResults, *, seed: int, truth: Truth) -> Outcome:
     """Hold the results of a campaign against the truth."""
-    combined = {e.parameter: e for e in found.identified if e.method == COMBINED}
+    combined, identified = found.values, found.rows("identified")
     true = departure.body.truth()
-    speed = next((e.value for e in found.identified if e.parameter == "r_speed"), WORKING_SPEED)
+    speed = next((e["value"] for e in identified if e["parameter"] == "r_speed"), WORKING_SPEED)
     true["r"] += departure.body.r_slope * (speed - WORKING_SPEED)
     values = tuple(
-        Value(name, combined[name].value, combined[name].std_error, true[name])
+        Value(name, combined[name]["value"], combined[name]["std_error"] or 0.0, true[name])
         if name in combined
         else Value(name, math.nan, math.nan, true[name])
         for name in PARAMETERS
     )
     warnings = tuple(
-        c.detail.replace(f"{campaign.folder}/", "")
-        for c in found.checks
-        if c.outcome in ("warning", "refused")
+        c["detail"].replace(f"{found.campaign.folder}/", "")
+        for c in found.rows("checks")
+        if c["outcome"] in ("warning", "refused")
     )
-    row = _end_row(found.clearances)
+    row = _end_row(found.rows("clearances"))
     measured = _measured(row)
     off = departure.sheet.clearance
     return Outcome(
@@ -174,14 +168,14 @@ def scored(
         end=truth.end(departure),
         b_c=_b_c(row),
         warnings=warnings,
-        headline=_headline(campaign, paths, found),
+        headline=_headline(found),
         measured=measured,
         stays=tuple(  # type: ignore[arg-type]
             None if one is None else truth.stays(departure, _tried(departure, one) + off)
             for one in measured or (None, None)
         ),
         named=any(word in text for text in warnings for word in departure.says),
-        effects=tuple(e for e in found.identified if e.parameter in EFFECT_ROWS),
+        effects=tuple(e for e in identified if e["parameter"] in EFFECT_ROWS),
     )
 
 
@@ -211,9 +205,8 @@ def _measured(row: Row | None) -> tuple[float | None, float | None] | None:
     return None if low is None else 1e-3 * low, None if high is None else 1e-3 * high
 
 
-def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> str:
+def _headline(found: CampaignResults) -> str:
     """As the report's first sentences."""
-    results = open_results(paths.folder, campaign)
-    values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
-    releases = release_rows(results.rows("clearances"))
-    return headline(periodic_verdicts(results), releases, values, results.rows("checks"))
+    values = {name: f"{row['value']:.5g}" for name, row in found.values.items()}
+    releases = release_rows(found.rows("clearances"))
+    return headline(periodic_verdicts(found), releases, values, found.rows("checks"))

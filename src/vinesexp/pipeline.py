@@ -1,9 +1,9 @@
 """What happens to a record and to a campaign, step by step: said here and nowhere else.
 
 A step takes the campaign, the record it is about, and where results lie; it reads the results of
-earlier steps, writes its own, and returns what it found. The workflow runs each step as a job of
-its own; `analyse_record` and `analyse_campaign` run them one after the other in this process, and
-return what they found. Both give the same files.
+earlier steps and writes its own. The workflow runs each step as a job of
+its own; `analyse_record` and `analyse_campaign` run them one after the other in this process. Both
+give the same files.
 
 What a step needs is imported inside it: a job starts in a fraction of the time, and the digest of
 a step's code (`vinesexp.codedigest`) covers what this step uses and nothing else.
@@ -12,7 +12,7 @@ a step's code (`vinesexp.codedigest`) covers what this step uses and nothing els
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,66 +22,15 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.what_a_step_sees import campaign_seen_by, record_seen_by
 
 if TYPE_CHECKING:
-    from vinesexp.identification.estimate import Estimate
     from vinesexp.identification.whole_campaign import Identified
     from vinesexp.replay.replay_table import Compared
-    from vinesexp.signals.filters import Bands
+    from vinesexp.results import CampaignResults
     from vinesexp.signals.impacts.impact_table import Impacts
-
-Row = dict[str, str | float | None]
-
-
-@dataclass(frozen=True)
-class RecordResult:
-    """What the steps found in one record.
-
-    Attributes
-    ----------
-    record : Record
-    checks : list of Check
-        Of the instrument file; the outcome ``refused`` says why the record cannot be used.
-    bands : Bands or None
-        What conditioning kept; None for a record that cannot be used.
-    impacts : Impacts
-    regime : dict
-        The record's row of regimes.csv.
-    estimates : list of Estimate
-        What the record alone says about M, c1, k1 and r.
-    """
-
-    record: Record
-    checks: list[Check]
-    bands: Bands | None
-    impacts: Impacts
-    regime: Row
-    estimates: list[Estimate]
-
-
-@dataclass(frozen=True)
-class CampaignResult:
-    """What the steps found in a campaign; the tables are in the results folder too.
-
-    Attributes
-    ----------
-    records : tuple of RecordResult
-        In the order of records.csv.
-    identified : list of Estimate
-        Rows of identified.csv.
-    clearances : list of dict
-        Rows of clearances.csv.
-    checks : list of Check
-        Rows of checks.csv.
-    """
-
-    records: tuple[RecordResult, ...]
-    identified: list[Estimate]
-    clearances: list[Row]
-    checks: list[Check]
 
 
 def analyse_record(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
-) -> RecordResult:
+) -> None:
     """Take one record from its instrument file to what it says about the rig.
 
     Parameters
@@ -98,21 +47,14 @@ def analyse_record(
     RecordError
         With `strict`: the record cannot be used, and why.
     """
-    checks = ingest_record(campaign, record, paths=paths, strict=strict)
-    bands = condition_record(campaign, record, paths=paths, strict=strict)
-    impacts, regime = find_impacts(campaign, record, paths=paths, strict=strict)
-    return RecordResult(
-        record=record,
-        checks=checks,
-        bands=bands,
-        impacts=impacts,
-        regime=regime,
-        estimates=estimate_from_record(campaign, record, paths=paths),
-    )
+    ingest_record(campaign, record, paths=paths, strict=strict)
+    condition_record(campaign, record, paths=paths, strict=strict)
+    find_impacts(campaign, record, paths=paths, strict=strict)
+    estimate_from_record(campaign, record, paths=paths)
 
 
-def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResult:
-    """Take a campaign from its instrument files to the tables of the results folder.
+def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResults:
+    """Take a campaign from its instrument files to the tables of the results folder, and open it.
 
     Figures and report are drawn from these (`vinesexp.figures.gallery.draw_all`,
     `vinesexp.report.page.build_report`).
@@ -123,13 +65,18 @@ def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResul
 
         campaign = load_campaign(Path("mytests"))
         found = analyse_campaign(campaign, paths=ResultPaths(Path("results/mytests")))
+        found.combined("M")
     """
-    records = tuple(analyse_record(campaign, record, paths=paths) for record in campaign.records)
+    from vinesexp.results import open_results
+
+    for record in campaign.records:
+        analyse_record(campaign, record, paths=paths)
     collect_regimes(campaign, paths=paths)
-    identified = identify(campaign, paths=paths)
-    clearances = compare_clearances(campaign, paths=paths)
+    identify(campaign, paths=paths)
+    compare_clearances(campaign, paths=paths)
     replay_records(campaign, paths=paths)
-    return CampaignResult(records, identified, clearances, collect_checks(campaign, paths=paths))
+    collect_checks(campaign, paths=paths)
+    return open_results(paths.folder, campaign)
 
 
 def ingest_record(
@@ -160,13 +107,13 @@ def ingest_record(
 
 def condition_record(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
-) -> Bands | None:
+) -> None:
     """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
     from vinesexp.signals.condition import condition, condition_or_refuse
 
     campaign, record = _seen(campaign, record, step="condition")
     step = condition if strict else condition_or_refuse
-    return step(
+    step(
         paths.record(record.id),
         paths.conditioned(record.id),
         bandpass=campaign.bandpass,
@@ -188,19 +135,17 @@ def centre_frequency(record: Record) -> float | None:
 
 def find_impacts(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
-) -> tuple[Impacts, Row]:
+) -> Impacts:
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
     from vinesexp.signals.regimes import rows_or_refuse
 
     campaign, record = _seen(campaign, record, step="impacts")
     masses = [mass.value for mass in campaign.known.nes_mass]
-    impacts, rows = rows_or_refuse(record, masses, paths=paths, strict=strict)
-    return impacts, rows["regime"][0]
+    impacts, _ = rows_or_refuse(record, masses, paths=paths, strict=strict)
+    return impacts
 
 
-def estimate_from_record(
-    campaign: Campaign, record: Record, *, paths: ResultPaths
-) -> list[Estimate]:
+def estimate_from_record(campaign: Campaign, record: Record, *, paths: ResultPaths) -> None:
     """What one record says about M, c1, k1 and r, each value with its standard error."""
     from vinesexp.identification.decay_table import decay_table
     from vinesexp.identification.estimate import write_estimates
@@ -220,10 +165,9 @@ def estimate_from_record(
     write_estimates(paths.estimates(record.id), found)
     decay = decay_table(found, paths.conditioned(record.id)) if record.test == "ringdown" else []
     write_rows(paths.decay(record.id), DECAY, decay)
-    return found
 
 
-def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
+def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> None:
     """One table of all records each: regimes, base, bands, transitions, decay times."""
     from vinesexp.records.stored.result_columns import COLLECTED
     from vinesexp.records.stored.tables import write_rows
@@ -235,7 +179,6 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
             row.update(_setting(record))
     for key, table in COLLECTED.items():
         write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
-    return [row for step in steps for row in step["regime"]]
 
 
 def _shown(record: Record, *, paths: ResultPaths) -> dict[str, Any]:
@@ -262,11 +205,9 @@ def _setting(record: Record) -> dict[str, Any]:
     }
 
 
-def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
+def identify(campaign: Campaign, *, paths: ResultPaths) -> None:
     """M, c1, k1 and r from the estimates of all records: identified.csv, checks, error budget."""
-    whole = identify_together(campaign, paths=paths)
-    write_identification(whole, paths=paths)
-    return whole.rows
+    write_identification(identify_together(campaign, paths=paths), paths=paths)
 
 
 def identify_together(campaign: Campaign, *, paths: ResultPaths) -> Identified:
@@ -307,9 +248,9 @@ def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
     write_checks(paths.identify_checks, whole.checks)
 
 
-def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
+def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> None:
     """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
-    from vinesexp.clearance.comparison import clearance_budget, compare
+    from vinesexp.clearance.comparison import compare
     from vinesexp.identification.budget import write_budget
     from vinesexp.records.stored.checks import write_checks
     from vinesexp.records.stored.result_columns import BUDGET, CLEARANCES
@@ -319,12 +260,12 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     found = CampaignResults(paths.folder, campaign_seen_by("compare", campaign))
     found.require("inputs", "decay_times")  # what they say is never left out in silence
     levels = [(level, found.rig_at(level)) for level in found.periodic]
-    rows, checks = compare(found.as_found, found.rig, levels, found.releases, found.rows("base"))
+    rows, checks, budget = compare(
+        found.as_found, found.rig, levels, found.releases, found.rows("base")
+    )
     write_rows(paths.clearances, CLEARANCES, rows)
-    budget = read_rows(paths.rig_budget, BUDGET)
-    write_budget(paths.budget, [*budget, *clearance_budget(found.rig, levels, found.releases)])
+    write_budget(paths.budget, [*read_rows(paths.rig_budget, BUDGET), *budget])
     write_checks(paths.compare_checks, checks)
-    return rows
 
 
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import Literal
 
@@ -149,23 +150,21 @@ def compare_results(a: Path, b: Path) -> Differences:
     TableError
         A table is missing or damaged.
     """
-    sources = [sources_of(folder) for folder in (a, b)]
-    shared = len(sources[0] & sources[1])
-    same = sources[0] == sources[1] and shared > 0
+    one, other = Results(a), Results(b)
+    of_a, of_b = sources_of(one), sources_of(other)
+    same = of_a == of_b and len(of_a) > 0
     rows = [
-        *_values(a, b, same),
-        *_clearances(a, b, same),
-        *_regimes(a, b),
-        *_checks(a, b),
-    ]
-    return Differences(a, b, shared, len(sources[0]), len(sources[1]), tuple(rows))
+        *_values(one, other, same), *_clearances(one, other, same), *_regimes(one, other),
+        *_checks(one, other),
+    ]  # fmt: skip
+    return Differences(a, b, len(of_a & of_b), len(of_a), len(of_b), tuple(rows))
 
 
-def sources_of(folder: Path) -> set[str]:
+def sources_of(results: Results) -> set[str]:
     """Digests of the instrument files behind a results folder."""
     found: set[str] = set()
-    paths = ResultPaths(folder)
-    for id in Results(folder).regime_of:
+    paths = ResultPaths(results.folder)
+    for id in results.regime_of:
         if not paths.record(id).is_file():
             continue  # a run that kept only its final results
         with open_record(paths.record(id)) as view:
@@ -199,8 +198,8 @@ def difference_of(
     return ("within error" if abs(d) <= COVERAGE_95 * error else "differs"), d, error
 
 
-def _values(a: Path, b: Path, same: bool) -> Iterator[Difference]:
-    one, other = (Results(folder).values for folder in (a, b))
+def _values(a: Results, b: Results, same: bool) -> Iterator[Difference]:
+    one, other = a.values, b.values
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other:
             value = (one.get(name) or other[name])["value"]
@@ -220,8 +219,8 @@ def _widened(errors: Sequence[float | None]) -> str:
     return ""
 
 
-def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
-    for one, other in _paired(*(Results(folder).rows("clearances") for folder in (a, b))):
+def _clearances(a: Results, b: Results, same: bool) -> Iterator[Difference]:
+    for one, other in _paired(a.rows("clearances"), b.rows("clearances")):
         row = one or other
         assert row is not None
         name = f"{row['test']}, {row['level']}"
@@ -289,10 +288,8 @@ def _clearance(name: str, kind: str, one: Row, other: Row, same: bool) -> Iterat
     yield Difference("clearance", name, "mm", shown[0], shown[1], verdict, d, error, note)
 
 
-def _regimes(a: Path, b: Path) -> Iterator[Difference]:
-    one, other = (
-        {row["record"]: row for row in Results(folder).rows("regimes")} for folder in (a, b)
-    )
+def _regimes(a: Results, b: Results) -> Iterator[Difference]:
+    one, other = ({row["record"]: row for row in of.rows("regimes")} for of in (a, b))
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other:
             regime = (one.get(name) or other[name])["regime"] or "no regime"
@@ -308,15 +305,15 @@ def _regimes(a: Path, b: Path) -> Iterator[Difference]:
         yield Difference("regime", name, "", *ab, "changed" if changed else "same", note=note)
 
 
-def _checks(a: Path, b: Path) -> Iterator[Difference]:
+def _checks(a: Results, b: Results) -> Iterator[Difference]:
     """Warnings and refusals that only one of them has."""
     found = [
         {
             (check.record, check.check, check.outcome): check.detail
-            for check in read_checks(ResultPaths(folder).checks)
+            for check in read_checks(ResultPaths(of.folder).checks)
             if check.outcome != "ok"
         }
-        for folder in (a, b)
+        for of in (a, b)
     ]
     for key in dict.fromkeys([*found[0], *found[1]]):
         if (key in found[0]) == (key in found[1]):
@@ -445,8 +442,7 @@ class Repeatability:
             {
                 "what": one.what, "unit": one.unit, "folder": folder, "value": value,
                 "std_error": error, "mean": one.mean, "mean_std_error": one.mean_error,
-                "scatter": _finite(one.scatter), "errors": _finite(one.ratio),
-                "verdict": one.verdict,
+                "scatter": one.scatter, "errors": one.ratio, "verdict": one.verdict,
             }
             for one in self.series
             for folder, value, error in zip(
@@ -468,28 +464,22 @@ def repeatability_of(folders: Sequence[Path]) -> Repeatability:
     TableError
         A table is missing or damaged.
     """
-    names = _told_apart(folders)
+    names, every = _told_apart(folders), [Results(folder) for folder in folders]
     found: dict[tuple[str, str], list[tuple[str, float, float]]] = {}
-    for name, folder in zip(names, folders, strict=True):
-        for what, unit, value, error in _values_of(folder):
+    for name, results in zip(names, every, strict=True):
+        for what, unit, value, error in _values_of(results):
             found.setdefault((what, unit), []).append((name, value, error))
     series = []
     for (what, unit), own in found.items():
         having, values, errors = zip(*own, strict=True)
         series.append(Repeated(what, unit, having, np.array(values), np.array(errors)))
-    files = [sources_of(folder) for folder in folders]
-    shared = tuple(
-        (names[i], names[j])
-        for i in range(len(folders))
-        for j in range(i + 1, len(folders))
-        if files[i] & files[j]
-    )
+    files = zip(names, map(sources_of, every), strict=True)
+    shared = tuple((one, other) for (one, a), (other, b) in combinations(files, 2) if a & b)
     return Repeatability(tuple(folders), names, tuple(series), shared)
 
 
-def _values_of(folder: Path) -> list[tuple[str, str, float, float]]:
+def _values_of(results: Results) -> list[tuple[str, str, float, float]]:
     """What, unit, value and standard error of all that has an error; values before clearances."""
-    results = Results(folder)
     found: list[tuple[str, str, float, float]] = []
     for name, row in results.values.items():
         if row["std_error"]:
@@ -528,7 +518,3 @@ def _told_apart(folders: Sequence[Path]) -> tuple[str, ...]:
         if len(set(names)) == len(names):
             return tuple(names)
     return tuple(f"{folder} ({k})" for k, folder in enumerate(folders, start=1))
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

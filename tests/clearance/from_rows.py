@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vinesexp.clearance.comparison import RigAtLevel, clearance_budget, compare
+from vinesexp.clearance.comparison import RigAtLevel, compare
 from vinesexp.clearance.levels import ReleaseLevel, Rows, periodic_levels, release_levels
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.identification.joint.whole import RigPosterior
@@ -62,11 +62,15 @@ def parts_of(
 def compared(
     campaign: Campaign, identified: Rows, regimes: Rows, times: Rows = (), base: Rows = ()
 ) -> tuple[list[dict[str, Value]], list[Check]]:
-    return compare(campaign, *parts_of(campaign, identified, regimes, times, base), base)
+    found = parts_of(campaign, identified, regimes, times, base)
+    rows, checks, _ = compare(campaign, *found, base)
+    return rows, checks
 
 
 def budget_of(
     campaign: Campaign, identified: Rows, regimes: Rows, times: Rows,
     inputs: Mapping[str, Sequence[str]],
 ) -> list[dict[str, Value]]:  # fmt: skip
-    return clearance_budget(*parts_of(campaign, identified, regimes, times, inputs=inputs))
+    found = parts_of(campaign, identified, regimes, times, inputs=inputs)
+    _, _, budget = compare(campaign, *found)
+    return budget

@@ -11,7 +11,7 @@ import pytest
 from tests.clearance.from_rows import compared
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
-from vinesexp.clearance.comparison import may_not_have_settled, settling_check, start_checks
+from vinesexp.clearance.comparison import may_not_have_settled, settling_checks, start_checks
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.records.campaign.schema import Campaign, Known, Record
@@ -35,7 +35,8 @@ def test_a_short_record_of_a_light_damping_may_not_have_settled():
     """At any clearance: below b_c alone it would be the prediction that chooses the tests."""
     found = may_not_have_settled(records_of(15.7), LIGHT)
     assert [test.record for test in found] == ["b36.6", "b39", "b41"]
-    detail = settling_check("G = 0.3 mm", found, LIGHT).detail
+    (check,) = settling_checks(level_of(), found, LIGHT)
+    detail = check.detail
     assert "b36.6, b39, b41: no permanent two impacts per cycle in records of 15.7 s" in detail
     assert "falls to 1/e in 53.1 s" in detail
 

@@ -116,18 +116,22 @@ def compare(named: Path, folder: Path, out: Path, capsys, *, seed: int) -> None:
         for k, one in enumerate((named, folder))
     ]
     expected, found = (
-        {(e.parameter, e.method): (e.value, e.std_error) for e in one.identified} for one in results
+        {
+            (e["parameter"], e["method"]): (e["value"], e["std_error"])
+            for e in one.rows("identified")
+        }
+        for one in results
     )
     assert set(found) == set(expected)
     assert ("M", "combined") in expected
     for key, (value, error) in expected.items():  # the base's frequency: read, not the sheet's
-        near = pytest.approx(value, rel=1e-6, abs=0.03 * error if error > 0.0 else 0.0, nan_ok=True)
-        assert found[key][0] == near, key
-        assert found[key][1] == pytest.approx(error, rel=1e-3, nan_ok=True), key
-    outcomes = [sorted((c.check, c.outcome) for c in one.checks) for one in results]
+        assert found[key][0] == pytest.approx(value, rel=1e-6, abs=0.03 * (error or 0.0)), key
+        assert found[key][1] == (None if error is None else pytest.approx(error, rel=1e-3)), key
+    outcomes = [sorted((c["check"], c["outcome"]) for c in one.rows("checks")) for one in results]
     assert outcomes[0] == outcomes[1]
     tables = [
-        [{k: v for k, v in c.items() if k != "records"} for c in one.clearances] for one in results
+        [{k: v for k, v in c.items() if k != "records"} for c in one.rows("clearances")]
+        for one in results
     ]
     assert len(tables[0]) == len(tables[1])
     for one, other in zip(*tables, strict=True):

@@ -402,7 +402,7 @@ def test_from_raw_records(name, effect, tmp_path):
     from benchmarks.robustness.study import studied
 
     found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=3)
-    assert effect in {e.parameter for e in found.effects}
+    assert effect in {e["parameter"] for e in found.effects}
     assert found.right
     assert all(abs(v.z) < 4.0 for v in found.values if v.given)
 

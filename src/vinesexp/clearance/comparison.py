@@ -3,7 +3,6 @@
 Two rows a base amplitude: where the amplitude was lowest, and between which clearances permanent
 impacts end, which is what b_c predicts. One row a release and amplitude to be reached, all of
 them beside the same b_t: there is no single best clearance for a release (docs/theory.md, 29).
-`clearance_budget` says what the intervals of the predictions are made of, for budget.csv.
 """
 
 from __future__ import annotations
@@ -90,8 +89,6 @@ def may_not_have_settled(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Te
         With f0 and zeta.
     """
     forgets = _decay_time(rig)
-    if forgets is None:
-        return []
     return [
         test
         for test in tests
@@ -101,7 +98,7 @@ def may_not_have_settled(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Te
 
 def settled_tests(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Tested]:
     """The tests whose mean amplitude is that of the settled motion: the lowest is among them."""
-    begun, forgets = may_not_have_settled(tests, rig), _decay_time(rig) or 0.0
+    begun, forgets = may_not_have_settled(tests, rig), _decay_time(rig)
     return [
         test
         for test in tests
@@ -109,17 +106,21 @@ def settled_tests(tests: Sequence[Tested], rig: IdentifiedRig) -> list[Tested]:
     ]
 
 
-def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> Check:
-    """What to say of such tests."""
-    shortest = min(test.length for test in tests)
-    names = ", ".join(test.record for test in tests)
+def settling_checks(
+    level: PeriodicLevel, begun: Sequence[Tested], rig: IdentifiedRig
+) -> list[Check]:
+    """What to say of tests of a level that may not have settled."""
+    if not begun:
+        return []
+    shortest = min(test.length for test in begun)
+    names = ", ".join(test.record for test in begun)
     detail = (
-        f"{level}: {names}: no permanent two impacts per cycle in records of "
+        f"{level.name}: {names}: no permanent two impacts per cycle in records of "
         f"{shortest:.3g} s; the free amplitude of this mass falls to 1/e in {_decay_time(rig):.3g} "
         "s: the tests may not have settled, and do not count for the best clearance; wait longer "
         "before recording, or record longer"
     )
-    return Check("", "settling", "warning", detail)
+    return [Check("", "settling", "warning", detail)]
 
 
 #: Decay times of the oscillator after which a start from rest no longer shows. Of simulated records
@@ -139,7 +140,7 @@ _START_COUNTS = 0.25
 def start_in_mean(test: Tested, forgets: float) -> float:
     """Share of the start from rest that is left in the mean amplitude of a test.
 
-    It falls by exp(-t/forgets); 0 of a test that begins in motion.
+    It falls by exp(-t/forgets); 0 of a test that begins in motion, or where that is not known.
 
     Examples
     --------
@@ -156,10 +157,7 @@ def start_in_mean(test: Tested, forgets: float) -> float:
 
 def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say of tests whose counted cycles come too soon after a start from rest."""
-    forgets = _decay_time(rig)
-    if forgets is None:
-        return []
-    lasts = _WAITED * forgets
+    lasts = _WAITED * _decay_time(rig)
     soon = [t for t in level.tests if t.waited < lasts]
     if not soon:
         return []
@@ -189,10 +187,10 @@ def _large_motion(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     return [Check("", "spring", "warning", detail)]
 
 
-def _decay_time(rig: IdentifiedRig) -> float | None:
-    """Time in which a free amplitude falls to 1/e, s."""
+def _decay_time(rig: IdentifiedRig) -> float:
+    """Time in which a free amplitude falls to 1/e, s; 0, which no record is below, if not known."""
     if rig.f0 is None or rig.zeta is None or rig.zeta.value <= 0.0:
-        return None
+        return 0.0
     return 1.0 / (2.0 * math.pi * rig.f0.value * rig.zeta.value)
 
 
@@ -202,7 +200,7 @@ def compare(
     periodic: Sequence[RigAtLevel],
     releases: Sequence[ReleaseLevel],
     base: Rows = (),
-) -> tuple[list[dict[str, Value]], list[Check]]:
+) -> tuple[list[dict[str, Value]], list[Check], list[dict[str, Value]]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
     Parameters
@@ -217,8 +215,9 @@ def compare(
 
     Returns
     -------
-    rows, checks
-        A level that cannot be measured keeps its row, with empty cells, and a check says why.
+    rows, checks, budget
+        A level that cannot be measured keeps its row, with empty cells, and a check says why. The
+        budget says what the interval of each b_c and b_t is made of, m, as in budget.csv.
     """
 
     def reach(b: float) -> float:
@@ -226,14 +225,18 @@ def compare(
 
     rows: list[dict[str, Value]] = []
     checks: list[Check] = []
+    predictions: dict[str, Predicted | None] = {}
     for level, own in periodic:
         checks += _base_checks(campaign, level, base)
         predicted = _predicted(
             checks, level.name, partial(predicted_b_c, own, base=level.base, level=level.nominal)
         )
+        predictions[f"b_c, {level.name}"] = predicted
         checks += start_checks(level, own)
         checks += _large_motion(level, own)
-        tests = _settled(checks, level, own)
+        begun = may_not_have_settled(level.tests, own)
+        checks += settling_checks(level, begun, own)
+        tests = [test for test in level.tests if test not in begun]
         settled = settled_tests(level.tests, own)
         lowest = partial(lowest_amplitude, b_c=None if predicted is None else predicted.low)
         for suffix, kind, find, counted in (
@@ -250,6 +253,7 @@ def compare(
         predicted = _predicted(
             checks, release.name, partial(predicted_b_t, rig, release=release.release)
         )
+        predictions[f"b_t, {1e3 * release.x0:.6g} mm"] = predicted
         optimum = _measured(
             *(checks, FASTEST, f"release from {release.name}", release.tests),
             partial(fastest, resolution=resolution),
@@ -257,7 +261,13 @@ def compare(
         )
         row = _row("transient", release.name, FASTEST, optimum, predicted)
         rows.append(_in_mm(row, release=release.x0, target=release.target))
-    return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
+    budget = [
+        row
+        for name, found in predictions.items()
+        if found is not None
+        for row in rows_of(name, found.parts, unit=1e-3, name_of_unit=" mm")
+    ]
+    return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)], budget
 
 
 def _base_checks(campaign: Campaign, level: PeriodicLevel, base: Rows) -> list[Check]:
@@ -294,15 +304,6 @@ def _predicted(
     except AnalysisError as error:
         checks.append(Check("", "prediction", "warning", f"{level}: {error}"))
         return None
-
-
-def _settled(checks: list[Check], level: PeriodicLevel, rig: IdentifiedRig) -> Sequence[Tested]:
-    """The tests of a level without those that may not have settled."""
-    begun = may_not_have_settled(level.tests, rig)
-    if not begun:
-        return level.tests
-    checks.append(settling_check(level.name, begun, rig))
-    return [test for test in level.tests if test not in begun]
 
 
 def _measured(
@@ -407,31 +408,3 @@ def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Rows) -> list[Check]:
                 Check("", "prediction", "warning", f"no {symbol} without {', '.join(names)}: {how}")
             )
     return checks
-
-
-def clearance_budget(
-    rig: IdentifiedRig, periodic: Sequence[RigAtLevel], releases: Sequence[ReleaseLevel]
-) -> list[dict[str, Value]]:
-    """Rows of each b_c and b_t, contributions in m.
-
-    Parameters
-    ----------
-    rig, periodic, releases
-        As for `compare`.
-    """
-    predictions = [
-        (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base, level=level.nominal))
-        for level, own in periodic
-    ]
-    predictions += [
-        (f"b_t, {1e3 * x0:.6g} mm", partial(predicted_b_t, rig, release=release))
-        for x0, release in {level.x0: level.release for level in releases}.items()
-    ]
-    rows: list[dict[str, Value]] = []
-    for name, predict in predictions:
-        try:
-            found: Predicted = predict()
-        except AnalysisError:
-            continue
-        rows += rows_of(name, found.parts, unit=1e-3, name_of_unit=" mm")
-    return rows

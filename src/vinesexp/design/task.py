@@ -287,8 +287,7 @@ class Task(OpenRig):
         """Amplitude hypot(x, x'/w0) of the oscillator alone, its mean over a cycle (m)."""
         if self.damping == VISCOUS:
             return level * bare_gain(self.oscillator, frequency)
-        o, d = self.oscillator, self.damping
-        return _bare_simulated(o.M, o.c1, o.k1, d.quadratic, d.coulomb, level, frequency)
+        return _bare_simulated(self.oscillator, self.damping, level, frequency)
 
     def largest_bare(self) -> float:
         """The largest of `bare` over the ranges, with the resonance if it is among them (m)."""
@@ -347,11 +346,8 @@ class Task(OpenRig):
 
 
 @lru_cache(maxsize=512)
-def _bare_simulated(
-    M: float, c1: float, k1: float, quadratic: float, coulomb: float, level: float, frequency: float
-) -> float:
+def _bare_simulated(o: Oscillator, damping: WeakDamping, level: float, frequency: float) -> float:
     """The same under a damping law, by simulation (m)."""
-    o, damping = Oscillator(M=M, c1=c1, k1=k1), WeakDamping(quadratic, coulomb)
     settle = min(5.0 / max(o.zeta * o.w0, 1e-9), 3000.0 / frequency)
     duration = settle + 40.0 / frequency
     motion = simulate(Rig(o), Harmonic(level, frequency), duration=duration, damping=damping)

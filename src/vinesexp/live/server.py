@@ -159,7 +159,6 @@ def serve(session: Session, *, port: int = 0, token: str | None = None) -> Serve
     """
     token = token or secrets.token_urlsafe(24)
     server = _Server(("127.0.0.1", port), partial(_Handler, session, Parts(session), token))
-    server.daemon_threads = True
     return Served(server, f"http://127.0.0.1:{server.server_port}/{token}/")
 
 

@@ -455,7 +455,7 @@ class Session:
             if view.refused is not None or not frequency:
                 return
         # Any clearance does: the impacts are found again with the one in the row.
-        impacts, _ = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=self.paths)
+        impacts = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=self.paths)
         b = clearance_of_flights(impacts, r=self._restitution(), frequency=frequency)
         if b is not None:
             row.open.remove("clearance_mm")

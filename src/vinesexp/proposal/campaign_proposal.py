@@ -190,11 +190,7 @@ def _by_instrument(files: Sequence[FileView]) -> list[_Group]:
     parts = _of_same_columns(files) if whole.known < len(files) or len(units) > 1 else []
     groups = list(map(_Group, parts)) if len(parts) > 1 else []
     groups = [group for group in groups if group.known or group.seen]
-    known, seen = (
-        (sum(count) for count in zip(*((g.known, g.seen) for g in groups), strict=True))
-        if groups
-        else (0, 0)
-    )
+    known, seen = sum(group.known for group in groups), sum(group.seen for group in groups)
     if known < whole.known or ((known, seen) <= (whole.known, whole.seen) and len(units) < 2):
         return [whole]
     return sorted(groups, key=lambda group: (-group.known, -group.seen))
