@@ -159,3 +159,23 @@ def test_where_digits_are_not_enough_there_is_a_value_and_no_evidence(sigma):
         assert found.log_evidence > -1e9
     else:
         assert found.log_evidence < -1e9
+
+
+def test_an_expansion_serves_what_lies_near_it() -> None:
+    looks = []
+
+    def look(p):
+        looks.append(p)
+        return np.diag([4.0, 0.0]), np.array([2.0 - 4.0 * p[0], 0.0]), -2.0 * (p[0] - 0.5) ** 2
+
+    block = Block("a", "flights", (({"u": 1.0}, 0.0), ({"v": 1.0}, 0.0)), look)
+    block.near(np.zeros(2))
+    # half of 0.05 standard errors away: the parabola from there, which is exact here
+    information, gradient, value = block.near(np.array([0.0125, 3.0]))
+    assert len(looks) == 1
+    assert np.array_equal(information, np.diag([4.0, 0.0]))
+    assert gradient == pytest.approx([1.95, 0.0]) and value == pytest.approx(-2.0 * 0.4875**2)
+    block.near(np.array([0.05, 0.0]))  # a tenth of an error
+    assert len(looks) == 2
+    block.near(np.array([0.01, 0.0]))  # both are kept
+    assert len(looks) == 2

@@ -239,12 +239,12 @@ class Collisions:
             p[k] for k in (_BESIDE, _DRIFT, _POWER, _LATE_WALL, _PULSE_WALL)
         )
         late, own = late + drift * self.course, 0.5 * late_wall * f.side
-        scale = np.exp(-g_x)
+        scale, bent = np.exp(-g_x), even.real.any() or odd.real.any()
 
         def straight(x: FloatArray, base: FloatArray) -> tuple[Numbers, Numbers]:
             """A place in space, and what the bend and the gain of the sensor make of a velocity."""
             true: Numbers = x
-            for _ in range(_STRAIGHTENED):
+            for _ in range(_STRAIGHTENED if bent else 1):  # no bend, but for its derivative
                 true = x / (1.0 + (even + odd * true) * true)
             slower = scale / (1.0 + (2.0 * even + 3.0 * odd * true) * true)
             return scale * true + beside * base, slower
