@@ -194,10 +194,18 @@ def _share(test: Callable[[Outcome], bool]) -> Callable[[Sequence[Outcome]], str
     return of
 
 
-def _warnings(found: Sequence[Outcome]) -> str:
-    own = [o for o in found if "crash" not in o]
-    count = sum(1 for o in own if warned(o))
-    return f"in {count} of {len(own)}" if own else "none"
+def _warnings(of: Callable[[Outcome], list[str]]) -> Callable[[Sequence[Outcome]], str]:
+    def count(found: Sequence[Outcome]) -> str:
+        own = [o for o in found if "crash" not in o]
+        return f"in {sum(bool(of(o)) for o in own)} of {len(own)}" if own else "none"
+
+    return count
+
+
+def _not_so(outcome: Outcome) -> list[str]:
+    """Warnings but those that tests have not settled, where they are too short for that."""
+    short = outcome.get("short")
+    return [w for w in warned(outcome) if not (short and "settled" in w)]
 
 
 def warned(outcome: Outcome) -> list[str]:
@@ -222,7 +230,8 @@ _ROWS: list[tuple[str, str, Callable[[Sequence[Outcome]], str]]] = [
     ("an interval misses by more than 4 errors", "", _share(lambda o: bool(o["far"]))),
     ("the same without \"not explained\"", "none",
      _share(lambda o: bool(o["far"]) and not o["unexplained"])),
-    ("campaigns with warnings", "plain: none", _warnings),
+    ("campaigns with warnings", "", _warnings(warned)),
+    ("the same but for tests too short to settle", "plain: none", _warnings(_not_so)),
     ("processor, joint estimate, median", "", _seconds),
     ("crashes", "none", lambda found: str(sum("crash" in o for o in found))),
 ]  # fmt: skip

@@ -137,6 +137,8 @@ def campaign_steps(campaign: Campaign, paths: ResultPaths, *, replay: bool) -> d
     return seconds
 
 
+#: Times in which the free amplitude falls to 1/e, after which a twentieth of it is left.
+_FORGETS = 3.0
 _NO_CHECKS = "record,check,outcome,detail\n"
 
 
@@ -161,6 +163,7 @@ def scored(
         if (row := identified.get(name)) and name in true
     }
     values |= _predicted(scene, clearances, true)
+    decay = 2.0 * math.pi * min(true["f0"]) * min(true["zeta"])
     far = [name for name, one in values.items() if not abs(one["z"]) <= FAR]
     return {
         "seed": scene.seed,
@@ -172,6 +175,7 @@ def scored(
         "far": far,
         "rings": scene.tests[0].sensors.ring is not None,
         "warnings": warnings,
+        "short": [t.name for t in scene.periodic() if t.seconds < _FORGETS / decay],
         "refused": refused,
         "told": [c["detail"] for c in checks if c["check"] == "cause" and c["outcome"] == "ok"],
         "verdicts": [row for row in inputs if row["verdict"] not in _NOTHING_SAID],
