@@ -174,7 +174,8 @@ def test_an_expansion_serves_what_lies_near_it() -> None:
     information, gradient, value = block.near(np.array([0.0125, 3.0]))
     assert len(looks) == 1
     assert np.array_equal(information, np.diag([4.0, 0.0]))
-    assert gradient == pytest.approx([1.95, 0.0]) and value == pytest.approx(-2.0 * 0.4875**2)
+    assert gradient == pytest.approx([1.95, 0.0])
+    assert value == pytest.approx(-2.0 * 0.4875**2)
     block.near(np.array([0.05, 0.0]))  # a tenth of an error
     assert len(looks) == 2
     block.near(np.array([0.01, 0.0]))  # both are kept

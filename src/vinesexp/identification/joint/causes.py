@@ -568,9 +568,13 @@ def gains_of(
     data: Quadratic, beliefs: Beliefs, base: Posterior, directions: Sequence[Direction]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Log evidence that each of some directions adds, with value and error of its coefficient."""
-    terms = [direction.terms for direction in directions]
-    slope, left, held = _apart_from_all_else(data, beliefs, base, terms)
+    # causes of one direction differ in how far they go: a small change, or a large one
+    terms = {tuple(direction.terms.items()): direction.terms for direction in directions}
+    slope, left, held = _apart_from_all_else(data, beliefs, base, list(terms.values()))
     curvature = (left * (data.information @ left)).sum(axis=0) + (held**2).sum(axis=0)
+    place = {key: k for k, key in enumerate(terms)}
+    own = [place[tuple(direction.terms.items())] for direction in directions]
+    slope, curvature = slope[own], curvature[own]
     centre = np.array([direction.prior.value for direction in directions])
     w = np.array([direction.prior.error for direction in directions]) ** -2.0
     value = (slope + centre * w) / (curvature + w)

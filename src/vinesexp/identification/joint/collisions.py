@@ -117,7 +117,7 @@ _APART = 60.0  # errors of a time that durations have to differ by to be parted
 _STANDS_OUT = 8.0  # times what the collisions of a wall usually differ by
 _ANY_R = (0.05, 1.0)
 _FEWEST, _MANY, _FOLDS = 10, 60, 5
-_SINGLE = 120  # collisions of a first fit to single ones
+_SINGLE, _WEIGHED = 120, 2  # collisions of a first fit to single ones; times they are weighed
 #: Of a solid ball: m R^2 over its moment of inertia. Steps towards where it begins to roll.
 _SPIN, _UNTIL = 2.5, 8
 _PLACES = 9  # of a flight at which a ball may turn
@@ -353,12 +353,18 @@ class Collisions:
         """Information about the local quantities, gradient and log-likelihood."""
         sigma = self.sigma.ravel()
         used = np.isfinite(sigma)
+        slopes, rest = self.line(p)
+        whole = np.concatenate([rest[:, np.newaxis], slopes], axis=1)
+        means = [part @ m.T for m, part in zip(self.means, whole, strict=True)]
+        scaled = (np.concatenate(means, axis=1) / sigma)[:, used]
+        value, J = scaled[0], scaled[1:]
+        return J @ J.T, -J @ value, -0.5 * float(value @ value)
+
+    def line(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of `rest` by the local quantities, shape (3, 29, n), and it; 0 if unknown."""
         moved = p[:, np.newaxis] + 1j * IMAGINARY * np.eye(p.size)  # each in its own column
         rest = np.where(self.known[:, np.newaxis], self.rest(moved[..., np.newaxis]), 0.0)
-        means = [part @ m.T for m, part in zip(self.means, rest, strict=True)]
-        scaled = (np.concatenate(means, axis=1) / sigma)[:, used]
-        J, value = scaled.imag.T / IMAGINARY, scaled[0].real
-        return J.T @ J, -J.T @ value, -0.5 * float(value @ value)
+        return rest.imag / IMAGINARY, rest[:, 0].real
 
 
 @dataclass(frozen=True)
@@ -558,20 +564,34 @@ def with_errors(
     )
 
 
-def one_by_one(c: Collisions, p: FloatArray) -> Collisions:
-    """Each collision for itself, with the errors that all show near `p`; outliers count less.
+def near_singles(
+    c: Collisions, p: FloatArray, *, about: FloatArray, prior: FloatArray
+) -> FloatArray:
+    """Local quantities nearest to the single collisions, by the line near `p`; outliers count less.
 
-    Of many, pairs of neighbours spread over the record: they are for a first fit only.
+    Parameters
+    ----------
+    c : Collisions
+    p, about : arrays (29,)
+        Where the line is; what is expected.
+    prior : array (29, 29)
+        Information about what is expected.
     """
     every = 2 * math.ceil(c.x.size / _SINGLE)
+    # of many, pairs of neighbours spread over the record
     c = c.keep(np.arange(c.x.size) % max(every, 2) < 2)
-    rest = np.where(c.known, c.rest(p[:, np.newaxis]), np.nan)
-    scale = np.array([1.4826 * median_of(np.abs(own[np.isfinite(own)])) for own in rest]) + _TINY
-    off = rest / scale[:, np.newaxis]
-    sigma = scale[:, np.newaxis] * np.sqrt((_FREEDOM + off**2) / (_FREEDOM + 1.0))
-    each = np.eye(rest.shape[1])
-    sigma = np.where(c.known, sigma, np.inf)
-    return replace(c, scatter=scale, means=(each, each, each), sigma=sigma)
+    slopes, rest = c.line(p)
+    at = p
+    for _ in range(_WEIGHED):
+        left = np.where(c.known, rest + (at - p) @ slopes, np.nan)
+        scale = np.array([1.4826 * median_of(np.abs(own[np.isfinite(own)])) for own in left])
+        scale = scale[:, np.newaxis] + _TINY
+        weight = (_FREEDOM + 1.0) / (_FREEDOM + (left / scale) ** 2) / scale**2
+        weighed = slopes * np.where(c.known, weight, 0.0)[:, np.newaxis]
+        information = np.einsum("ein,ekn->ik", weighed, slopes) + prior
+        gradient = prior @ about + np.einsum("ein,en->i", weighed, p @ slopes - rest)
+        at = np.linalg.solve(information, gradient)
+    return at
 
 
 def _scatter(rest: FloatArray, groups: IntArray) -> float:

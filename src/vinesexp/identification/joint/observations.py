@@ -20,7 +20,7 @@ from vinesexp.identification.joint.collisions import (
     Collisions,
     bounced,
     joined,
-    one_by_one,
+    near_singles,
     one_way,
     rolls_from,
     with_errors,
@@ -864,22 +864,19 @@ def with_own_errors(
     start[LOCALS.index("r")] = bounced(collisions, start[:, np.newaxis])[0][0]
     at, prior = start, np.diag(np.array(_FREE) ** -2)
 
-    def closer(seen: Collisions) -> FloatArray:
-        information, gradient, _ = seen.look(at)
-        return at + np.linalg.solve(information + prior, gradient + prior @ (start - at))
-
     for _ in range(_ROUGHLY):
-        at = closer(one_by_one(collisions, at))
+        at = near_singles(collisions, at, about=start, prior=prior)
     near = with_errors(collisions, at, time_error=time_error)
     for _ in range(_CLOSELY):
-        at = closer(near)
+        information, gradient, _ = near.look(at)
+        at = at + np.linalg.solve(information + prior, gradient + prior @ (start - at))
     return with_errors(near, at, time_error=time_error, plain=start), at
 
 
 #: Steps of a fit of a record on its own, its local quantities as free as in any lab: to single
-#: collisions, whose outliers count less from one to the next, and to means over those alike. Their
-#: scatter does not change where the last step would still lead.
-_ROUGHLY, _CLOSELY = 5, 3
+#: collisions, and to means over those alike. Where the last step would still lead, their scatter
+#: does not change.
+_ROUGHLY, _CLOSELY = 3, 3
 
 
 def collisions_of(
