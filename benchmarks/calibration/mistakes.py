@@ -300,6 +300,8 @@ _ALL = [
     _every("base typed as rms, no base channel", "base amplitude", _no_base_channel(0.70711)),
     _every("added mass in kg", "added mass",
            _typed("added_mass_g", lambda m: 1e-3 * m, "ringdown")),
+    _every("added masses typed as totals", "added mass",
+           lambda s, rng: _typed("added_mass_g", lambda m: m + 1e3 * s.body.M, "ringdown")(s, rng)),
     _every("ball mass in kg", "ball mass", lambda s, rng: replace(s, ball=1000.0 * s.ball)),
     _every("ball stuck in a test", "stuck", _stuck),
     _every("records of 1.5 s", "short", _short),

@@ -22,6 +22,7 @@ MISTAKES = (
     "base typed peak to peak, no base channel",
     "base typed as rms, no base channel",
     "added mass in kg",
+    "added masses typed as totals",
     "ball stuck in a test",
     "records of 1.5 s",
     "knocks",

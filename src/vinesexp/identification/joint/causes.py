@@ -939,9 +939,12 @@ def _of_masses(o: Observed) -> list[Cause]:
                   stated=(_cell(load, id),))
             for id, (name, load) in o.cells.items()
         ]  # fmt: skip
-        found.append(
-            Cause("load offset +", "mistake", "added mass", Direction(offset, Prior(0.0, 0.05)))
-        )
+        # a carrier that was not weighed, or totals: the oscillator with what was screwed on
+        found += [
+            Cause(f"load offset {sign}", "mistake", "added mass",
+                  Direction(offset, Prior(0.0, width)))
+            for sign, width in (("+", 0.05), ("any", min(o.loads)))
+        ]  # fmt: skip
     return found
 
 

@@ -222,10 +222,13 @@ def said(weighed: Weighed) -> str:
         if cause.about in ("base amplitude", "release"):
             return _by_share(place, value, error, cause)
         where = f"in {', '.join(whose)}" if whose else "in all records"
+        remedy = "Measure it again and correct it"
+        if cause.key == "load offset any":
+            remedy = "Type what was screwed on alone, no total with the oscillator or a carrier"
         return (
             f"the true value of {place} {where} differs from the stated one by "
             f"{_signed(size * value, size * error)} {unit}; the analysis uses the values found. "
-            "Measure it again and correct it"
+            f"{remedy}"
         )
     return _by_share(place, value, error, cause)
 
