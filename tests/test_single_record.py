@@ -194,3 +194,17 @@ def test_linear_algebra_has_one_thread_while_a_record_is_analysed(periodic):
         vinesexp.analyse(begin, RATE, test="periodic", clearance="30 mm", detector=detector)
         assert threads() == usual
     assert set(seen) == {1}
+
+
+def test_a_decay_that_an_accelerometer_clips_keeps_its_damping():
+    """Clipped samples counted as they were: the damping ratio was a quarter too small."""
+    t = np.arange(24_000) / 2000.0
+    w, zeta = 2.0 * np.pi * 7.9, 0.004
+    a = 50.0 * np.exp(-zeta * w * t) * np.cos(w * t) + 0.05 * np.random.default_rng(0).normal(
+        size=t.size
+    )
+    found = vinesexp.analyse({"acceleration": np.clip(a, -19.6, 19.6)}, 2000.0, test="ringdown")
+    (gaps,) = found.checks.query("check == 'gaps'")["detail"]
+    assert "clipped at the end of its range" in gaps
+    values = found.identified.query("method == 'log decrement'").set_index("parameter")["value"]
+    assert values["zeta"] == pytest.approx(zeta, rel=1e-3)

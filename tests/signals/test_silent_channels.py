@@ -42,6 +42,18 @@ def test_a_sensor_that_was_off_is_left_out(role, channels, tmp_path):
     assert check.detail.startswith(f"the {role} shows no oscillation")
 
 
+@pytest.mark.parametrize(("limit", "stays"), [(0.2, False), (1.5, True)])
+def test_an_acceleration_whose_motion_is_clipped_is_left_out(limit, stays, channels, tmp_path):
+    """Of the corners of a square wave spikes were named, and one record ended in a traceback."""
+    a = channels["acceleration"]
+    most = limit * np.quantile(np.abs(a), 0.98)  # impacts lie beyond the motion
+    roles, checks = left({**channels, "acceleration": np.clip(a, -most, most)}, tmp_path)
+    assert ("acceleration" in roles) is stays
+    assert [check.detail.split(" for ")[0] for check in checks] == (
+        [] if stays else ["the acceleration stands at the end of its range"]
+    )
+
+
 @pytest.mark.parametrize("role", NOISE)
 @pytest.mark.parametrize("share", [1.0, 1e-3])
 def test_a_sensor_with_a_wrong_sensitivity_stays(role, share, channels, tmp_path):

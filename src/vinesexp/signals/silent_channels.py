@@ -2,6 +2,7 @@
 
 A sensor that was off, unplugged or out of its range records its noise. As a displacement it said
 that the mass hardly moves, and that its ball is stuck; as an acceleration its noise had impacts.
+So had the corners of an acceleration that the motion itself clips, not its impacts alone.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.records.campaign.schema import Record
+from vinesexp.records.instrument.findings import MOTION_CLIPPED, clipped_share
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER
@@ -41,6 +43,15 @@ def _silent(view: RecordView, record: Record, frequency: float) -> Correction | 
     """The channel without an oscillation, smaller than what the other makes of it."""
     if not set(_OF_THE_MASS) <= set(view.roles):
         return None
+    if (share := clipped_share(view)) > MOTION_CLIPPED:
+        detail = (
+            f"the acceleration stands at the end of its range for {100.0 * share:.0f} % of the "
+            "record: the motion itself is beyond it, not only the impacts, and the record is used "
+            "without it; measure with a wider range"
+        )
+        return Correction(
+            [Check(record.id, "silent", "warning", detail)], without=(_OF_THE_MASS[1],)
+        )
     w = 2.0 * math.pi * frequency
     moved = {
         role: _size(view, role, frequency) * w ** -ORDER[view.quantity(role)]

@@ -35,6 +35,8 @@ _TARGETS = ("displacement", "base")
 _BREAK = 0.125  # of a period: the motion is known across a shorter gap
 _LEAST_PERIODS = 2.0
 
+#: Of the samples of an acceleration at the end of its range: impacts alone clip fewer.
+MOTION_CLIPPED = 0.2
 _DEFECTS = {
     "saturated": ("is clipped at the end of its range", "measure with a wider range"),
     "frozen": ("is frozen", "look at the sensor and cut the record"),
@@ -544,7 +546,11 @@ def look_over(
         accepted = "frozen" in channels[role].accept or record.test == "drop"
         held = () if whole or accepted else tuple(stuck)
         stuck = [] if held else stuck
-        for stretches, why in ((gaps, _JUMPS), (held, _STANDS)):
+        # Of a decay clipped samples show nothing; of impacts, that there is one.
+        open_ended = role == "acceleration" and record.test == "ringdown"
+        lacking = tuple(clipped) if open_ended and "saturated" not in channels[role].accept else ()
+        clipped = [] if lacking else clipped
+        for stretches, why in ((gaps, _JUMPS), (held, _STANDS), (lacking, _CLIPPED)):
             if stretches:
                 found.append(_left_out(view, record, samples, role, stretches, period, why))
                 missing[role] = _joined([*missing.get(role, ()), *stretches])
@@ -555,12 +561,24 @@ def look_over(
         for defect, runs in (("saturated", clipped), ("frozen", stuck)):
             if runs:
                 reported = f"{role} {_described(view, samples, runs, defect)}"
-                found.append(_judge(record, channels[role], defect, reported))
+                motion = defect == "saturated" and role == "acceleration"
+                motion = (
+                    motion
+                    and "displacement" not in view.roles
+                    and clipped_share(view) > MOTION_CLIPPED
+                )
+                found.append(_judge(record, channels[role], defect, reported, motion=motion))
     return found, missing
+
+
+def clipped_share(view: RecordView) -> float:
+    """Share of the samples at which the acceleration stands at the end of its range."""
+    return sum(end - first for first, end in saturated(view, "acceleration")) / max(view.n, 1)
 
 
 _EVERY_HIT = "a drop test needs every hit; cut the record there"
 _STANDS = "it stands still in the midst of its motion or its noise, as a sensor that is off"
+_CLIPPED = "it is clipped at the end of its range; measure with a wider range"
 _JUMPS = "it jumps away from its motion and back, as a laser that loses its target"
 
 
@@ -678,10 +696,12 @@ def _described(view: RecordView, samples: Samples, found: Stretches, defect: str
     return f"{what} for {end - first} samples from {view.moment(first)} ({place}){more}; {remedy}"
 
 
-def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Check:
+def _judge(
+    record: Record, channel: Channel, defect: str, reported: str, *, motion: bool = False
+) -> Check:
     # Where an accelerometer is clipped the impact is still there, and is marked as clipped later;
-    # a clipped displacement would quietly change every amplitude.
-    loud = defect == "saturated" and channel.role in ("acceleration", "sound")
+    # a clipped displacement would quietly change every amplitude, and so does a clipped motion.
+    loud = defect == "saturated" and channel.role in ("acceleration", "sound") and not motion
     if defect in channel.accept or loud:
         return Check(record.id, defect, "warning", reported)
     raise RecordError(f"{reported}, or add accept: {defect} to channels.{channel.role}")
