@@ -137,8 +137,11 @@ def label(
     **style: Any,
 ) -> Annotation:
     """Name something beside it, in its colour (a key of `COLOURS`, or any); `at` in data, `shift`
-    in points."""
-    options: dict[str, Any] = {"va": "center", "fontsize": 8.0, "annotation_clip": False} | style
+    in points. Lines behind it are paled."""
+    options: dict[str, Any] = {
+        "va": "center", "fontsize": 8.0, "annotation_clip": False,
+        "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+    } | style  # fmt: skip
     ink = COLOURS.get(colour, colour)
     return axis.annotate(text, at, shift, textcoords="offset points", color=ink, **options)
 

@@ -1,6 +1,7 @@
 """From an instrument file to SI on a uniform time axis: conversion, sampling, trimming, result."""
 
 import hashlib
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -12,8 +13,9 @@ from vinesexp.errors import RecordError
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
 from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse, read_channels
-from vinesexp.records.instrument.samples import find_column
+from vinesexp.records.instrument.samples import columns_fitting, find_column
 from vinesexp.records.readers import open_source
+from vinesexp.records.readers.source import Column
 from vinesexp.records.readers.text import TextSource
 from vinesexp.records.stored.store import open_record
 from vinesexp.signals.condition import condition
@@ -253,6 +255,12 @@ def test_only_a_clipped_accelerometer_can_still_be_used(column, outcome, tmp_pat
     checks = ingest_or_refuse(campaign, campaign.record("a"), tmp_path / "a.nc")
     assert checks[-1].outcome == outcome
     assert "is clipped at the end of its range" in checks[-1].detail
+
+
+def test_a_number_is_a_column_without_a_name_before_it_is_the_name_of_another():
+    source = SimpleNamespace(columns=[Column(name) for name in ("", "a", "0")])
+    found = [columns_fitting(source, one) for one in (0, "0", 1, "1", "a")]
+    assert found == [[0], [2], [1], [1], [1]]
 
 
 @pytest.mark.parametrize(("test", "outcome"), [("ringdown", "warning"), ("periodic", "refused")])

@@ -67,6 +67,8 @@ def columns_fitting(source: Source, wanted: str | int) -> list[int]:
     """
     names = [column.name.strip() for column in source.columns]
     if isinstance(wanted, int):
+        if wanted < len(names) and not names[wanted]:
+            return [wanted]  # the one that no name reaches
         own = [wanted] if wanted < len(names) else []
         return sorted({*own, *(j for j, name in enumerate(names) if name == str(wanted))})
     found = fitting(names, wanted)
