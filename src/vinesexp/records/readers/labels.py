@@ -25,7 +25,8 @@ _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
 #: `s / mm`, `C1 in V`, `CH1V`, `acc g`, `millis`; behind a blank or a stroke below stand units only
 _TAIL = re.compile(
     r"(?:\s/\s?|(?:^|\s)in\s+|^CH\d+(?=V$)|[\s_](?=(?:s|m|mm|[uµ]m|g|m?V)$)"
-    r"|(?:^|[\s_])(?=(?:[nuµm]s|millis|micros)$))(\S+)$"
+    r"|(?:^|[\s_])(?=(?:[nuµm]s|millis|micros)$)"
+    r"|^(?:[Zz]eit|[Tt]ime|[Tt]emps|[Tt]i?empo|t)/(?=[nuµm]?s$))(\S+)$"
 )
 
 #: Units written out: seconds_elapsed, volt2; no abbreviation, and no ordinal (second run).
@@ -101,6 +102,8 @@ def unit_in_name(name: str) -> str | None:
     ('mm', 'V', None)
     >>> unit_in_name("time_us"), unit_in_name("acc_x_g"), unit_in_name("acc_min")
     ('us', 'g', None)
+    >>> unit_in_name("Zeit/ms"), unit_in_name("scope/s")  # a group of HDF5 and its channel
+    ('ms', None)
     >>> unit_in_name("seconds_elapsed"), unit_in_name("volt2"), unit_in_name("second run")
     ('s', 'V', None)
     """
