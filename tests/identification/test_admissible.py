@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from vinesexp.identification import whole_campaign
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.campaign.schema import Campaign, Known, Record
@@ -81,3 +82,27 @@ def test_a_copy_with_another_row_is_said_to_have_one():
     copy = next(c for c in combine(found, where)[1] if c.check == "copy")
     assert (copy.record, copy.outcome) == ("b30", "warning")
     assert "what records.csv says of the two differs" in copy.detail
+
+
+def test_a_mass_that_all_records_leave_open_is_known_by_none_of_its_ways(monkeypatch):
+    """M by added mass was given as 30.3 +- 0.08 kg, where all together had none, and no reason."""
+    where = campaign(decays=["d0", "d1"], clearances={})
+    bare, loaded = where.records
+    where = replace(where, records=(bare, replace(loaded, added_mass=0.5)))
+    f1 = F0 * math.sqrt(4.7 / 5.2)
+    found = [
+        Estimate("f0", F0, 1e-4, "Hz", "likelihood", ("d0",)),
+        Estimate("f0_added", f1, 1e-4, "Hz", "likelihood", ("d1",)),
+    ]
+    assert {e.method for e in combine(found, where)[0] if e.parameter == "M"} == {
+        "added mass", "combined",
+    }  # fmt: skip
+    together = whole_campaign._combined
+    monkeypatch.setattr(
+        whole_campaign, "_combined",
+        lambda answer: [s for s in together(answer) if s.total.parameter in ("f0", "zeta")],
+    )  # fmt: skip
+    rows, checks = combine(found, where)
+    assert not [e for e in rows if e.parameter in ("M", "c1", "k1")]
+    (reason,) = [c.detail for c in checks if c.detail.startswith("M is not known")]
+    assert "what was stated and what the records show leave it open by" in reason

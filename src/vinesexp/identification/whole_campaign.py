@@ -442,7 +442,9 @@ def identify_campaign(
     if answer is None:
         return Identified(rows, [*checks, *_absent(rows), *remarks(used)], [])
     sources = _combined(answer)
-    rows += _masses(answer, campaign)
+    ways = _masses(answer, campaign)
+    # What all records together leave open, one way to it does not know.
+    rows += ways if any(source.total.parameter == "M" for source in sources) else []
     rows += _restitutions(answer)
     rows += [source.total for source in sources]
     rows += _effects(answer, campaign)
@@ -457,7 +459,7 @@ def identify_campaign(
     said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)]
     return Identified(
         rows,
-        [*checks, *said, *_absent(rows, answer.posterior), *remarks(_left(used, answer))],
+        [*checks, *said, *_absent(rows, answer.posterior, ways), *remarks(_left(used, answer))],
         sources,
         levels,
         inputs,
@@ -889,7 +891,9 @@ _NO_DECAY = (
 )
 
 
-def _absent(rows: Sequence[Estimate], found: Posterior | None = None) -> list[Check]:
+def _absent(
+    rows: Sequence[Estimate], found: Posterior | None = None, ways: Sequence[Estimate] = ()
+) -> list[Check]:
     """What is not in the table, and what it would take."""
     reasons = {
         "f0": _NO_DECAY,
@@ -905,6 +909,12 @@ def _absent(rows: Sequence[Estimate], found: Posterior | None = None) -> list[Ch
         reasons["r"] = (
             f"the tests together show {value:.3g} +- {COVERAGE_95 * error:.2g}; leave out those in "
             "which it was another, or analyse them as a campaign of their own"
+        )
+    if found is not None and ways:
+        _, error = found.of({"ln_M": 1.0})
+        reasons["M"] = (
+            f"what was stated and what the records show leave it open by {100.0 * error:.0f} %; "
+            "correct what the other lines name, or weigh the oscillator (known.mass)"
         )
     present = {"r" if e.parameter.startswith("r_") else e.parameter for e in rows}
     checks = [

@@ -12,6 +12,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     _averaged,
     _effects,
+    _root_of,
     all_possible,
     believed,
     gains_of,
@@ -770,3 +771,15 @@ def test_a_base_channel_in_another_range_from_one_test_on_is_the_base_channel():
     assert [w.cause.key for w in judged.found] == ["change of base gain from t6"]
     (check,) = cause_checks(judged)
     assert "base gain changes by +1.51" in check.detail
+
+
+def test_the_root_of_a_matrix_beside_huge_eigenvalues_is_one():
+    """Three added masses typed as totals ended in a traceback of the algebra."""
+    x = np.random.default_rng(3).standard_normal((6, 2)) * 1e10
+    inner = np.eye(6) + x @ x.T
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(inner)
+    root = _root_of(inner)
+    assert np.abs(root @ root.T - inner).max() < 1e-12 * np.abs(inner).max()
+    assert np.abs(np.diag(root)).min() >= 0.5
+    assert np.array_equal(root, np.tril(root))
