@@ -570,7 +570,7 @@ def _root_of(above_one: FloatArray) -> FloatArray:
     except np.linalg.LinAlgError:
         values, vectors = np.linalg.eigh(above_one)
         root = vectors * np.sqrt(np.maximum(values, 1.0))
-        return np.asarray(np.linalg.qr(root.T, mode="r").T, dtype=np.float64)
+        return np.asarray(np.linalg.qr(root.T)[1].T, dtype=np.float64)
 
 
 def _above_zero(z: float) -> float:
