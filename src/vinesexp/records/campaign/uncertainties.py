@@ -58,8 +58,7 @@ class Uncertainties:
     template : Tolerance
         Of the area under an impact's pulse, by which its velocity jump is scaled: 0.5 %.
     model : Tolerance
-        Of M and r from impacts and of r from drops: a ball without friction or spin, a contact
-        without duration, a wall that does not give: 0.1 %.
+        Of r from drops: a ball without spin, and the surface of the walls: 0.1 %.
     """
 
     base: Tolerance = Tolerance(relative=0.01)
