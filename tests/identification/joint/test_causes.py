@@ -12,7 +12,6 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     _averaged,
     _effects,
-    _root_of,
     all_possible,
     believed,
     gains_of,
@@ -773,13 +772,16 @@ def test_a_base_channel_in_another_range_from_one_test_on_is_the_base_channel():
     assert "base gain changes by +1.51" in check.detail
 
 
-def test_the_root_of_a_matrix_beside_huge_eigenvalues_is_one():
+@pytest.mark.parametrize("error", [1e-10, 1e-3])
+def test_the_evidence_of_a_scatter_beside_huge_information_is_that_of_a_normal_sum(error):
     """Three added masses typed as totals ended in a traceback of the algebra."""
-    x = np.random.default_rng(3).standard_normal((6, 2)) * 1e10
-    inner = np.eye(6) + x @ x.T
-    with pytest.raises(np.linalg.LinAlgError):
-        np.linalg.cholesky(inner)
-    root = _root_of(inner)
-    assert np.abs(root @ root.T - inner).max() < 1e-12 * np.abs(inner).max()
-    assert np.abs(np.diag(root)).min() >= 0.5
-    assert np.array_equal(root, np.tril(root))
+    names = tuple(f"own r: t{i}" for i in range(6))
+    a = np.random.default_rng(3).standard_normal(6)
+    sums = ((dict(zip(names, a.tolist(), strict=True)), 0.0),)
+    beliefs = Beliefs({name: Prior(0.0, 1e-12) for name in names})
+    data = expand([Block("t", "flights", sums, Mean(0.3, error))], names, np.zeros(6))
+    base = posterior_of(data, beliefs)
+    (found,) = gains_of_scatter(data, beliefs, base, [dict.fromkeys(names, 1.0)])
+    narrow, wide = error**2, error**2 + float(a @ a)
+    gain = 0.5 * (0.3**2 * (1.0 / narrow - 1.0 / wide) - np.log(wide / narrow))
+    assert found == pytest.approx(gain, rel=1e-6)

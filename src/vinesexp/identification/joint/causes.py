@@ -554,23 +554,11 @@ def gains_of_scatter(
         errors = np.array([beliefs.priors[name].error for name in own])
         more = np.sqrt(np.maximum(np.array([one[name] for name in own]) ** 2 - errors**2, 0.0))
         inner = np.eye(len(k)) + curvature[np.ix_(k, k)] * np.outer(more, more)
-        factor = _root_of(inner)
-        half = np.linalg.solve(factor, more * slope[k])
-        gains[i] = 0.5 * half @ half - np.log(np.abs(np.diag(factor))).sum()
+        sizes, axes = np.linalg.eigh(inner)
+        sizes = np.maximum(sizes, 1.0)  # beside one of 1e17 rounding makes one of 1 negative
+        along = axes.T @ (more * slope[k])
+        gains[i] = 0.5 * (along**2 / sizes - np.log(sizes)).sum()
     return gains
-
-
-def _root_of(above_one: FloatArray) -> FloatArray:
-    """Lower triangle whose product with its transpose is a matrix of eigenvalues of 1 and more.
-
-    Beside an eigenvalue of 1e17 rounding makes one of 1 negative.
-    """
-    try:
-        return np.asarray(np.linalg.cholesky(above_one), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        values, vectors = np.linalg.eigh(above_one)
-        root = vectors * np.sqrt(np.maximum(values, 1.0))
-        return np.asarray(np.linalg.qr(root.T)[1].T, dtype=np.float64)
 
 
 def _above_zero(z: float) -> float:
