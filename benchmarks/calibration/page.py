@@ -41,7 +41,8 @@ rms error is that of all campaigns together, then 1 over the rms of z, in which 
 its own width. What is named is read from the texts of warnings
 (`benchmarks/calibration/causes.py`): a text that offers rivals names all of them and states none.
 A test is too short to settle where its record lasts less than three times 1/(2 pi f0 zeta), after
-which a twentieth of the start is left. Half of the mistakes are held back: the package was not tuned with them."""
+which a twentieth of the start is left. Half of the mistakes are held back: the package was not
+tuned with them."""
 
 
 _SEEN = """\
@@ -63,7 +64,7 @@ Later code, all samples anew; truth in 68 and 95 % intervals, and rms errors on 
 
 | code | a9bd22d0 | 919454d6 | d7f2b94d | 3a6827bc |
 |---|---|---|---|---|
-| campaigns | 7000 to 7128 | 8000 to 8039 | 9200 to 9223, looked at once (b_t) | 9400 to 9423, never looked at before |
+| campaigns | 7000 to 7128 | 8000 to 8039 | 9200 to 9223, seen once (b_t) | 9400 to 9423, new |
 | f0 | 78, 93 % | 80, 100 % | 75, 96 % | 71, 96 % |
 | zeta | 74, 99 % | 82, 98 % | 71, 100 % | 79, 100 % |
 | M | 67, 92 % | 72, 98 % | 67, 92 % | 83, 100 % |
