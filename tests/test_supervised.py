@@ -32,21 +32,26 @@ def fail_on_a_full_disk():
 
 def test_a_mistake_of_the_user_is_one_line_without_traceback(tmp_path, capsys):
     log = tmp_path / "logs" / "a.log"
-    assert logged(fail_as_user, log) == f"raw/a.csv: is empty; export it again (log: {log})"
+    assert logged(fail_as_user, log) == (
+        f"raw/a.csv: is empty; export it again (log: {log})",
+        False,
+    )
     assert capsys.readouterr() == ("", "")
     assert "Traceback" not in log.read_text()
 
 
 def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path):
     log = tmp_path / "a.log"
-    said = logged(fail_unexpectedly, log)
+    said, of_the_machine = logged(fail_unexpectedly, log)
+    assert not of_the_machine
     assert "\n" not in said
     assert "ZeroDivisionError" in said
     assert "Traceback" in log.read_text()
 
 
 def test_a_full_disk_is_one_line_that_names_the_file(tmp_path):
-    said = logged(fail_on_a_full_disk, tmp_path / "a.log")
+    said, of_the_machine = logged(fail_on_a_full_disk, tmp_path / "a.log")
+    assert of_the_machine
     assert said.startswith("results/a/report.html: No space left on device; when this")
     assert "\n" not in said
 
@@ -59,21 +64,21 @@ def fail_behind_a_full_disk():
 
 
 def test_a_full_disk_is_named_and_not_what_a_library_stumbles_over_behind_it(tmp_path):
-    said = logged(fail_behind_a_full_disk, tmp_path / "a.log")
+    said, _ = logged(fail_behind_a_full_disk, tmp_path / "a.log")
     assert said.startswith("No space left on device; when this")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("step", [lambda: None, fail_as_user, fail_unexpectedly])
 def test_a_log_that_cannot_be_written_is_one_line(step):
-    said = logged(step, Path("/dev/full"))
+    said, _ = logged(step, Path("/dev/full"))
     assert said
     assert "\n" not in said
 
 
 def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
     log = tmp_path / "a.log"
-    assert not logged(lambda: print("n is", 3), log)
+    assert logged(lambda: print("n is", 3), log) == ("", False)
     assert log.read_text().startswith("n is 3\ndone in ")
     assert capsys.readouterr().out == ""
 

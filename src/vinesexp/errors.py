@@ -75,6 +75,10 @@ class CampaignError(VinesexpError):
     """campaign.yaml, records.csv or scene.yaml does not keep the contract."""
 
 
+class NoRecordsError(CampaignError):
+    """A table that has no row yet."""
+
+
 class RecordError(VinesexpError):
     """One record cannot be used; the others of the campaign can."""
 

@@ -23,7 +23,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
-from typing import Any
+from typing import Any, NamedTuple
 
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import VinesexpError, say
@@ -60,14 +60,14 @@ def run_apart(
     loads : collection of str
         Modules that are imported before the first process of all, for all of them.
     """
-    worker: _Worker | None = None
+    worker, stopped = None, False
     failed, died, began, done = list[str](), list[str](), time.monotonic(), 0
-    while done < len(ids) and not any(_OF_THE_MACHINE in line for line in failed):
+    while done < len(ids) and not stopped:
         id, refused = ids[done], len(died) > 1
         reason = f"{step}: {died[-1]} twice while this record was read" if refused else ""
         worker = worker or _started(loads, study, step, log)
-        line = _done(worker, id, reason)
-        if line is not None:
+        if (answer := _done(worker, id, reason)) is not None:
+            line, stopped = answer
             how = " failed" if line else f" refused: {died[-1]}" if refused else ""
             failed, died, done = failed + [line] * bool(line), [], done + 1
             if id:
@@ -108,11 +108,11 @@ def _started(loads: Collection[str], *work: object) -> _Worker:
     return process, ours
 
 
-def _done(worker: _Worker, id: str, reason: str) -> str | None:
-    """Have a record done, or refused for a reason: what failed; None where the process died."""
+def _done(worker: _Worker, id: str, reason: str) -> Failure | None:
+    """Have a record done, or refused for a reason; None where the process died."""
     try:
         worker[1].send((id, reason))
-        return str(worker[1].recv())
+        return Failure(*worker[1].recv())
     except (EOFError, OSError):
         return None
 
@@ -163,12 +163,16 @@ def _death(code: int) -> str:
     return f"its process ended with {code}"
 
 
-_OF_THE_MACHINE = "when this is mended, the next run goes on from here"
+class Failure(NamedTuple):
+    """What failed, in one line, empty where nothing did; whether the machine has to be mended."""
+
+    line: str = ""
+    of_the_machine: bool = False
 
 
-def logged(work: Callable[[], Any], path: Path) -> str:
-    """Do something with its output in a log, written anew; one line where it fails, or nothing."""
-    began, line = time.perf_counter(), ""
+def logged(work: Callable[[], Any], path: Path) -> Failure:
+    """Do something with its output in a log, written anew."""
+    began, failed = time.perf_counter(), Failure()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
@@ -176,21 +180,26 @@ def logged(work: Callable[[], Any], path: Path) -> str:
                 work()
                 print(f"done in {time.perf_counter() - began:.2f} s")
             except VinesexpError as error:
-                line = f"{error} (log: {path})"
+                failed = Failure(f"{error} (log: {path})")
                 print(error)
             except Exception as error:
-                line = f"{_one_line(error)} (log: {path})"
+                failed = _failure(error, f" (log: {path})")
                 traceback.print_exc()
     except OSError as error:  # from the log itself, which a full disk may not take
-        line = line or f"{error.filename or path}: {error.strerror or error}; {_OF_THE_MACHINE}"
-    return line
+        said = f"{error.filename or path}: {error.strerror or error}"
+        failed = failed if failed.line else _of_the_machine(said)
+    return failed
 
 
-def _one_line(error: Exception) -> str:
+def _of_the_machine(said: str, log: str = "") -> Failure:
+    return Failure(f"{said}; when this is mended, the next run goes on from here{log}", True)
+
+
+def _failure(error: Exception, log: str) -> Failure:
     from vinesexp.records.stored.refusal import reason_of_machine
 
     if reason := reason_of_machine(error):
         # HDF5 fails again for all that it has open, in tracebacks.
         sys.unraisablehook = lambda _: None
-        return f"{reason}; {_OF_THE_MACHINE}"
-    return f"unexpected {type(error).__name__}: {error}"
+        return _of_the_machine(reason, log)
+    return Failure(f"unexpected {type(error).__name__}: {error}{log}")

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from tests.clearance.from_rows import compared, rig_from
 
-from vinesexp.clearance.levels import LevelBase, periodic_levels, release_levels
+from vinesexp.clearance.comparison import compare
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     IdentifiedRig,
     MissingValuesError,
@@ -424,6 +425,11 @@ def test_a_spring_that_stiffens_has_a_large_motion_beside_the_orbit():
     small, large = swing_beside_orbit(replace(plain, stiffens=(7.2164, 65.6)), **level)
     assert small == pytest.approx(2.1e-3, rel=0.05)
     assert 12e-3 < large < 14.5e-3
+    at = PeriodicLevel(0.168e-3, LevelBase(Quantity(0.168e-3), Quantity(7.2083)), ())
+    loaded = replace(campaign([]), known=Known())
+    _, checks, _ = compare(loaded, plain, [(at, replace(plain, stiffens=(7.2164, 65.6)))], [])
+    (said,) = [check.detail for check in checks if check.check == "spring"]
+    assert f"swing by {1e3 * large:.3g} mm instead of {1e3 * small:.3g} mm" in said
     softens = replace(plain, stiffens=(7.2164, -1e3))  # and does not hold the mass that far
     assert swing_beside_orbit(softens, G=1e-3, frequency=7.2) is None
 

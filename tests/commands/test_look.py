@@ -66,7 +66,7 @@ def test_a_file_that_cannot_be_read_does_not_stop_the_others(file, tmp_path, cap
     assert main(["look", str(tmp_path / "b.csv"), str(file), str(tmp_path / "c.csv")]) == 1
     printed = capsys.readouterr()
     assert "8000 rows" in printed.out
-    assert "no line of numbers" in printed.err
+    assert "no row of numbers" in printed.err
     assert "no such file" in printed.err
 
 

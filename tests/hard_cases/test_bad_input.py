@@ -390,7 +390,7 @@ RECORD_MISTAKES = {
         b"PK\x03\x04" + bytes(100),
         ["packed files", "content is damaged"],
     ),
-    "no numbers": ("hello\nworld\n", ["no line of numbers"]),
+    "no numbers": ("hello\nworld\n", ["no row of numbers"]),
     "channel not found": (
         text(*signals(), header="Time (s),CH2 (V),Laser (mm)"),
         ["channel base", "no column 'CH1'", "0: 'Time (s)', 1: 'CH2 (V)', 2: 'Laser (mm)'"],

@@ -16,7 +16,6 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stderr
-from dataclasses import replace
 from functools import partial
 from io import StringIO
 from pathlib import Path
@@ -133,7 +132,7 @@ def _refused_later(campaign: Campaign, record: Record, paths: ResultPaths) -> li
         condition_record(campaign, record, paths=paths)
         find_impacts(campaign, record, paths=paths)
     return [
-        replace(check, detail=check.detail.replace(f"{paths.record(record.id)}: ", ""))
+        check
         for check in checks_of_regime(record.id, paths.regime(record.id))
         if check.outcome == "refused"
     ]

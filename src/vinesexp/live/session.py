@@ -25,7 +25,7 @@ from typing import Any, Generic, TypeVar, cast
 
 from vinesexp.codedigest import code_digest
 from vinesexp.environment import one_thread_each
-from vinesexp.errors import CampaignError, VinesexpError
+from vinesexp.errors import CampaignError, NoRecordsError, VinesexpError
 from vinesexp.live.views import (
     CampaignShown,
     RecordShown,
@@ -552,7 +552,7 @@ class Session:
         self._texts = (description, sheet)
         campaign, problems = read_campaign(self.folder, known=self._rows)
         # A table without a row yet is a mistake for anybody else.
-        texts = [str(one) for one in problems if "holds no records" not in str(one)]
+        texts = [str(one) for one in problems if not isinstance(one, NoRecordsError)]
         self.status.problems = tuple(texts)
         if texts:
             return

@@ -23,7 +23,6 @@ _DROP = "tests/hard_cases/test_drop_records.py"
 _FIND = "tests/signals/impacts/test_find.py"
 
 
-# One number that steers a stage: default, unit, limits, reason, and where that is measured.
 #: Unit in which a setting is written in the documentation, for each quantity with a dimension.
 WRITTEN_IN = {"time": "ms", "frequency": "Hz", "displacement": "mm", "velocity": "mm/s"}
 

@@ -25,7 +25,6 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import FloatArray, runs_of
-from vinesexp.errors import ParameterError
 from vinesexp.records.stored.refusal import refused_where_it_fails
 from vinesexp.records.stored.store import (
     RecordView,
@@ -115,16 +114,13 @@ def condition(
         limits = Range(0.0)
         if "acceleration" in record.roles:
             limits = converter_range(record, "acceleration", piled=settings.channels.piled)
-        try:
-            free = free_sample(record, frequency=bands.frequency) if bands.frequency else 0
-            quantities = {role: record.quantity(role) for role in record.roles}
-            if _swings(record, bands):
-                quantities["displacement"] = "displacement"
-            streams = {
-                role: _filtered(record, role, bands, limits, settings, free) for role in quantities
-            }
-        except ParameterError as error:
-            raise ParameterError(f"{record_path}: {error}") from None
+        free = free_sample(record, frequency=bands.frequency) if bands.frequency else 0
+        quantities = {role: record.quantity(role) for role in record.roles}
+        if _swings(record, bands):
+            quantities["displacement"] = "displacement"
+        streams = {
+            role: _filtered(record, role, bands, limits, settings, free) for role in quantities
+        }
         with RecordWriter(
             Path(out_path),
             sample_rate=record.sample_rate,

@@ -70,11 +70,119 @@ def test_files_that_do_not_go_together_are_reported(spoil, words, tmp_path):
     assert words in check.detail
 
 
+def rewrite(path, change):
+    """Change the lines of a file; line k holds row k, from 1."""
+    lines = path.read_text().splitlines()
+    change(lines)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def blank(lines, first, end):
+    lines[first:end] = [line.split(",")[0] + "," for line in lines[first:end]]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "check", "detail"),
+    [
+        (
+            lambda f: write(f / "a.csv", "CH2", A, shift=3e-4),
+            "files",
+            "clocks of the files stand 0.3 samples apart",
+        ),
+        (
+            lambda f: rewrite(f / "a.csv", lambda lines: lines.insert(9, lines[8])),
+            "time",
+            "1 row stands twice, times and all",
+        ),
+        (
+            lambda f: rewrite(f / "x.csv", lambda lines: blank(lines, 1, 4)),
+            "missing cells",
+            "3 rows at the start left out, where cells are empty",
+        ),
+        (
+            lambda f: rewrite(
+                f / "a.csv", lambda lines: lines.__setitem__(7, lines[7].split(",")[0] + ",inf")
+            ),
+            "saturated",
+            "acceleration is out of the instrument's range (an infinite sample or the instrument's "
+            "mark of overload) at line 8, column CH2; measure with a wider range",
+        ),
+    ],
+)
+def test_what_is_odd_in_one_of_the_files_is_said_of_the_record(spoil, check, detail, tmp_path):
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH2", A)
+    spoil(tmp_path)
+    assert (check, "warning", detail) in [(c.check, c.outcome, c.detail) for c in run(tmp_path)]
+
+
+@pytest.mark.parametrize(("off", "outcomes"), [(5e-7, ["ok"]), (2e-6, ["refused"])])
+def test_clocks_that_differ_by_the_digits_of_their_times_are_one(
+    off, outcomes, tmp_path, monkeypatch
+):
+    write(tmp_path / "x.csv", "CH1", X)
+    monkeypatch.setattr(f"{__name__}.T", T * (1.0 + off))
+    write(tmp_path / "a.csv", "CH2", A)
+    assert [check.outcome for check in run(tmp_path)] == outcomes
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda lines: blank(lines, 1001, 1003), "a.csv, line 1002, column CH2: empty or NaN"),
+        (
+            lambda lines: lines.__delitem__(slice(1001, 1101)),
+            "cannot be joined with others, cut it",
+        ),
+    ],
+)
+def test_a_hole_in_one_of_the_files_refuses_the_record(spoil, words, tmp_path):
+    """Laid over the other file without it, all that follows would be late, or made up."""
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH2", A)
+    rewrite(tmp_path / "a.csv", spoil)
+    (check,) = run(tmp_path)
+    assert check.outcome == "refused"
+    assert words in check.detail
+
+
+def test_empty_cells_of_one_channel_refuse_the_record(tmp_path, monkeypatch):
+    """A record of one file has a gap there; over several the gap would be filled in silence."""
+    base = "  base: {column: CH3, quantity: displacement, sensitivity: 1 V/mm}\n"
+    monkeypatch.setattr(f"{__name__}.YAML", YAML.replace("channels:\n", f"channels:\n{base}", 1))
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH2,CH3", A)
+    cells = [line + ",0.1" for line in (tmp_path / "a.csv").read_text().splitlines()[1:]]
+    cells[1000] = cells[1000].removesuffix("0.1")
+    (tmp_path / "a.csv").write_text("\n".join(["t,CH2,CH3", *cells]) + "\n")
+    (check,) = run(tmp_path)
+    assert check.outcome == "refused"
+    assert "a.csv, line 1002, column CH3: empty or NaN among the samples" in check.detail
+
+
+def test_an_optional_channel_in_none_of_the_files_is_said(tmp_path, monkeypatch):
+    optional = YAML.replace(", sensitivity: 1 V/g}", ", sensitivity: 1 V/g, optional: yes}")
+    monkeypatch.setattr(f"{__name__}.YAML", optional)
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH3", A)
+    checks = run(tmp_path)
+    assert [(c.check, c.detail) for c in checks[1:]] == [
+        ("channels", "no column 'CH2' for acceleration")
+    ]
+
+
+def test_a_name_with_a_colon_may_be_that_of_a_column(tmp_path, monkeypatch):
+    monkeypatch.setattr(f"{__name__}.YAML", YAML.replace("column: CH1,", 'column: "Dev1:CH1",', 1))
+    write(tmp_path / "x.csv", "Dev1:CH1", X)
+    write(tmp_path / "a.csv", "CH2", A)
+    assert [check.outcome for check in run(tmp_path)] == ["ok"]
+
+
 def test_a_column_of_one_name_in_both_files_is_named_by_its_file(tmp_path):
     write(tmp_path / "x.csv", "V", X)
     write(tmp_path / "a.csv", "V", A)
     (tmp_path / "records.csv").write_text("record,file,test\na,x.csv;a.csv,periodic\n")
-    yaml = YAML.replace("column: CH1", 'column: "x*:V"').replace("column: CH2", 'column: "a*:1"')
+    yaml = YAML.replace("column: CH1", 'column: "x*:V"').replace("column: CH2", 'column: "a:1"')
     (tmp_path / "campaign.yaml").write_text(yaml)
     campaign = load_campaign(tmp_path)
     checks = ingest_or_refuse(campaign, campaign.records[0], tmp_path / "a.nc")

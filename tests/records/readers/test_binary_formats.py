@@ -52,7 +52,7 @@ def test_excel_xlsx_as_phyphox_writes_it(tmp_path):
     assert [c.unit for c in source.columns] == ["s", "m/s^2"]
     np.testing.assert_allclose(values(source, "Linear Acceleration x (m/s^2)"), A, rtol=1e-15)
     assert rate_of(source, 1) == RATE
-    assert source.locate(0) == "row 2"
+    assert source.locate(0) == "sheet 'Raw Data', row 2"
 
 
 def test_a_bad_cell_of_a_sheet_is_reported_with_sheet_and_row(tmp_path):

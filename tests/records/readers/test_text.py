@@ -385,7 +385,7 @@ def test_words_around_decimal_commas_or_clocks_are_refused(form, tmp_path):
     rows = [form.format(x=f"{x:.2f}".replace(".", ","), y=f"{k},5", k=k)
             for k, x in enumerate(SWING)]  # fmt: skip
     path.write_text("\n".join(rows))
-    with pytest.raises(RecordError, match=r"no line of numbers|commas in its numbers"):
+    with pytest.raises(RecordError, match=r"no row of numbers|commas in its numbers"):
         open_source(path)
 
 

@@ -19,7 +19,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
-from vinesexp.errors import CampaignError, ParameterError, nearest
+from vinesexp.errors import CampaignError, NoRecordsError, ParameterError, nearest
 from vinesexp.records.campaign.problems import Problems, named_file
 from vinesexp.records.campaign.records_xlsx import cell_name, edited_workbook, rows_of_workbook
 from vinesexp.records.campaign.schema import MOST_BALLS, SHEET_COLUMNS, TESTS, Campaign, Record
@@ -163,7 +163,8 @@ def read_table(
             known[text] = record
             records.append(record)
     if not records and not problems.found:
-        problems.add("holds no records; add one row for each instrument file")
+        said = "holds no records; add one row for each instrument file"
+        problems.found.append(NoRecordsError(said, file=problems.file))
     return tuple(records)
 
 

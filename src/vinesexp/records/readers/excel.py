@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vinesexp.errors import RecordError
+from vinesexp.records.readers.layout import Lines
 from vinesexp.records.readers.source import file_of, part_of
 from vinesexp.records.readers.text import TextSource, laid_aside
 from vinesexp.records.readers.unread import need
@@ -48,7 +49,11 @@ def open_file(path: Path) -> TextSource:
         names = ", ".join(f"'{one}'" for one in sheets)
         raise RecordError(f"no sheet '{wanted}'; there are {names}")
     lines = (f"{_line(row)}\n" for row in sheets[name].itertuples(index=False))
-    source = TextSource(path, *laid_aside(lines), of=f"sheet '{name}'", line="row")
+    called = Lines("row", of=f"sheet '{name}'")
+    try:
+        source = TextSource(path, *laid_aside(lines), called)
+    except RecordError as error:
+        raise RecordError(error.problem, where=error.where or called.of) from None
     source.format = "Excel"
     alike = [one for one, rows in sheets.items() if _LIKE * len(rows) >= most]
     heads = {_line(next(sheets[one].itertuples(index=False), ())) for one in alike}

@@ -22,7 +22,15 @@ from pathlib import Path
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import only_time, stated_unit, unit_in_name, unit_of_label
-from vinesexp.records.readers.layout import Body, Layout, Stated, find_body, is_stamp
+from vinesexp.records.readers.layout import (
+    THE_FILE,
+    Body,
+    Layout,
+    Lines,
+    Stated,
+    find_body,
+    is_stamp,
+)
 from vinesexp.records.readers.source import Column
 from vinesexp.units import UNITS
 
@@ -53,13 +61,13 @@ _PER_SECOND = re.compile(r"([kKM]?)(?:(?:S|Sa|Sps|sps|[Ss]amples?)(?:/s(?:ec)?)?
 _BESIDE = 40  # rows beside whose numbers an oscilloscope may write its settings
 
 
-def find_layout(path: Path) -> Layout:
+def find_layout(path: Path, called: Lines = THE_FILE) -> Layout:
     """Find the layout of a text file, names and units of its columns included.
 
     Raises
     ------
     RecordError
-        No line of numbers, or rows wider than their header.
+        No row of numbers, or rows wider than their header.
     """
     layout, body = find_body(path)
     above = [i for i in range(body.first) if any(body.row(i))]
@@ -79,7 +87,7 @@ def find_layout(path: Path) -> Layout:
     names, units, at = _names_and_units(layout, body, above)
     unpaired = ""
     if names:
-        names, unpaired = _paired(layout, body, names, at, first)
+        names, unpaired = _paired(layout, body, names, at, first, called)
     typical = _typical(layout, body, first)
     holding = sorted(body.numeric | body.stamps)
     above_data = map(_unmarked, body.lines[:first])
@@ -178,11 +186,11 @@ def _are_units(layout: Layout, cells: list[str]) -> bool:
 
 
 def _paired(
-    layout: Layout, body: Body, names: list[str], at: int, first: int
+    layout: Layout, body: Body, names: list[str], at: int, first: int, called: Lines
 ) -> tuple[list[str], str]:
     """Names as they stand over the columns, or none and why not."""
     line, width = body.lines[at], body.width
-    above, below = (f"line {i + 1} '{body.lines[i].strip()[:80]}'" for i in (at, first))
+    above, below = (f"{called.at(i + 1)} '{body.lines[i].strip()[:80]}'" for i in (at, first))
     apart = f"{above} has {len(names)} names, {below} {width} numbers"
     if layout.delimiter is None:
         return (names, "") if len(names) == width else ([], apart)
@@ -204,7 +212,7 @@ def _paired(
             f"{width} cells under {last + 1} names ('{body.lines[wide].strip()[:80]}' under "
             f"'{line.strip()[:80]}'); correct the line or the names, or, if the numbers have "
             "decimal commas, export with another delimiter",
-            where=f"line {wide + 1}",
+            where=called.at(wide + 1),
         )
     return names, ""
 

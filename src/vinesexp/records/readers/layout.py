@@ -29,7 +29,7 @@ from vinesexp.records.readers.source import WIDEST, Column
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
 _TAIL = 1 << 15  # the same of what stands behind the data
-_NO_NUMBERS = "no line of numbers found; export the record as columns of numbers"
+_NO_NUMBERS = "no row of numbers found; export the record as columns of numbers"
 _NEAR = 50  # rows whose form the last one should have
 _EXPONENT = r"(?:[eEdD][+-]?\d+)?"  # Fortran writes 1.0D-03
 _NUMBER = re.compile(rf"[+-]?(?:\d+\.?\d*|\.\d+){_EXPONENT}|[+-]?(?:nan|inf)", re.IGNORECASE)
@@ -56,6 +56,37 @@ _DATES = (
 _STAMPS = tuple(
     re.compile(rf"(?:{date}[T\s]+)?{_CLOCK}{_HALF}{_ZONE}", re.ASCII) for date in _DATES
 )
+
+
+@dataclass(frozen=True)
+class Lines:
+    """How a line of a text is called in the file that the text is from.
+
+    Parameters
+    ----------
+    word : str
+    of : str
+        Part of the file that it is in.
+    shift : int
+        Its number in the file less that in the text.
+
+    Examples
+    --------
+    >>> Lines().at(12), Lines("row", of="sheet 'Run 2'", shift=1).at(12)
+    ('line 12', "sheet 'Run 2', row 13")
+    """
+
+    word: str = "line"
+    of: str = ""
+    shift: int = 0
+
+    def at(self, number: int) -> str:
+        """Where line `number` (from 1) of the text is."""
+        return f"{self.of}{', ' if self.of else ''}{self.word} {number + self.shift}"
+
+
+#: A text that is the whole file.
+THE_FILE = Lines()
 
 
 @dataclass(frozen=True)
@@ -208,7 +239,7 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     Raises
     ------
     RecordError
-        No line of numbers.
+        No row of numbers.
     """
     with path.open("rb") as stream:
         raw = stream.read(HEAD)

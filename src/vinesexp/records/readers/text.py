@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 from io import StringIO
 from itertools import islice, pairwise
@@ -24,7 +23,7 @@ from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.header import find_layout
 from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value, unit_of_label
-from vinesexp.records.readers.layout import Layout, seconds_since
+from vinesexp.records.readers.layout import THE_FILE, Layout, Lines, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
     Source,
@@ -73,7 +72,7 @@ def open_file(path: Path) -> TextSource:
     if blocks := find_blocks(text, layout):
         block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
         source = TextSource(path, *laid_aside(lines_of_block(text, layout, block)))
-        source.shift = block[1] - source.layout.first
+        source.called = Lines(shift=block[1] - source.layout.first)
         source.parts = numbered(len(blocks))
         return source
     if part_of(path):
@@ -103,7 +102,7 @@ _FIGURE = re.compile(
 _ALIKE = 10  # rows of one form at least
 
 
-def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, int] | None:
+def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, Lines] | None:
     """Rows with the same words around their numbers laid aside as columns with names and units.
 
     ``x:0.12 y:0.3``, ``{"t": 0.1, "x": 2}``, ``(0.1, 2)``, ``0.1 s, 2 mm``. None where most rows
@@ -118,7 +117,7 @@ def _without_words(file: Path, least: int) -> tuple[IO[bytes], Path, int] | None
     if names is None:
         return None
     with file.open(encoding="utf-8", errors="replace") as stream:
-        return *laid_aside(_as_columns(stream, form, names)), -int(any(names))
+        return *laid_aside(_as_columns(stream, form, names)), Lines(shift=-int(any(names)))
 
 
 def _as_columns(lines: Iterable[str], form: tuple[str, ...], names: list[str]) -> Iterator[str]:
@@ -177,12 +176,10 @@ class TextSource(Source):
         The file, for messages.
     aside, text : optional
         What is read instead, and where: gone when it is closed.
-    shift : int
-        Of its lines against those of the file.
+    called : Lines
+        What its lines are called in the file.
     layout : Layout, optional
         Where it is known.
-    of, line : str
-        What of the file it is, and what a line of it is called.
     """
 
     format: str = "text"
@@ -192,17 +189,13 @@ class TextSource(Source):
         path: Path,
         aside: IO[bytes] | None = None,
         text: Path | None = None,
-        shift: int = 0,
+        called: Lines = THE_FILE,
         *,
         layout: Layout | None = None,
-        of: str = "",
-        line: str = "line",
     ) -> None:
         self.path, self._aside, self._text = path, aside, text or path
-        self.shift, self._of, self._line = shift, of, line
-        with self._told():
-            self.layout: Layout = layout or find_layout(self._text)
-        layout = self.layout
+        self.called = called
+        self.layout = layout = layout or find_layout(self._text, called)
         self.columns = layout.columns
         if layout.behind:
             more, shown = counted(len(layout.behind), "line"), f"('{layout.behind[0][:60]}')"
@@ -218,43 +211,28 @@ class TextSource(Source):
         self._first_stamps: dict[int, str] = {}
         self.time_column, self.stated_rows = layout.time_column, layout.stated.rows
         self.sample_interval, self.start = layout.stated.interval, layout.stated.start
-        self.unpaired = self._placed(layout.unpaired)
+        self.unpaired = layout.unpaired
         if len(self.columns) == 1 and self.columns[0].name == CODED:  # GW Instek
             cells = [layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
             if all(cell.lstrip("+-").isdecimal() for cell in cells):
                 self.columns = (replace(self.columns[0], unit=CODES),)
 
-    @contextmanager
-    def _told(self) -> Iterator[None]:
-        """Refusals of the text name places of what it is from."""
-        try:
-            yield
-        except RecordError as error:
-            where = ", ".join(filter(None, (self._of, self._placed(error.where or ""))))
-            problem = error.problem.replace("line ", f"{self._line} ")
-            raise RecordError(problem, where=where or None) from None
-
-    def _placed(self, where: str) -> str:
-        """``"line 120"`` of the text as the line of what it is from."""
-        return re.sub(r"line (\d+)", lambda m: f"{self._line} {int(m[1]) + self.shift}", where)
-
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         wanted = sorted(set(columns))
         order = [wanted.index(column) for column in columns]
-        with self._told():
-            for first, lines in self._pieces(rows):
-                self._require_whole(first, lines)
-                block = self._fast(wanted, lines)
-                if block is None:
-                    block = self._patient(wanted, self._filled(first, lines))
-                if len(block):
-                    yield block[:, order]
+        for first, lines in self._pieces(rows):
+            self._require_whole(first, lines)
+            block = self._fast(wanted, lines)
+            if block is None:
+                block = self._patient(wanted, self._filled(first, lines))
+            if len(block):
+                yield block[:, order]
 
     def locate(self, row: int) -> str:
         """``"line 12"``, counted as an editor counts; blank lines between rows are no rows."""
         found = next(islice(self._rows(), row, None), None)
-        return self._placed(f"line {found[0]}" if found else f"row {row}")
+        return self.called.at(found[0]) if found else f"row {row}"
 
     def _rows(self) -> Iterator[tuple[int, str]]:
         """Line number (from 1) and text of every row of data."""
@@ -287,21 +265,21 @@ class TextSource(Source):
         if max(cells) <= width and '"' not in text and "\0" not in text:
             return
         for line, count, number in zip(lines, cells, range(first, first + len(lines)), strict=True):
-            where = f"line {number}"
+            where, word = self.called.at(number), self.called.word
             if "\0" in line:
                 raise RecordError(
                     "zero bytes in the text, as a logger leaves them when its power fails; cut the "
-                    "file before this line",
+                    f"file before this {word}",
                     where=where,
                 )
             if line.count('"') % 2:
-                raise RecordError("a quote that is not closed; correct the line", where=where)
+                raise RecordError(f"a quote that is not closed; correct the {word}", where=where)
             found = self.layout.cells(line) if count > width else []
             if any(cell and self.layout.is_number(cell) for cell in found[width:]):
                 raise RecordError(
                     f"{len(found)} cells where the rows have {width} ('{line.strip()[:60]}'); "
-                    "correct the line, or, if the numbers have decimal commas, export with another "
-                    "delimiter",
+                    f"correct the {word}, or, if the numbers have decimal commas, export with "
+                    "another delimiter",
                     where=where,
                 )
 
@@ -345,11 +323,11 @@ class TextSource(Source):
                 try:
                     block[:, k] = seconds_since(cells, first)
                 except ParameterError as error:
-                    where = f"line {lines[0][0]} or below, {name}"
+                    where = f"{self.called.at(lines[0][0])} or below, {name}"
                     raise RecordError(error.problem, where=where) from None
                 continue
             for i, cell in enumerate(cells):
-                block[i, k] = self._value(cell, f"line {lines[i][0]}, {name}")
+                block[i, k] = self._value(cell, f"{self.called.at(lines[i][0])}, {name}")
         return block
 
     def _value(self, cell: str, where: str) -> float:
