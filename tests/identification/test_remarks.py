@@ -104,7 +104,7 @@ def test_a_value_far_from_what_was_stated_is_never_ok(value, found, verdict):
         observed=SimpleNamespace(beliefs=SimpleNamespace(priors={"gain": Prior(0.0, 0.01)})),
         judged=SimpleNamespace(found=found),
     )
-    row = _input(answer, "gain", (), "1", 1.0, 1.0, {"gain": 1.0}, log=True)
+    row, _ = _input(answer, "gain", (), "1", 1.0, 1.0, {"gain": 1.0}, log=True)
     assert row["verdict"] == verdict
 
 

@@ -455,14 +455,14 @@ def identify_campaign(
     levels, of_law, said_of_law = _over_amplitude(answer, rig, used, campaign)
     rows += of_law
     checks += said_of_law
-    inputs = tuple(_inputs(answer, campaign))
-    said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)]
+    stated = _inputs(answer, campaign)
+    said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(stated, answer)]
     return Identified(
         rows,
         [*checks, *said, *_absent(rows, answer.posterior, ways), *remarks(_left(used, answer))],
         sources,
         levels,
-        inputs,
+        tuple(row for row, _ in stated),
         rig,
     )
 
@@ -929,7 +929,11 @@ def _absent(
     return checks
 
 
-def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
+#: A row of inputs.csv, and the unknowns that it is made of.
+_Input = tuple[dict[str, Value], set[str]]
+
+
+def _inputs(answer: Answer, campaign: Campaign) -> list[_Input]:
     """Rows of inputs.csv: each thing that was stated, and what the records say of it."""
     o = answer.observed
     rows = []
@@ -975,25 +979,23 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
         rows.append(_input(answer, item, (), "1", 1.0, 1.0, {name: 1.0}, log=True))
     unstated = {(name, record.id) for record in campaign.records for name in record.shown}
     return [
-        {**row, **_NOT_STATED} if (row["item"], str(row["record"]).split(";")[0]) in unstated
-        else row for row in rows
+        ({**row, **_NOT_STATED}, of) if (row["item"], str(row["record"]).split(";")[0]) in unstated
+        else (row, of) for row, of in rows
     ]  # fmt: skip
 
 
 _NOT_STATED = {"stated": None, "stated_error": None, "verdict": Verdict.NOT_STATED.value}
 
 
-def _contradicted(inputs: Sequence[Mapping[str, Value]], answer: Answer) -> list[Check]:
-    """One line for each kind of input that the records contradict, where no cause says it."""
-    causes = " ".join(w.cause.about for w in answer.judged.found if w.sure or w.rivals)
+def _contradicted(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
+    """One line for each kind of input that the records contradict, where no cause moves it."""
+    moved = {name for w in answer.judged.found if w.sure or w.rivals for name in w.cause.moves}
     groups: dict[str, list[Mapping[str, Value]]] = {}
-    for row in inputs:
-        if row["verdict"] == Verdict.OFF.value:
+    for row, unknowns in inputs:
+        if row["verdict"] == Verdict.OFF.value and not unknowns & moved:
             groups.setdefault(str(row["item"]), []).append(row)
     checks = []
     for item, rows in groups.items():
-        if item == BASE_OF_ONE or item.replace("nes_mass", "ball mass").replace("_", " ") in causes:
-            continue
         error = float(rows[0]["found_error"] or 0.0)
         first, more = rows[0], f" and of {len(rows) - 1} more" if len(rows) > 1 else ""
         detail = (
@@ -1008,7 +1010,7 @@ def _contradicted(inputs: Sequence[Mapping[str, Value]], answer: Answer) -> list
 def _input(
     answer: Answer, item: str, records: tuple[str, ...], unit: str, size: float, stated: float,
     terms: Mapping[str, float], *, log: bool, constant: float = 0.0,
-) -> dict[str, Value]:  # fmt: skip
+) -> _Input:  # fmt: skip
     """One row: stated beside found; `terms` are its error, or the logarithm of a factor."""
     value, error = answer.posterior.of(terms, constant)
     priors = answer.observed.beliefs.priors
@@ -1034,8 +1036,9 @@ def _input(
         verdict = Verdict.DOUBTFUL if unexplained else Verdict.OFF
     elif found_error > _SHOWN * stated_error:
         verdict = Verdict.NOT_TESTED
-    return {
+    row: dict[str, Value] = {
         "item": item, "record": ";".join(records), "unit": unit, "stated": size * stated,
         "stated_error": size * stated_error, "found": size * found,
         "found_error": size * found_error, "verdict": verdict.value,
     }  # fmt: skip
+    return row, set(terms)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from vinesexp.identification.joint import whole
-from vinesexp.identification.joint.unknowns import Posterior, Prior
+from vinesexp.identification.joint.causes import Cause, Weighed
+from vinesexp.identification.joint.unknowns import Direction, Posterior, Prior
 from vinesexp.identification.joint.whole import rig_posterior
-from vinesexp.identification.whole_campaign import _input
+from vinesexp.identification.whole_campaign import _contradicted, _input
 from vinesexp.records.stored.result_columns import Verdict
 
 
@@ -19,7 +20,7 @@ def row(off: float, error: float) -> dict[str, object]:
         observed=SimpleNamespace(beliefs=SimpleNamespace(priors={"b": Prior(0.0, 1e-4)})),
         judged=SimpleNamespace(found=()),
     )
-    return _input(answer, "clearance", ("a",), "mm", 1e3, 0.02, {"b": 1.0}, log=False)
+    return _input(answer, "clearance", ("a",), "mm", 1e3, 0.02, {"b": 1.0}, log=False)[0]
 
 
 @pytest.mark.parametrize(
@@ -30,6 +31,26 @@ def test_a_clearance_is_what_the_records_show(off: float, error: float, verdict:
     found = row(off, error)
     assert found["verdict"] == verdict.value
     assert found["found"] == pytest.approx(1e3 * (0.02 + off))
+
+
+@pytest.mark.parametrize(
+    ("item", "about", "moves", "said"),
+    [
+        ("clearance of ball 2", "clearance", "b", 0),
+        ("displacement gain of far", "displacement gain of setup far", "b", 0),
+        ("nes_mass of ball 2", "ball mass", "b", 0),
+        ("clearance", "clearance", "b of another record", 1),  # that one is said, and not this one
+        ("mass", "ball mass", "ln_m", 1),
+    ],
+)
+def test_a_contradiction_is_said_unless_a_cause_moves_it(item, about, moves, said):
+    """Items and causes were compared by their names: a second ball was said twice."""
+    cause = Cause("one", "mistake", about, Direction({moves: 1.0}, Prior(0.0, 0.3)))
+    found = (Weighed(cause, 50.0, 0.1, 1e-3, (), True),)
+    own = row(-3e-3, 1e-4) | {"item": item}
+    checks = _contradicted([(own, {"b"})], SimpleNamespace(judged=SimpleNamespace(found=found)))
+    words = f"{item} of a: stated 20 mm, the records show 17 +- 0.2; the analysis uses what was "
+    assert [check.detail for check in checks] == [f"{words}found (inputs.csv)"] * said
 
 
 @pytest.mark.parametrize(("off", "error"), [(-0.0207, 1e-4), (-0.0207, 0.01), (-0.015, 0.005)])

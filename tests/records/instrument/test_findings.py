@@ -1,0 +1,120 @@
+"""What is said of the defects of a record, and which of its stretches are left out."""
+
+import numpy as np
+import pytest
+
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.instrument.ingest import ingest_or_refuse
+from vinesexp.records.stored.store import open_record
+
+RATE, F = 2000.0, 8.0
+PERIOD = int(RATE / F)  # samples
+T = np.arange(int(4.0 * RATE)) / RATE
+RNG = np.random.default_rng(3)
+X = 5.0 * np.sin(2 * np.pi * F * T) + 1e-3 * RNG.standard_normal(T.size)  # mm
+A = -12.0 * np.sin(2 * np.pi * F * T) + 0.05 * RNG.standard_normal(T.size)  # m/s^2
+UNITS = {
+    "displacement": ", quantity: displacement, unit: mm",
+    "base": ", quantity: displacement, unit: mm",
+    "acceleration": ", quantity: acceleration, unit: m/s^2",
+    "sound": "",
+}
+
+
+def looked_over(folder, test, **channels):
+    """Checks of a record of these channels, in which NaN is an empty cell, and its samples."""
+    cells = (["" if np.isnan(v) else f"{v:.5f}" for v in values] for values in channels.values())
+    rows = [f"{t:.4f},{','.join(row)}" for t, *row in zip(T, *cells, strict=True)]
+    (folder / "a.csv").write_text("\n".join([f"t,{','.join(channels)}", *rows]) + "\n")
+    lines = (f"  {role}: {{column: {role}{UNITS[role]}}}\n" for role in channels)
+    text = f"time: {{column: t, unit: s}}\nchannels:\n{''.join(lines)}"
+    (folder / "campaign.yaml").write_text(text)
+    (folder / "records.csv").write_text(f"record,file,test\na,a.csv,{test}\n")
+    campaign = load_campaign(folder)
+    checks = ingest_or_refuse(campaign, campaign.records[0], folder / "a.nc")
+    with open_record(folder / "a.nc") as view:
+        return checks, {role: view.read(role) for role in view.roles}
+
+
+def without(values, *stretches):
+    values = values.copy()
+    for first, end in stretches:
+        values[first:end] = np.nan
+    return values
+
+
+def test_empty_cells_of_one_channel_are_left_out_and_said(tmp_path):
+    """They begin at a crest, whose value is held there until they are: it is no end of a range."""
+    crest = PERIOD // 4 + 8 * PERIOD
+    lost = without(X, (crest, crest + 100), (3000, 3020))
+    checks, kept = looked_over(tmp_path, "ringdown", displacement=lost, acceleration=A)
+    assert [(check.check, check.outcome) for check in checks] == [
+        ("ingest", "ok"),
+        ("gaps", "warning"),
+    ]
+    assert checks[1].detail == (
+        "displacement shows nothing for 0.06 s of 4 s, 2 times, the longest for 50 ms from 1.031 s "
+        "(line 2064): cells are empty; these stretches are left out"
+    )
+    np.testing.assert_array_equal(np.isnan(kept["displacement"]), np.isnan(lost))
+    assert not np.isnan(kept["acceleration"]).any()
+
+
+@pytest.mark.parametrize(("length", "outcome"), [(30, "warning"), (33, "refused")])
+def test_gaps_longer_than_an_eighth_of_a_period_break_the_motion(length, outcome, tmp_path):
+    """One in each period and a half: there are no two periods in a row without."""
+    gaps = [(first, first + length) for first in range(100, T.size - 50, 3 * PERIOD // 2)]
+    checks, _ = looked_over(tmp_path, "ringdown", displacement=without(X, *gaps), acceleration=A)
+    assert checks[-1].outcome == outcome
+    assert ("no two periods of the motion are complete" in checks[-1].detail) == (length == 33)
+
+
+def test_a_drop_with_empty_cells_is_refused(tmp_path):
+    hits = 0.01 * RNG.standard_normal(T.size)
+    hits[[1000, 2500, 3700]] = 30.0
+    checks, _ = looked_over(
+        tmp_path, "drop", acceleration=without(hits, (2000, 2100)), sound=0.01 * hits
+    )
+    assert [check.outcome for check in checks] == ["refused"]
+    assert checks[0].detail.endswith("a drop test needs every hit; cut the record there")
+
+
+def test_a_lost_bit_is_left_out(tmp_path):
+    x = X.copy()
+    x[3000] += 20.0
+    checks, kept = looked_over(tmp_path, "periodic", displacement=x)
+    assert "displacement shows nothing for 0.0005 s of 4 s, 1 time" in checks[1].detail
+    assert np.flatnonzero(np.isnan(kept["displacement"])).tolist() == [3000]
+
+
+def test_a_base_may_stop_dead_and_the_mass_may_not(tmp_path):
+    """A shaker that is switched off, seen without noise by a coarse converter."""
+    stops = np.round(2.0 * X) / 2.0
+    stops[4000:4200] = stops[3999]
+    checks, _ = looked_over(tmp_path, "ringdown", displacement=X, base=stops)
+    assert [check.outcome for check in checks] == ["ok"]
+    checks, _ = looked_over(tmp_path, "ringdown", displacement=stops, base=X)
+    assert "displacement shows nothing for 0.101 s of 4 s, 1 time" in checks[1].detail
+
+
+def test_a_mass_that_stands_for_a_period_in_its_midst_has_a_gap_there(tmp_path):
+    """It goes on where it stood: nothing jumps."""
+    x = X.copy()
+    x[4000 : 4000 + PERIOD] = x[3999]
+    checks, kept = looked_over(tmp_path, "ringdown", displacement=x)
+    assert [check.check for check in checks] == ["ingest", "gaps"]
+    assert "it stands still in the midst of its motion" in checks[1].detail
+    assert np.flatnonzero(np.isnan(kept["displacement"])).tolist() == [*range(3999, 4000 + PERIOD)]
+
+
+def test_sound_alone_is_enough_for_drop_tests_only(tmp_path):
+    checks, _ = looked_over(tmp_path, "ringdown", sound=X)
+    assert [check.outcome for check in checks] == ["refused"]
+    assert "sound alone is enough for drop tests only" in checks[0].detail
+
+
+def test_a_record_of_fewer_than_two_periods_is_refused(tmp_path):
+    slow = np.sin(2 * np.pi * 0.4 * T) + 1e-3 * RNG.standard_normal(T.size)
+    checks, _ = looked_over(tmp_path, "ringdown", displacement=slow)
+    assert [check.outcome for check in checks] == ["refused"]
+    assert "4 s hold 1.6 periods of the motion, expected at least two" in checks[0].detail
