@@ -21,7 +21,7 @@ def level(*tests: Tested) -> PeriodicLevel:
 def test_nothing_where_all_agree_or_nothing_is_predicted():
     agreeing = (
         Tested(0.030, 5.9e-3, "two symmetric", "a"),
-        Tested(0.034, 7e-3, "strongly modulated", "within the interval"),
+        Tested(0.0335, 7e-3, "strongly modulated", "within the interval"),
         Tested(0.040, 9e-3, "strongly modulated", "b"),
         Tested(0.020, 9e-3, "", "not judged"),
         Tested(0.020, 19e-3, "no impact", "ball not seen"),
@@ -51,3 +51,10 @@ def test_amplitude_counts_as_well_as_the_regime():
     assert "from 40 % of the starts" in explanation(near, [rest, one])
     far = Tested(0.03, 12e-3, "strongly modulated", "rec")
     assert explanation(far, [rest, one]).startswith("not explained")
+
+
+def test_two_impacts_per_cycle_are_one_motion_symmetric_or_not():
+    one = Attractor(0.03, "two symmetric", 1.0, 40, 1e-3, 1e-3, 1e-3, 1e-3, 2.0)
+    test = Tested(0.03, 1e-3, "two asymmetric", "rec")
+    every = "all starts lead to the motion of the record, none to the orbit that b_c belongs to"
+    assert explanation(test, [one]) == every

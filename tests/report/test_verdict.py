@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from vinesexp.records.campaign.missing_cells import MISSING
 from vinesexp.report.verdict import (
     PeriodicVerdict,
     agreement,
@@ -81,6 +82,28 @@ def test_a_bound_is_contradicted_or_leaves_the_prediction_untested(low, high, sa
     text, found = agreement({}, end | PREDICTED)
     assert text.startswith(says)
     assert found is agrees
+
+
+def test_a_prediction_wider_than_a_tenth_decides_nothing():
+    wide = PREDICTED | {"predicted_low_mm": 31.0, "predicted_high_mm": 37.0}
+    text, agrees = agreement({}, measured(40, 41) | wide)
+    assert text.startswith("cannot decide: the 95 % interval of b_c is 18 % wide")
+    assert agrees is None
+
+
+def test_a_sharp_prediction_just_beside_a_bound_contradicts_nothing():
+    sharp = PREDICTED | {"predicted_low_mm": 33.899, "predicted_high_mm": 33.901}
+    end = {"measured_mm": 34.0, "measured_low_mm": 34.0, "measured_high_mm": None}
+    text, agrees = agreement({}, end | sharp)
+    assert text.startswith("b_c is 0.3 % below 34 mm, but two impacts per cycle end above 34 mm")
+    assert agrees is None
+
+
+def test_headline_without_tests_says_what_is_missing():
+    missing = {"check": MISSING, "outcome": "warning", "detail": "no record has a clearance"}
+    assert headline([], [], {"f0"}, [missing]) == (
+        "No best clearance can be reported: no record has a clearance."
+    )
 
 
 def test_a_lowest_amplitude_at_the_edge_is_not_compared():

@@ -21,15 +21,17 @@ UNITS = {
 }
 
 
-def looked_over(folder, test, **channels):
+def looked_over(folder, test, *, frequency="", accept="", **channels):
     """Checks of a record of these channels, in which NaN is an empty cell, and its samples."""
     cells = (["" if np.isnan(v) else f"{v:.5f}" for v in values] for values in channels.values())
     rows = [f"{t:.4f},{','.join(row)}" for t, *row in zip(T, *cells, strict=True)]
     (folder / "a.csv").write_text("\n".join([f"t,{','.join(channels)}", *rows]) + "\n")
-    lines = (f"  {role}: {{column: {role}{UNITS[role]}}}\n" for role in channels)
+    lines = (f"  {role}: {{column: {role}{UNITS[role]}{accept}}}\n" for role in channels)
     text = f"time: {{column: t, unit: s}}\nchannels:\n{''.join(lines)}"
     (folder / "campaign.yaml").write_text(text)
-    (folder / "records.csv").write_text(f"record,file,test\na,a.csv,{test}\n")
+    (folder / "records.csv").write_text(
+        f"record,file,test,frequency_hz\na,a.csv,{test},{frequency}\n"
+    )
     campaign = load_campaign(folder)
     checks = ingest_or_refuse(campaign, campaign.records[0], folder / "a.nc")
     with open_record(folder / "a.nc") as view:
@@ -47,6 +49,7 @@ def test_empty_cells_of_one_channel_are_left_out_and_said(tmp_path):
     """They begin at a crest, whose value is held there until they are: it is no end of a range."""
     crest = PERIOD // 4 + 8 * PERIOD
     lost = without(X, (crest, crest + 100), (3000, 3020))
+    lost[crest - 1] = X.max() + 1e-3
     checks, kept = looked_over(tmp_path, "ringdown", displacement=lost, acceleration=A)
     assert [(check.check, check.outcome) for check in checks] == [
         ("ingest", "ok"),
@@ -79,6 +82,45 @@ def test_a_drop_with_empty_cells_is_refused(tmp_path):
     assert checks[0].detail.endswith("a drop test needs every hit; cut the record there")
 
 
+def test_a_drop_whose_sensor_stands_is_refused(tmp_path):
+    hits = 0.01 * RNG.standard_normal(T.size)
+    hits[[1000, 2500, 3700]] = 30.0
+    hits[5000:5400] = hits[4999]
+    checks, _ = looked_over(tmp_path, "drop", acceleration=hits)
+    assert [check.outcome for check in checks] == ["refused"]
+    assert "acceleration is frozen for 401 samples from 2.4995 s" in checks[0].detail
+
+
+def test_a_wide_clipped_crest_is_clipped_and_no_gap(tmp_path):
+    """83 equal samples at the end of the range: as many as of a sensor that is off."""
+    x = without(np.clip(X, -2.5, 2.5), (0, 3))
+    checks, kept = looked_over(tmp_path, "periodic", displacement=x, accept=", accept: saturated")
+    assert [check.check for check in checks] == ["ingest", "missing cells", "saturated"]
+    assert checks[2].detail == (
+        "displacement is clipped at the end of its range for 84 samples from 0.0105 s (line 23), "
+        "and 63 more times; measure with a wider range"
+    )
+    assert not np.isnan(kept["displacement"]).any()
+
+
+@pytest.mark.parametrize(("others", "outcome"), [((3.0, 4.0), "ok"), ((), "refused")])
+def test_another_frequency_of_the_base_counts_where_the_base_swings(others, outcome, tmp_path):
+    """Of a table at rest that a floor shakes at several, the largest is none of the test."""
+    base = sum(np.sin(2 * np.pi * f * T) for f in (5.0, *others))
+    checks, _ = looked_over(tmp_path, "periodic", displacement=X, base=base, frequency=8)
+    assert [check.outcome for check in checks] == [outcome]
+    if not others:
+        assert "frequency_hz is 8 Hz, the base moves at 5 Hz" in checks[0].detail
+
+
+def test_a_laser_that_loses_its_target_is_not_clipped(tmp_path):
+    x = X.copy()
+    x[4000:4060] = 10.0
+    checks, kept = looked_over(tmp_path, "periodic", displacement=x)
+    assert [check.check for check in checks] == ["ingest", "gaps"]
+    assert np.flatnonzero(np.isnan(kept["displacement"])).tolist() == [*range(4000, 4060)]
+
+
 def test_a_lost_bit_is_left_out(tmp_path):
     x = X.copy()
     x[3000] += 20.0
@@ -94,6 +136,7 @@ def test_a_base_may_stop_dead_and_the_mass_may_not(tmp_path):
     checks, _ = looked_over(tmp_path, "ringdown", displacement=X, base=stops)
     assert [check.outcome for check in checks] == ["ok"]
     checks, _ = looked_over(tmp_path, "ringdown", displacement=stops, base=X)
+    assert [check.check for check in checks] == ["ingest", "gaps"]
     assert "displacement shows nothing for 0.101 s of 4 s, 1 time" in checks[1].detail
 
 
@@ -105,6 +148,16 @@ def test_a_mass_that_stands_for_a_period_in_its_midst_has_a_gap_there(tmp_path):
     assert [check.check for check in checks] == ["ingest", "gaps"]
     assert "it stands still in the midst of its motion" in checks[1].detail
     assert np.flatnonzero(np.isnan(kept["displacement"])).tolist() == [*range(3999, 4000 + PERIOD)]
+
+
+def test_a_mass_that_stands_and_jumps_back_has_a_gap_up_to_its_motion(tmp_path):
+    """The sensor needs two samples to come back: they are no motion either."""
+    x = X.copy()
+    x[4000:4202] = x[3999]
+    x[4200:4202] += (x[4202] - x[3999]) * np.array([1.0, 2.0]) / 3.0
+    checks, kept = looked_over(tmp_path, "ringdown", displacement=x)
+    assert [check.check for check in checks] == ["ingest", "gaps"]
+    assert np.flatnonzero(np.isnan(kept["displacement"])).tolist() == [*range(3999, 4202)]
 
 
 def test_sound_alone_is_enough_for_drop_tests_only(tmp_path):

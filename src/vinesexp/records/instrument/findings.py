@@ -534,7 +534,7 @@ def look_over(
                 f"({samples.source.locate(samples.trimmed[0] + int(at[0]))}): its counter or its "
                 "phase starts anew there; measure with a wider range, or unwrap it"
             )
-        if role in _TARGETS and stuck != [(0, view.n)]:
+        if role in _TARGETS:
             gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
             gaps = _joined([*gaps, *lone_samples(view, role)])
             stuck = [run for run in stuck if not within(run, gaps)]
