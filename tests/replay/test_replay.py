@@ -413,6 +413,24 @@ def test_between_clearances_that_nobody_can_tell_apart_a_record_is_replayed():
     assert compared(periodic(34.0), far, float("nan"), found, near=True)[0].outcome == "differs"
 
 
+def test_a_ball_that_hits_is_not_compared_with_one_that_lies_still():
+    found = [shown("a", "two symmetric", 5.3e-3)]
+    found.append(replace(shown("ball in the middle", "no impact", 19e-3), impacts_per_cycle=0.0))
+    row = MEASURED | {"amplitude_mean_m": 0.009}
+    amplitude = compared(periodic(34.0), row, float("nan"), found, near=True)[0]
+    assert (amplitude.outcome, amplitude.high) == ("differs", 5.3e-3)
+
+
+def test_the_replays_of_a_sweep_are_one_distribution():
+    """Between two of them, which have other regimes, lies what another start would have given."""
+    found = [replace(shown("a", "two symmetric", 5.3e-3), largest=9e-3)]
+    found.append(replace(shown("b", "chatter", 7.4e-3), largest=12e-3))
+    row = MEASURED | {"amplitude_mean_m": 0.006, "amplitude_max_m": 0.01}
+    mean, largest, *_ = compared(replace(periodic(34.0), test="sweep"), row, float("nan"), found)
+    assert (mean.outcome, mean.low, mean.high) == ("ok", 5.3e-3, 7.4e-3)
+    assert (largest.quantity, largest.outcome) == ("largest amplitude", "ok")
+
+
 def test_a_ball_that_lies_still_is_compared_with_balls_that_do():
     found = [shown("a", "two symmetric", 5.3e-3)]
     found.append(replace(shown("ball in the middle", "no impact", 19e-3), impacts_per_cycle=0.0))
