@@ -161,22 +161,20 @@ def test_where_digits_are_not_enough_there_is_a_value_and_no_evidence(sigma):
         assert found.log_evidence < -1e9
 
 
-def test_an_expansion_serves_what_lies_near_it() -> None:
+def test_a_block_is_looked_at_once_at_each_point():
+    """What it says near another point may be far from what it says here."""
     looks = []
 
     def look(p):
         looks.append(p)
-        return np.diag([4.0, 0.0]), np.array([2.0 - 4.0 * p[0], 0.0]), -2.0 * (p[0] - 0.5) ** 2
+        size = np.exp(2.0 * p[0])  # as of a base that seems a thousand times smaller
+        return np.array([[size]]), np.array([-size]), -size
 
-    block = Block("a", "flights", (({"u": 1.0}, 0.0), ({"v": 1.0}, 0.0)), look)
-    block.near(np.zeros(2))
-    # half of 0.05 standard errors away: the parabola from there, which is exact here
-    information, gradient, value = block.near(np.array([0.0125, 3.0]))
+    block = Block("a", "base", (({"u": 1.0}, 0.0),), look)
+    first = block.at(np.array([-7.0]))
+    assert block.at(np.array([-7.0])) is first
     assert len(looks) == 1
-    assert np.array_equal(information, np.diag([4.0, 0.0]))
-    assert gradient == pytest.approx([1.95, 0.0])
-    assert value == pytest.approx(-2.0 * 0.4875**2)
-    block.near(np.array([0.05, 0.0]))  # a tenth of an error
+    # nearer than a hundredth of an error by what was known there
+    assert block.at(np.array([0.0]))[0][0, 0] == 1.0
     assert len(looks) == 2
-    block.near(np.array([0.01, 0.0]))  # both are kept
-    assert len(looks) == 2
+    assert block.at(np.array([-7.0])) is first

@@ -30,8 +30,7 @@ IMAGINARY = 1e-30
 _STEPS = 40
 _CLOSE = 1e-2  # last step over a posterior standard deviation: each is a tenth of the one before
 _HALVED = 12  # times that a step is halved
-#: Standard errors of a block over which its log-likelihood is a parabola; expansions that it keeps.
-_NEAR, _KEPT = 0.05, 4
+_KEPT = 4  # expansions that a block keeps
 _LARGEST = 3.0  # largest step of a logarithm or a ratio in one iteration
 
 
@@ -62,17 +61,15 @@ class Block:
     look: Callable[[FloatArray], Local]
     _seen: list[tuple[FloatArray, Local]] = field(init=False, default_factory=list, repr=False)
 
-    def near(self, p: FloatArray) -> Local:
-        """What `look` says, from where it was looked at before if that is near enough.
+    def at(self, p: FloatArray) -> Local:
+        """What `look` says, from memory if it was asked there before: fits begin where others end.
 
-        The log-likelihood is a parabola over a small part of its own standard error. Fits begin
-        where others end, so that most expansions are near a former one.
+        What it said near `p` would not do: from where a base seems a thousand times smaller, all
+        bases look alike.
         """
-        for at, (information, gradient, value) in self._seen:
-            step = p - at
-            along = information @ step
-            if float(step @ along) <= _NEAR**2:
-                return information, gradient - along, value + float(step @ (gradient - 0.5 * along))
+        for where, known in self._seen:
+            if np.array_equal(where, p):
+                return known
         found = self.look(p)
         self._seen.insert(0, (p, found))
         del self._seen[_KEPT:]
@@ -287,7 +284,7 @@ def expand(blocks: Sequence[Block], names: tuple[str, ...], at: FloatArray) -> Q
             for name, factor in terms.items():
                 row[place[index[name]]] += factor
         local = np.array([constant for _, constant in block.sums]) + A @ at[used]
-        information, gradient, own = block.near(local)
+        information, gradient, own = block.at(local)
         value += own
         parts.append(Part(block.record, used, A.T @ gradient, A.T @ information @ A))
     return Quadratic(names, at, tuple(parts), *_sums(parts, len(names)), value)

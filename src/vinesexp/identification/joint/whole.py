@@ -387,7 +387,7 @@ def _outliers(observed: Observed, data: Quadratic) -> dict[str, float]:
     chi2: dict[str, float] = {}
     for block in observed.blocks:
         if block.kind == "flights":
-            value = block.near(local_values(block, observed.names, data.at))[2]
+            value = block.at(local_values(block, observed.names, data.at))[2]
             chi2[block.record] = chi2.get(block.record, 0.0) - 2.0 * value
     groups = dict.fromkeys(chi2, 0)
     for (record, _), collisions in observed.collisions.items():
