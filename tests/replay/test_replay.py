@@ -535,9 +535,13 @@ def test_a_record_with_impacts_is_not_beside_a_ball_that_nothing_strikes():
     assert all(one.motion.impacts["time"].size for one in replays(rig, drive, plain=rig))
 
 
-@pytest.mark.parametrize(("test", "again"), [("transient", 4), ("periodic", 4), ("ringdown", 0)])
+@pytest.mark.parametrize(("test", "again"), [("transient", 8), ("periodic", 1), ("ringdown", 0)])
 def test_a_test_that_a_small_error_of_its_clearance_explains_is_replayed(test, again, monkeypatch):
-    """Of a release too: where a wall just reaches the ball, all after it hangs on that."""
+    """Of a release too: where a wall just reaches the ball, all after it hangs on that.
+
+    With a clearance 0.6 % larger the ball moves as in the periodic test, with none as in the
+    release.
+    """
     tried = []
 
     def replayed(*_, share=0.0, **__):
@@ -552,5 +556,5 @@ def test_a_test_that_a_small_error_of_its_clearance_explains_is_replayed(test, a
     row = MEASURED | {"amplitude_mean_m": 0.009}
     whole = Campaign(Path(), "", "", Known(), {}, None, None, None, (record,))
     campaign_replay._beside(whole, record, Model(TABLE_2, (0.032,)), None, seen, row)
-    assert len(tried) == 1 + again
-    assert sorted(tried) == pytest.approx(sorted(-one for one in tried))
+    shares = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.75, -0.75)[:again]
+    assert tried == pytest.approx([0.0, *(0.006 * share for share in shares)])

@@ -51,6 +51,9 @@ _LATER = 0.2, 0.6  # of a record: between them a test is replayed from there as 
 _LEAST_OFF = 3e-3
 #: Standard uncertainties by which a clearance is moved where a record is near a change of regime.
 _OFF = 2.0
+#: Clearances that are tried one after the other, as shares of it. Of a strongly modulated motion
+#: one start in a hundred may move as the record does.
+_BESIDE = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.75, -0.75)
 
 
 # The rig that records are replayed with: the identified values, and the effects that were chosen.
@@ -241,7 +244,7 @@ def _beside(
 
     Near a change of regime, and where a wall just reaches the ball, a clearance that is off by what
     nobody can know leads to another motion: where the rig does not replay it, clearances to either
-    side are tried.
+    side are tried, until one does.
     """
     apart = " | " in row["regime"] or len(record.clearance) < 2
     decay = float("nan")
@@ -262,10 +265,12 @@ def _beside(
         campaign.known.uncertainties.base.of(1.0),
     )
     near = list(found)
-    for share in (off, -off, 0.5 * off, -0.5 * off):
-        near += again(share=share)
-    beside = compared(record, row, decay, near, steady=steady, near=True)
-    return (found, rows) if _fails(beside) else (near, beside)
+    for share in _BESIDE:
+        near += again(share=share * off)
+        beside = compared(record, row, decay, near, steady=steady, near=True)
+        if not _fails(beside):
+            return near, beside
+    return found, rows
 
 
 def _fails(rows: Sequence[Compared]) -> bool:
