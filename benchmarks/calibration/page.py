@@ -62,7 +62,7 @@ do.
 
 Later code, all samples anew; truth in 68 and 95 % intervals, and rms errors on plain rigs:
 
-| code | a9bd22d0 | 919454d6 | d7f2b94d | 3a6827bc |
+| code | a9bd22d0 | 919454d6 | d7f2b94d | a53873aa |
 |---|---|---|---|---|
 | campaigns | 7000 to 7128 | 8000 to 8039 | 9200 to 9223, seen once (b_t) | 9400 to 9423, new |
 | f0 | 78, 93 % | 80, 100 % | 75, 96 % | 71, 96 % |
