@@ -2,7 +2,7 @@
 
 Each cause is a direction in the space of unknowns with a prior for how far. Its evidence against
 what is believed so far follows from the expansion of the log-likelihood in one small product
-(`gain_of`), so that all causes are weighed, and rivals beside them. A cause is named only if it
+(`gains_of`), so that all causes are weighed, and rivals beside them. A cause is named only if it
 is possible, significant, better than every rival of another kind, and predicts the records left
 out better than its rivals and than none; else its values are averaged over, and nothing is named.
 """
