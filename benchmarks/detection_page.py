@@ -36,6 +36,8 @@ their score by a parabola.
   half a contact or two samples are one. *missed / hidden / false* are of vinesexp; *hidden* are the
   missed ones that stand less than eight standard deviations out of the noise even for a filter that
   knows the contact.
+- *bias* holds how late the sensor makes slow motions, as impacts are timed to fit the displacement
+  behind the same sensor: 2 zeta/w of a mount that rings, 15.9 us at 2 kHz and damping 0.1.
 - *spread* is 1.4826 times the median deviation from the bias, of impacts 4 ms from any other.
 - The limit is that of Cramer and Rao for one contact: form (half sine, resonance, sampling) and
   duration known, noise white, clipped samples worth nothing; unknown are its time, its height and a
