@@ -64,7 +64,7 @@ Later code, all samples anew; truth in 68 and 95 % intervals, and rms errors on 
 
 | code | a9bd22d0 | 919454d6 | d7f2b94d | a53873aa |
 |---|---|---|---|---|
-| campaigns | 7000 to 7128 | 8000 to 8039 | 9200 to 9223, seen once (b_t) | 9400 to 9423, seen (a replay) |
+| campaigns | 7000 to 7128 | 8000 to 8039 | 9200 to 9223, seen (b_t) | 9400 to 9423, seen (replay) |
 | f0 | 78, 93 % | 80, 100 % | 75, 96 % | 71, 96 % |
 | zeta | 74, 99 % | 82, 98 % | 71, 100 % | 79, 100 % |
 | M | 67, 92 % | 72, 98 % | 67, 92 % | 83, 100 % |
