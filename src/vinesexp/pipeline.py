@@ -1,9 +1,8 @@
 """What happens to a record and to a campaign, step by step: said here and nowhere else.
 
 A step takes the campaign, the record it is about, and where results lie; it reads the results of
-earlier steps and writes its own. The workflow runs each step as a job of
-its own; `analyse_record` and `analyse_campaign` run them one after the other in this process. Both
-give the same files.
+earlier steps and writes its own. The workflow runs each step as a job of its own; `analyse_record`
+and `analyse_campaign` run them one after the other in this process. Both give the same files.
 
 What a step needs is imported inside it: a job starts in a fraction of the time, and the digest of
 a step's code (`vinesexp.codedigest`) covers what this step uses and nothing else.

@@ -192,18 +192,12 @@ def _settled(found: Sequence[Indication], places: Places) -> dict[str, Guess]:
             own = [one for one in found if (one.label, one.role) == (label, role)]
             words = "; ".join(dict.fromkeys(one.why for one in own if one.weight > 0.0))
             rivals = max(one.rivals for one in own)
-            equal = (
-                []
-                if again
-                else [
-                    f"'{other}'"
-                    for other, its in ranked
-                    if its == role
-                    and other != label
-                    and standing((other, its)) == standing((label, role))
-                    and not _same(label, other, places)
-                ]
-            )
+            # a second channel of the role, beside its holder, has no rivals
+            equal = [] if again else [
+                f"'{other}'" for other, its in ranked
+                if its == role and other != label and not _same(label, other, places)
+                and standing((other, its)) == standing((label, role))
+            ]  # fmt: skip
             if equal:
                 words += f"; {first_of(equal, _LISTED)} may be it as well: check which one it is"
             rivals = max(rivals, len(equal))

@@ -772,16 +772,18 @@ def test_a_base_channel_in_another_range_from_one_test_on_is_the_base_channel():
     assert "base gain changes by +1.51" in check.detail
 
 
+@pytest.mark.parametrize("seen", [0.3, 0.0])
 @pytest.mark.parametrize("error", [1e-10, 1e-3])
-def test_the_evidence_of_a_scatter_beside_huge_information_is_that_of_a_normal_sum(error):
+def test_the_evidence_of_a_scatter_beside_huge_information_is_that_of_a_normal_sum(error, seen):
     """Three added masses typed as totals ended in a traceback of the algebra."""
     names = tuple(f"own r: t{i}" for i in range(6))
+    every = (*names, "level")
     a = np.random.default_rng(3).standard_normal(6)
     sums = ((dict(zip(names, a.tolist(), strict=True)), 0.0),)
-    beliefs = Beliefs({name: Prior(0.0, 1e-12) for name in names})
-    data = expand([Block("t", "flights", sums, Mean(0.3, error))], names, np.zeros(6))
+    beliefs = Beliefs({name: Prior(0.0, 1e-12 if name in names else 1.0) for name in every})
+    data = expand([Block("t", "flights", sums, Mean(seen, error))], every, np.zeros(7))
     base = posterior_of(data, beliefs)
     (found,) = gains_of_scatter(data, beliefs, base, [dict.fromkeys(names, 1.0)])
-    narrow, wide = error**2, error**2 + float(a @ a)
-    gain = 0.5 * (0.3**2 * (1.0 / narrow - 1.0 / wide) - np.log(wide / narrow))
+    narrow, wide = error**2, error**2 + float(a @ a)  # what has no width counts as known
+    gain = 0.5 * (seen**2 * (1.0 / narrow - 1.0 / wide) - np.log(wide / narrow))
     assert found == pytest.approx(gain, rel=1e-6)

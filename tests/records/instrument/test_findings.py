@@ -171,3 +171,23 @@ def test_a_record_of_fewer_than_two_periods_is_refused(tmp_path):
     checks, _ = looked_over(tmp_path, "ringdown", displacement=slow)
     assert [check.outcome for check in checks] == ["refused"]
     assert "4 s hold 1.6 periods of the motion, expected at least two" in checks[0].detail
+
+
+@pytest.mark.parametrize(("beside", "outcome"), [({}, "refused"), ({"displacement": X}, "warning")])
+def test_an_acceleration_alone_whose_motion_is_clipped_is_refused(beside, outcome, tmp_path):
+    """It stands at its ends for two thirds of the cycle; with a displacement that is left to it."""
+    clipped = np.clip(A, -6.0, 6.0)
+    assert (np.abs(clipped) == 6.0).mean() == pytest.approx(2.0 / 3.0, abs=0.01)
+    checks, _ = looked_over(tmp_path, "periodic", frequency="8", acceleration=clipped, **beside)
+    said = next(check for check in checks if "end of its range" in check.detail)
+    assert said.outcome == outcome
+
+
+def test_an_acceleration_whose_impacts_alone_are_clipped_is_said_and_used(tmp_path):
+    hits = A.copy()
+    for first in range(100, T.size - 20, PERIOD // 2):
+        hits[first : first + 8] += 300.0
+    clipped = np.clip(hits, -200.0, 200.0)
+    checks, _ = looked_over(tmp_path, "periodic", frequency="8", acceleration=clipped)
+    said = next(check for check in checks if "end of its range" in check.detail)
+    assert said.outcome == "warning"

@@ -555,7 +555,9 @@ def gains_of_scatter(
         more = np.sqrt(np.maximum(np.array([one[name] for name in own]) ** 2 - errors**2, 0.0))
         inner = np.eye(len(k)) + curvature[np.ix_(k, k)] * np.outer(more, more)
         sizes, axes = np.linalg.eigh(inner)
-        sizes = np.maximum(sizes, 1.0)  # beside one of 1e17 rounding makes one of 1 negative
+        # beside one of 1e17 rounding makes one of 1 anything from -20 to 20
+        rounding = sizes.size * np.finfo(np.float64).eps * sizes[-1]
+        sizes = np.where(sizes - 1.0 > rounding, sizes, 1.0)
         along = axes.T @ (more * slope[k])
         gains[i] = 0.5 * (along**2 / sizes - np.log(sizes)).sum()
     return gains

@@ -59,7 +59,9 @@ class Block:
     kind: str
     sums: tuple[Sum, ...]
     look: Callable[[FloatArray], Local]
-    _seen: list[tuple[FloatArray, Local]] = field(init=False, default_factory=list, repr=False)
+    _seen: list[tuple[FloatArray, Local]] = field(
+        init=False, default_factory=list, repr=False, compare=False
+    )
 
     def at(self, p: FloatArray) -> Local:
         """What `look` says, from memory if it was asked there before: fits begin where others end.

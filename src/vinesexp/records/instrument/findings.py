@@ -513,67 +513,85 @@ def look_over(
     period = _period(view, record)
     missing: dict[str, Stretches] = _paused(view, record, samples, period)
     for role in view.roles:
-        lost = tuple(samples.lost.get(role, ()))
-        empty = tuple((first - 1, end) for first, end in lost)  # they hold the value before them
-        if lost:
-            said = _left_out(view, record, samples, role, lost, period, "cells are empty")
-            if record.test == "drop":
-                raise RecordError(f"{said.detail}: {_EVERY_HIT}")
-            found.append(said)
-            missing[role] = _joined([*missing.get(role, ()), *lost])
-        if reported := samples.overload(role):
-            found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
-        # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
-        still = frozen(view, role, period=period if role == "displacement" else None)
-        stuck = [run for run in still if not within(run, empty)]
-        if role in _TARGETS and (at := starts_anew(view, role)).size:
-            jump = np.ptp(view.read(role, int(at[0]) - 1, int(at[0]) + 1))
-            raise RecordError(
-                f"{role} jumps by {jump:.4g} m from one end of its range to the other and moves on "
-                f"{at.size} times, first at {view.moment(int(at[0]))} "
-                f"({samples.source.locate(samples.trimmed[0] + int(at[0]))}): its counter or its "
-                "phase starts anew there; measure with a wider range, or unwrap it"
-            )
-        if role in _TARGETS:
-            gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
-            gaps = _joined([*gaps, *lone_samples(view, role)])
-            stuck = [run for run in stuck if not within(run, gaps)]
-        else:
-            gaps = ()
-        clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
-        stuck = [run for run in stuck if run not in clipped]
-        whole = stuck == [(0, view.n)]
-        accepted = "frozen" in channels[role].accept or record.test == "drop"
-        held = () if whole or accepted else tuple(stuck)
-        stuck = [] if held else stuck
-        # Of a decay clipped samples show nothing; of impacts, that there is one.
-        open_ended = role == "acceleration" and record.test == "ringdown"
-        lacking = tuple(clipped) if open_ended and "saturated" not in channels[role].accept else ()
-        clipped = [] if lacking else clipped
-        for stretches, why in ((gaps, _JUMPS), (held, _STANDS), (lacking, _CLIPPED)):
-            if stretches:
-                found.append(_left_out(view, record, samples, role, stretches, period, why))
-                missing[role] = _joined([*missing.get(role, ()), *stretches])
-        if whole and role not in _MOVING[record.test]:
-            reported = f"{role} does not change at all; noise below one step of the instrument?"
-            found.append(Check(record.id, "frozen", "warning", reported))
-            continue
-        for defect, runs in (("saturated", clipped), ("frozen", stuck)):
-            if runs:
-                reported = f"{role} {_described(view, samples, runs, defect)}"
-                motion = defect == "saturated" and role == "acceleration"
-                motion = (
-                    motion
-                    and "displacement" not in view.roles
-                    and clipped_share(view) > MOTION_CLIPPED
-                )
-                found.append(_judge(record, channels[role], defect, reported, motion=motion))
+        checks, gaps = _look_over_channel(view, record, channels[role], samples, period)
+        found += checks
+        if gaps:
+            missing[role] = _joined([*missing.get(role, ()), *gaps])
     return found, missing
+
+
+def _look_over_channel(
+    view: RecordView, record: Record, channel: Channel, samples: Samples, period: float | None
+) -> tuple[list[Check], list[Stretch]]:
+    """The same of one channel: what is odd, and the stretches to leave out."""
+    role, found, missing = channel.role, list[Check](), list[Stretch]()
+    lost = tuple(samples.lost.get(role, ()))
+    empty = tuple((first - 1, end) for first, end in lost)  # they hold the value before them
+    if lost:
+        said = _left_out(view, record, samples, role, lost, period, "cells are empty")
+        if record.test == "drop":
+            raise RecordError(f"{said.detail}: {_EVERY_HIT}")
+        found.append(said)
+        missing += lost
+    if reported := samples.overload(role):
+        found.append(_judge(record, channel, "saturated", f"{role} {reported}"))
+    # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
+    still = frozen(view, role, period=period if role == "displacement" else None)
+    stuck = [run for run in still if not within(run, empty)]
+    gaps: Stretches = ()
+    if role in _TARGETS:
+        _refuse_a_new_start(view, role, samples)
+        gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
+        gaps = _joined([*gaps, *lone_samples(view, role)])
+        stuck = [run for run in stuck if not within(run, gaps)]
+    clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
+    stuck = [run for run in stuck if run not in clipped]
+    whole = stuck == [(0, view.n)]
+    accepted = "frozen" in channel.accept or record.test == "drop"
+    held = () if whole or accepted else tuple(stuck)
+    stuck = [] if held else stuck
+    # Of a decay clipped samples show nothing; of impacts, that there is one.
+    decays = role == "acceleration" and record.test == "ringdown"
+    lacking = tuple(clipped) if decays and "saturated" not in channel.accept else ()
+    clipped = [] if lacking else clipped
+    for stretches, why in ((gaps, _JUMPS), (held, _STANDS), (lacking, _CLIPPED)):
+        if stretches:
+            found.append(_left_out(view, record, samples, role, stretches, period, why))
+            missing += stretches
+    if whole and role not in _MOVING[record.test]:
+        reported = f"{role} does not change at all; noise below one step of the instrument?"
+        return [*found, Check(record.id, "frozen", "warning", reported)], missing
+    alone = role == "acceleration" and "displacement" not in view.roles
+    motion = alone and _share(clipped, view) > MOTION_CLIPPED
+    for defect, runs in (("saturated", clipped), ("frozen", stuck)):
+        if runs:
+            reported = f"{role} {_described(view, samples, runs, defect)}"
+            found.append(_judge(record, channel, defect, reported, motion=motion))
+    return found, missing
+
+
+def _refuse_a_new_start(view: RecordView, role: str, samples: Samples) -> None:
+    """Refuse a displacement whose counter or phase starts anew at the end of its range."""
+    at = starts_anew(view, role)
+    if not at.size:
+        return
+    first = int(at[0])
+    jump = np.ptp(view.read(role, first - 1, first + 1))
+    raise RecordError(
+        f"{role} jumps by {jump:.4g} m from one end of its range to the other and moves on "
+        f"{at.size} times, first at {view.moment(first)} "
+        f"({samples.source.locate(samples.trimmed[0] + first)}): its counter or its phase starts "
+        "anew there; measure with a wider range, or unwrap it"
+    )
 
 
 def clipped_share(view: RecordView) -> float:
     """Share of the samples at which the acceleration stands at the end of its range."""
-    return sum(end - first for first, end in saturated(view, "acceleration")) / max(view.n, 1)
+    return _share(saturated(view, "acceleration"), view)
+
+
+def _share(stretches: Sequence[Stretch], view: RecordView) -> float:
+    return sum(end - first for first, end in stretches) / max(view.n, 1)
 
 
 _EVERY_HIT = "a drop test needs every hit; cut the record there"

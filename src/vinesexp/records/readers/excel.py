@@ -53,7 +53,8 @@ def open_file(path: Path) -> TextSource:
     try:
         source = TextSource(path, *laid_aside(lines), called)
     except RecordError as error:
-        raise RecordError(error.problem, where=error.where or called.of) from None
+        where = error.where or called.of
+        raise RecordError(error.problem, where=where, remedy=error.remedy) from None
     source.format = "Excel"
     alike = [one for one, rows in sheets.items() if _LIKE * len(rows) >= most]
     heads = {_line(next(sheets[one].itertuples(index=False), ())) for one in alike}
