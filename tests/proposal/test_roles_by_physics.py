@@ -381,3 +381,30 @@ def test_row_numbers_called_times_leave_the_rate_to_the_header(name, tmp_path):
     rate, *_ = read_channels(path, Setup(channel, time=seconds))
     assert rate == pytest.approx(2000.0)
     assert view_file(path).rate == 2000.0
+
+
+@pytest.mark.parametrize(
+    "names", [("s1 (um)", "v2 (mm/s)"), ("振动台位移 (um)", "质量块速度 (mm/s)")]
+)
+def test_a_velocity_is_the_motion_where_the_displacement_is_that_of_the_base(names, tmp_path):
+    wait = np.where(T < 20.0, 0.0, np.exp(-0.05 * (T - 20.0)) * np.sin(6.0 * (T - 20.0)))
+    base = 0.05 * RNG.standard_normal(T.size)
+    _, roles = looked_at(tmp_path / "a.csv", f"t,{','.join(names)}", T, base, 80.0 * wait)
+    plain = [name.split(" (")[0] for name in names]
+    assert roles == dict(zip(plain, ("base", "displacement"), strict=True))
+
+
+@pytest.mark.parametrize("zeta", [0.015, 0.03])
+@pytest.mark.parametrize("held", [1.0, 3.0])
+def test_a_mass_held_aside_at_first_is_let_go(zeta, held, tmp_path):
+    """What it was held at is as much as its motion, where that is damped within a few cycles."""
+    t = np.arange(9000) / 1000.0
+    u = (t - held).clip(0.0)
+    w = 2 * np.pi * 7.0
+    x = 25.0 * np.exp(-zeta * w * u) * np.cos(w * u) + 0.004 * RNG.standard_normal(t.size)
+    base = 0.002 * RNG.standard_normal(t.size)
+    view, _ = looked_at(tmp_path / "a.csv", "Time (s),base (mm),laser (mm)", t, base, x)
+    test, cells, _ = describe_test(view, guess_roles([view]))
+    assert test == "ringdown"
+    assert float(cells["release_mm"]) == pytest.approx(25.0, rel=0.01)
+    assert view.columns[2].peak()[0] == pytest.approx(7.0, rel=0.02)

@@ -8,6 +8,7 @@ sensitivity that no file states is left open.
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -399,7 +400,8 @@ def propose_record(
     """
     named = _named(file)
     shown = _without_channel(named) if file.more_paths else named
-    stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"
+    bare = re.sub(r"[\u0300-\u036f]", "", unicodedata.normalize("NFKD", shown))  # of accents
+    stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", bare).strip("._-+") or "record"
     name = stem if stem[0].isalnum() else f"r{stem}"
     while name.lower() in used:
         name += "_2"

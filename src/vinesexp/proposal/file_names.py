@@ -18,7 +18,7 @@ _UNITS = _LENGTHS | _MASSES
 #: Words before the number of a column; those of the base, but G, need a unit, for they may stand
 #: before volts, a run or a gram as well.
 _WORDS = {
-    "clearance_mm": "b clear clearance gap clr cavity jeu spiel spalt",
+    "clearance_mm": "b clear clearance gap clr cavity jeu spiel spalt 间隙",
     "base_amplitude_mm": "g a amp ampl amplitude base exc excitation",
     "release_mm": "x0 rel release",
     "added_mass_g": "added add dm",

@@ -57,8 +57,8 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
         return OPEN, {}, why
     if base is not None and stands_out(base) and base.rate and common_frequency(file) > 0.0:
         return _driven(file, base)
-    handled = calm_part(x.finite)
-    calm = x.finite[handled]
+    handled = calm_part(x.moving)
+    calm = x.moving[handled]
     if not decays(calm):
         return OPEN, {}, "it neither decays nor follows a base"
     if columns.get("displacement") is x and not oscillates(calm, share=_MAINLY):
@@ -68,7 +68,8 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
         far = float(np.abs(calm - np.median(calm)).max())
         values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
     # How it was let go is no impact of the ball.
-    rest = after_release(a.finite[handled] if len(a.finite) == len(x.finite) else a.finite)
+    same = len(a.finite) == len(x.finite)
+    rest = after_release(a.finite[-len(x.moving) :][handled] if same else a.finite)
     if has_shocks(rest[: round(_LAST * len(rest))], _period(file)):
         rivals = max(guesses[label_of(one)].rivals for one in (x, a))
         which = f"it is not known which of {rivals + 1} columns is the mass"
@@ -77,7 +78,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
         return "transient", values, "it decays, with shocks"
     late = has_shocks(rest, _period(file))
     why = f"it decays, {'with shocks at its end only' if late else 'without shocks'}"
-    if len(calm) < len(x.finite):
+    if len(calm) < len(x.moving):
         why += "; the handling before or after the decay is left out"
     return "ringdown", values, why
 

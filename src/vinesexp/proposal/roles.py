@@ -25,11 +25,17 @@ from vinesexp.units import UNITS, first_of
 _NAMES = {
     "force": re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell|^f\d?$", re.I),
     "base": re.compile(
-        r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot|tisch|anreg|erreg", re.I
+        r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot|tisch|anreg|erreg"
+        r"|振动台|台面|基座|底座|基础|激励",
+        re.I,
     ),
-    "acceleration": re.compile(r"acc(?!ura)|acel|beschl|pcb|icp|\bimu\b", re.I),
-    "displacement": re.compile(r"laser|disp(?!lay)|pos(?!s|t)|depl|weg|ldv|vib|mass|oscill", re.I),
-    "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
+    "acceleration": re.compile(r"acc(?!ura)|acel|beschl|pcb|icp|\bimu\b|加速度", re.I),
+    "displacement": re.compile(
+        r"laser|disp(?!lay)|pos(?!s|t)|d[eé]pl|weg|ldv|vib|mass|oscill|激光|位移|质量块", re.I
+    ),
+    "sound": re.compile(
+        r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono|麦克风|传声器", re.I
+    ),
 }
 
 
@@ -53,7 +59,7 @@ _OTHERS = re.compile(
 )
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
-VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind", re.I)
+VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind|(?<!加)速度", re.I)
 _TURNING = re.compile(r"gyro|rotat|angular vel", re.I)
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
 #: Sensors of a phone after which a file is called whose columns are x, y and z.
@@ -79,6 +85,7 @@ _RATES = {
 }
 #: Weights: what a unit or a name says, what a signal does, what is left; what rules a role out.
 _SAID, _SHOWN, _LEFT, _NEVER = 4.0, 2.0, 1.0, -10.0
+_LAST = 0.0  # of a role that it has only where no other channel has it
 _CYCLES = 3  # in a record of an oscillation
 _LISTED = 3  # names at most in a sentence
 _CLEAR = 40.0  # times its spectrum that an oscillation stands above it
@@ -155,14 +162,14 @@ def weighed_roles(files: Sequence[FileView]) -> WeighedRoles:
     found += _other_axes({label: at for label, at in places.items() if label not in forces})
     guesses = _settled(found, places)
     # What is called a role, or is the other axis of a sensor, is nothing else.
-    closed = {one.label for one in found if one.weight < 0.0 or _named(one.label) is not None}
+    closed = {one.label for one in found if one.weight < _LAST or _named(one.label) is not None}
     rest = {label: at for label, at in places.items() if label not in closed}
     for shown in (_heard, _by_physics, _clearest):
         rest = {label: at for label, at in rest.items() if label not in guesses}
         guesses |= _settled(shown(files, rest, {one.role for one in guesses.values()}), rest)
     for one in found:
         if one.label not in guesses:
-            words = one.why if one.weight < 0.0 else f"{one.why}, but another is the {one.role}"
+            words = one.why if one.weight <= _LAST else f"{one.why}, but another is the {one.role}"
             against.setdefault(one.label, words)
     return WeighedRoles(guesses, against)
 
@@ -257,12 +264,13 @@ def _rate_of_motion(
     better = (
         other
         for other, (_, q) in measured.items()
-        if q in _RATES[quantity] or (q is None and _named(other) == "displacement")
+        if _named(other) != "base"
+        and (q in _RATES[quantity] or (q is None and _named(other) == "displacement"))
     )
     if (other := next(better, None)) is not None:
-        return Indication(
-            label, "displacement", _NEVER, f"it is a {quantity}; {other} is preferred"
-        )
+        weight = _LAST if quantity == "velocity" else _NEVER  # turning about an axis or three
+        words = f"it is a {quantity}; {other} is preferred"
+        return Indication(label, "displacement", weight, words)
     words = f"its {'unit' if unit else 'name'} says a {quantity}, which is integrated"
     return Indication(label, "displacement", _SAID if unit else _SHOWN, words)
 
@@ -390,6 +398,7 @@ def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[
         for label, at in rest.items()
         if all(may_be(column, "displacement") for _, column in at) and _may_move(at)
     ]
+    left = [label for label in left if _quantity_of(rest[label])[1] not in _RATES] or left
     if "displacement" in taken or not left:
         return []
     words = "the only signal" if len(rest) == 1 and not taken else "the signal that remains"

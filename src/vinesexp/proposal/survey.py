@@ -37,6 +37,9 @@ SLOWEST = 5.0
 _LATE, _DIES = 0.9, 0.75  # of the strength behind time 0; when a twentieth of it is over half of it
 _AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises above the begin
 _MOST_DECIBELS = 400.0
+#: The part of a record that shows where it begins (one over this); shares of a swing: how far from
+#: the end of its decay a mass is held, how far from there it has left, and is not to be told from.
+_BEGIN, _ASIDE, _GONE, _THERE = 200, 0.25, 0.05, 0.005
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _TICKS = ("s", "ms", "us", "ns")
 _SINCE_1970, _SLOW_LOGGER = (1e9, 4e9), 60.0  # s: the years 2001 to 2096; steps of such times
@@ -85,15 +88,41 @@ class ColumnView:
         return float(frequencies[at]), float(amplitudes[at])
 
     @cached_property
-    def spectrum(self) -> tuple[FloatArray, FloatArray]:
-        """Frequencies and amplitudes of the samples without their straight line."""
+    def moving(self) -> FloatArray:
+        """The samples from where a mass that was held aside at first is let go.
+
+        Examples
+        --------
+        >>> swing = np.exp(-0.05 * np.arange(200.0)) * np.cos(0.7 * np.arange(200.0))
+        >>> held = np.append(np.full(90, 25.0), 25.0 * swing)
+        >>> len(ColumnView(0, "", None, "signal", held, None).moving)
+        200
+        """
         x = self.finite
+        if len(x) < _FEWEST:
+            return x
+        swing, aside = float(np.ptp(x)), float(np.median(x[: max(len(x) // _BEGIN, 1)]))
+        off = np.abs(x - aside) / (swing or 1.0)
+        if abs(aside - float(np.median(x[-len(x) // 4 :]))) < _ASIDE * swing or off.max() <= _GONE:
+            return x
+        still = np.flatnonzero(off[: int(np.argmax(off > _GONE))] < _THERE)
+        return x[int(still[-1]) if still.size else 0 :]
+
+    @cached_property
+    def spectrum(self) -> tuple[FloatArray, FloatArray]:
+        """Frequencies and amplitudes of what moves, without its straight line.
+
+        The line is that of the samples as the window weighs them: that of all samples follows
+        what is large at the ends alone, and would stand in the rest of the record.
+        """
+        x = self.moving
         n = len(x)
         if n < 8:
             return np.zeros(0), np.zeros(0)
         ramp = np.linspace(-1.0, 1.0, n)
-        x = x - x.mean() - ramp * (float(ramp @ x) / float(ramp @ ramp))
         window = np.hanning(n)
+        x = x - float(window @ x) / window.sum()
+        x = x - ramp * (float((window * ramp) @ x) / float((window * ramp) @ ramp))
         amplitudes = 2.0 * np.abs(np.fft.rfft(x * window)) / window.sum()
         frequencies = np.fft.rfftfreq(n).astype(np.float64) * float(self.rate or 1.0)
         return frequencies, np.asarray(amplitudes, dtype=np.float64)
