@@ -101,6 +101,16 @@ def test_a_spreadsheet_of_a_decimal_comma_country(tmp_path):
     assert record.note == "hello, you"
 
 
+def test_titles_above_the_names_of_the_columns_are_no_row(tmp_path):
+    title = "Tests, March, second rig;;;\r\n;;;\r\n"
+    campaign = make(
+        tmp_path, header=title + "record;file;test;clearance_mm\r\n", rows="a;a.csv;periodic;34,5"
+    )
+    assert [(one.id, one.clearance, one.row) for one in campaign.records] == [("a", (0.0345,), 4)]
+    with pytest.raises(CampaignError, match=r"line 3: unknown column 'clearence_mm'"):
+        make(tmp_path, header=title + "record;file;test;clearence_mm\r\n", rows="a;a.csv;drop;")
+
+
 def test_blank_lines_keep_the_line_numbers(tmp_path):
     campaign = make(tmp_path, rows='\na,raw/a.csv,drop,,,,,,,"two\nlines"\n,,,\nb,raw/b.csv,drop\n')
     assert [(record.id, record.row) for record in campaign.records] == [("a", 3), ("b", 6)]

@@ -84,8 +84,9 @@ class Sheet:
 
     @cached_property
     def head(self) -> Line:
-        """The row that names the columns, up to the last name."""
-        first = next(filter(None, self.lines))
+        """The row that names the columns, up to the last name; titles may stand above it."""
+        named = (one for one in self.lines if {*REQUIRED} <= {*map(column_of, one.cells)})
+        first = next(named, None) or next(filter(None, self.lines))
         cells = [cell.strip() for cell in first.cells]
         while not cells[-1]:
             cells.pop()
@@ -206,9 +207,16 @@ def decoded(raw: bytes) -> tuple[str, str]:
 
 
 def separator_of(text: str) -> str:
-    """Comma, semicolon or tab, whichever the first line has most of."""
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    return max(",;\t", key=first.count)
+    """Comma, semicolon or tab, whichever parts most cells of the row that names the columns.
+
+    Examples
+    --------
+    >>> separator_of("Tests, March, second rig\\nrecord;file;test\\n")
+    ';'
+    """
+    lines = [line for line in text.splitlines() if line.strip()] or [""]
+    head = next((one for one in lines if all(name in one.lower() for name in REQUIRED)), lines[0])
+    return max(",;\t", key=head.count)
 
 
 def column_of(head: str) -> str:
@@ -224,10 +232,11 @@ def column_of(head: str) -> str:
 
 
 def _header_is_right(sheet: Sheet, problems: Problems) -> bool:
-    before, header, place = len(problems.found), sheet.header, sheet.place(1)
+    before, header, place = len(problems.found), sheet.header, sheet.place(sheet.head.number)
     for name in header:
         if name not in COLUMNS and name not in PEOPLE and not name.startswith("x_"):
-            problems.add(f"unknown column '{name}'; {nearest(name, COLUMNS)}", where=place)
+            known = nearest(name, COLUMNS)
+            problems.add(f"unknown column '{name}'; {known} (notes for people: x_...)", where=place)
     for name in sorted({name for name in header if header.count(name) > 1}):
         problems.add(f"column '{name}' is there twice; remove one", where=place)
     missing = [name for name in REQUIRED if name not in header]
@@ -317,7 +326,10 @@ def read_number(text: str, comma: bool) -> float:
             )
         plain = plain.replace(",", ".")
     if not _NUMBER.fullmatch(plain) or not math.isfinite(float(plain)):
-        raise ParameterError(f"found '{text}', expected a number without a unit")
+        raise ParameterError(
+            f"found '{text}', expected a number without a unit or a mark, such as 34.5; "
+            "what is not known stays empty"
+        )
     return float(plain)
 
 
