@@ -264,6 +264,7 @@ def forced_motion(
 
 
 _SLOW = (1.2, 1.5)  # of the oscillation's frequency: below, a motion is smooth beside an impact
+_EACH = 5  # impacts for each force: a few show the mistakes of their own times
 _FORCED = 5.0  # standard errors that contradict what is expected
 _CALIBRATED, _STRAIGHT = 0.05, 0.03  # of a base beside a displacement; of the spring's force
 
@@ -320,47 +321,51 @@ def slope_changes(
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
             where = (times, jumps, centre, group, reach, share > 0.3)
-            windows = _windows(x, response, *where)
-            if x.forced:
-                x, forced = _without_forced(x, times, windows, centre[group], reach)
-                windows = _windows(x, response, *where)
             if response.w_free is None:
                 # The longest windows there are show how the oscillator answers; twice converges.
+                enough = len(group) >= _EACH * len(x.forced)
+                whole = replace(x, forced=tuple(f for f in x.forced if enough or f.expected))
                 for _ in range(2):
+                    windows = _windows(whole, response, *where)
+                    if whole.forced:
+                        x, forced = _without_forced(whole, times, windows, centre[group])
+                        windows = _windows(x, response, *where)
                     response = _refined(windows, response, x.step)
-                    windows = _windows(x, response, *where)
+            windows = _windows(x, response, *where)
             _solve(windows, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
     return replace(out, x=out.x + forced[0], v_before=out.v_before + forced[1])
 
 
 def _without_forced(
-    x: Coarse, times: FloatArray, windows: _Windows, centre: IntArray, reach: int
+    x: Coarse, times: FloatArray, windows: _Windows, centre: IntArray
 ) -> tuple[Coarse, FloatArray]:
     """The displacement less what moves the mass beside its sine, and that at the impacts (m, m/s).
 
     As much of each as is expected, within its error and what the displacement shows; where that
     contradicts a base that is expected (another unit, turned round, none at all), as the
-    displacement shows.
+    displacement shows. How the oscillator answers a jump is as unknown: a fast decay would seem to
+    be a force.
     """
-    rest = _left(windows, windows.samples)
-    weigh = _less_where_odd(rest)
-    rest = (weigh * rest).ravel()
+    answer = _Answer.seen(windows, x.step)
+    reach = windows.samples.shape[1] // 2
     grid = centre[:, np.newaxis] + np.arange(-reach, reach + 1)
-    seen = [(weigh * _left(windows, own.motion[grid])).ravel() for own in x.forced]
-    shapes = np.stack(seen, axis=1)
+    seen = [(answer.weigh * _left(windows, own.motion[grid])).ravel() for own in x.forced]
+    shapes = np.concatenate([np.stack(seen, axis=1), answer.columns], axis=1)
     expected, error = np.array([(own.expected, own.error) for own in x.forced]).T
+    expected, error = np.append(expected, answer.usual - answer.now), np.append(error, answer.error)
     normal = shapes.T @ shapes
-    normal += 1e-12 * max(float(np.trace(normal)), 1e-300) * np.eye(error.size)
-    shown = np.linalg.solve(normal, shapes.T @ rest)
-    noise = float((rest - shapes @ shown).std())
+    normal += 1e-12 * np.diag(np.maximum(np.diag(normal), 1e-300))
+    shown = np.linalg.solve(normal, shapes.T @ answer.rest)
+    noise = float((answer.rest - shapes @ shown).std())
     spread = noise * np.sqrt(np.diag(np.linalg.inv(normal)))
     contradicted = (expected != 0.0) & (np.abs(shown - expected) > _FORCED * spread)
+    contradicted[len(x.forced) :] = False
     held = np.where(contradicted, 0.0, (noise / error) ** 2)
-    gain = np.linalg.solve(normal + np.diag(held), shapes.T @ rest + held * expected)
+    gain = np.linalg.solve(normal + np.diag(held), shapes.T @ answer.rest + held * expected)
     from scipy.interpolate import CubicSpline
 
-    whole = gain @ np.stack([own.motion for own in x.forced])
+    whole = gain[: len(x.forced)] @ np.stack([own.motion for own in x.forced])
     motion = CubicSpline(x.start + x.step * np.arange(whole.size), whole)
     values = x.values - whole
     return replace(x, values=values, forced=()), np.stack([motion(times), motion(times, 1)])
@@ -422,42 +427,68 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
     return np.asarray(values - (values @ q) @ q.T)
 
 
+@dataclass(frozen=True)
+class _Answer:
+    """How what the jumps leave in all windows changes with the oscillator's answer to them.
+
+    `columns` are those of its decay, its free frequency and the share of a low-pass, which is
+    missing for a prompt sensor; `now` are these numbers, `usual` and `error` first guesses.
+    """
+
+    rest: FloatArray
+    weigh: FloatArray
+    columns: FloatArray
+    shares: FloatArray  # of a unit change, by which it makes all jumps larger
+    now: FloatArray
+    usual: FloatArray
+    error: FloatArray
+
+    @staticmethod
+    def seen(windows: _Windows, step: float) -> _Answer:
+        response = windows.response
+        bent = _out(windows.bend, windows.q)
+        norm = (bent * bent).sum(axis=1, keepdims=True)
+        samples = _out(windows.samples, windows.q)
+        jump = (bent * samples).sum(axis=1, keepdims=True) / norm
+        rest = samples - jump * bent
+        weigh = _less_where_odd(rest)
+        late = np.maximum(windows.s, 0.0)
+        w = response.w_free or response.w
+        fall = np.exp(-response.rate * late) / w
+        columns, shares = [], []
+        by_rate = -late * fall * np.sin(w * late)
+        by_frequency = late * fall * np.cos(w * late) - fall * np.sin(w * late) / w
+        by_low_pass = [rounded(windows.s, step, response.late)] if response.late else []
+        for change in (by_rate, by_frequency, *by_low_pass):
+            column = _out(change, windows.q)
+            share = (column * bent).sum(axis=1, keepdims=True) / norm
+            columns.append((weigh * jump * (column - bent * share)).ravel())
+            shares.append(float(share.mean()))
+        now = np.array([response.rate, w, response.low_pass])
+        usual = np.array([_DAMPING * response.w, response.w, _LOW_PASS])
+        error = np.array([_DAMPING_ERROR * response.w, _DETUNING_ERROR * response.w, _LOW_PASS])
+        known = len(columns)
+        return _Answer(
+            (weigh * rest).ravel(), weigh, np.stack(columns, axis=1), np.array(shares),
+            now[:known], usual[:known], error[:known],
+        )  # fmt: skip
+
+
 def _refined(windows: _Windows, response: JumpResponse, step: float) -> JumpResponse:
     """Free frequency, decay and share of a low-pass, as all windows together show them.
 
     From wide first guesses; a prompt sensor has no low-pass.
     """
-    bent = _out(windows.bend, windows.q)
-    norm = (bent * bent).sum(axis=1, keepdims=True)
-    samples = _out(windows.samples, windows.q)
-    jump = (bent * samples).sum(axis=1, keepdims=True) / norm
-    rest = samples - jump * bent
-    weigh = _less_where_odd(rest)
-    jump, rest = weigh * jump, weigh * rest
-    late = np.maximum(windows.s, 0.0)
-    w = response.w_free or response.w
-    fall = np.exp(-response.rate * late) / w
-    columns, shares = [], []
-    by_rate = -late * fall * np.sin(w * late)
-    by_frequency = late * fall * np.cos(w * late) - fall * np.sin(w * late) / w
-    by_low_pass = [rounded(windows.s, step, response.late)] if response.late else []
-    for change in (by_rate, by_frequency, *by_low_pass):
-        column = _out(change, windows.q)
-        share = (column * bent).sum(axis=1, keepdims=True) / norm
-        columns.append((jump * (column - bent * share)).ravel())
-        shares.append(float(share.mean()))
-    basis, share_of = np.stack(columns, axis=1), np.array(shares)
-    freedom = rest.shape[1] - windows.q.shape[1] - 1
-    noise = float((rest**2).sum()) / (rest.shape[0] * freedom)
-    now = np.array([response.rate, w, response.low_pass])[: len(columns)]
-    usual = np.array([_DAMPING * response.w, response.w, _LOW_PASS])[: len(columns)]
-    error = np.array([_DAMPING_ERROR * response.w, _DETUNING_ERROR * response.w, _LOW_PASS])
-    weight = np.diag(noise / error[: len(columns)] ** 2)
-    normal = basis.T @ basis + weight
-    change = np.linalg.solve(normal, basis.T @ rest.ravel() + weight @ (usual - now))
+    one = _Answer.seen(windows, step)
+    windows_seen, samples = windows.samples.shape
+    freedom = samples - windows.q.shape[1] - 1
+    noise = float((one.rest**2).sum()) / (windows_seen * freedom)
+    weight = np.diag(noise / one.error**2)
+    normal = one.columns.T @ one.columns + weight
+    change = np.linalg.solve(normal, one.columns.T @ one.rest + weight @ (one.usual - one.now))
     covariance = noise * np.linalg.inv(normal)
-    common = float(np.sqrt(share_of @ covariance @ share_of))
-    rate, free, *low_pass = (now + change).tolist()
+    common = float(np.sqrt(one.shares @ covariance @ one.shares))
+    rate, free, *low_pass = (one.now + change).tolist()
     share = low_pass[0] if low_pass else 0.0
     return replace(response, w_free=free, rate=rate, low_pass=share, common=common)
 
