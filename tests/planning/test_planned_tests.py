@@ -6,8 +6,12 @@ import pytest
 
 from vinesexp.clearance.levels import ReleaseLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.planning.campaign_plan import Needs
-from vinesexp.planning.planned_tests import plan_drops, plan_releases, plan_ring_downs
+from vinesexp.planning.campaign_plan import (
+    Needs,
+    plan_drops,
+    plan_releases,
+    plan_ring_downs,
+)
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.units import Quantity
 

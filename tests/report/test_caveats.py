@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
-from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import (
     CAUSES,
     PeriodicVerdict,
     headline,
     left_early,
     likely_causes,
+    replay_verdict,
 )
 from vinesexp.units import Quantity
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.maps.basins import Attractor
-from vinesexp.report.replay_verdict import explanation, other_branches
+from vinesexp.report.verdict import explanation, other_branches
 from vinesexp.units import Quantity
 
 VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}

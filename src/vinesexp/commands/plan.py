@@ -13,16 +13,19 @@ from vinesexp.commands import options
 from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.figures.numbers import rounded
-from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
-from vinesexp.planning.expected_valley import Valley
-from vinesexp.planning.planned_tests import (
+from vinesexp.planning.campaign_plan import (
+    LevelPlan,
+    Needs,
     OtherPlan,
     PlannedTest,
     first_tests,
     in_mm,
+    needs_of,
     next_tests,
+    plan_levels,
     plan_others,
 )
+from vinesexp.planning.expected_valley import Valley
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.stored.result_paths import ResultPaths

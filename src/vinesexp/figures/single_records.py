@@ -21,7 +21,7 @@ from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.result_columns import DECAY, REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.records.stored.tables import Row, columns_of, read_rows
+from vinesexp.records.stored.tables import columns_of, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import equal_parts, extremes_of_parts
@@ -59,9 +59,6 @@ _MOST_DECAYS = 6
 #: Terms of a law of damping beyond the viscous one, named.
 _LAW = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
 
-# The figure of the replay: measured amplitude beside that of the identified rig.
-_COLUMNS = 2
-
 
 def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Up to five records: a permanent and a modulated response, a sweep, a release, a decay."""
@@ -78,15 +75,9 @@ def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         "The band covers several starts, because the position of the ball was not measured. Where "
         "the motion is chaotic, only mean and range can agree, not the curve."
     )
-    figure = _replayed([(record.id, by_record[record.id]) for record in chosen])
-    yield figure, Drawn("replay", "replay", title, text)
-
-
-def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
-    """One panel a record: measured amplitude of each cycle, and the band of its replays."""
-    figure, axes, columns = panels(len(records), _COLUMNS, above=0.5, each=2.0)
-    for axis, (name, cycles) in zip(axes, records, strict=True):
-        time, *lengths = columns_of(cycles, REPLAY_CYCLES.names[1:])
+    figure, axes, columns = panels(len(chosen), 2, above=0.5, each=2.0)
+    for axis, name in zip(axes, (record.id for record in chosen), strict=True):
+        time, *lengths = columns_of(by_record[name], REPLAY_CYCLES.names[1:])
         measured, replayed, low, high = (1e3 * length for length in lengths)
         axis.fill_between(time, low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0)
         axis.plot(time, replayed, color=COLOURS["exact"], linewidth=1.4)
@@ -99,7 +90,7 @@ def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
         axis.set_ylabel("amplitude (mm)")
     entries = [("-", "measured", "measured"), ("-", "exact", "replayed: median and range")]
     key(figure, axes[0], entries)
-    return figure
+    yield figure, Drawn("replay", "replay", title, text)
 
 
 def _chosen(records: Sequence[Record], regime: Mapping[str, str]) -> list[Record]:

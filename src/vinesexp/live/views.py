@@ -32,8 +32,7 @@ from vinesexp.whole_files import write_whole
 
 if TYPE_CHECKING:
     from vinesexp.identification.whole_campaign import Identified
-    from vinesexp.planning.campaign_plan import LevelPlan
-    from vinesexp.planning.planned_tests import OtherPlan
+    from vinesexp.planning.campaign_plan import LevelPlan, OtherPlan
 
 #: The rig as some records show it, with what was concluded of the test log, and their number.
 Values = tuple["Identified", int]
@@ -194,8 +193,7 @@ def look_at_campaign(
     """
     from vinesexp.figures.identified_values import input_rows
     from vinesexp.pipeline import collect_regimes, compare_clearances, write_identification
-    from vinesexp.planning.campaign_plan import needs_of, plan_levels
-    from vinesexp.planning.planned_tests import plan_others
+    from vinesexp.planning.campaign_plan import needs_of, plan_levels, plan_others
     from vinesexp.records.campaign.missing_cells import missing_cells, read_evidence
     from vinesexp.report.tables_shown import (
         PARAMETERS,

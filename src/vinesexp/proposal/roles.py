@@ -4,7 +4,7 @@ Every channel is weighed for every role: what supports it (its unit, its name, w
 and what contradicts it add up, and the best supported channel has the role. Physics says: the
 acceleration is the second derivative of the displacement, so what lies above the oscillator's
 frequency is stronger in it by the frequency squared; the base does not ring, so it rests where the
-others decay and keeps its amplitude where they beat; a hammer's force is a pulse beside what rings.
+others decay and keeps its amplitude where they beat.
 """
 
 from __future__ import annotations
@@ -96,8 +96,6 @@ _SKIRT = 3  # Fourier lines that drift and window fill
 _FEWEST = 6  # lines that show how a ratio goes with frequency
 _APART = 1.5  # times the lowest of them that the highest is
 _SLOPE, _TURN = 0.5, 0.15  # by which power, and phase in half turns, may be off
-_LONG, _BRIEF = 200, 50  # samples that show a pulse; its share of a record is one over this
-_HOLDS, _ONE_WAY = 0.9, 0.5  # of the power that is in it; how much more of it is on one side
 
 
 @dataclass(frozen=True)
@@ -157,7 +155,7 @@ def weighed_roles(files: Sequence[FileView]) -> WeighedRoles:
                 against[label] = "its name says another quantity than motion along a line"
             else:
                 places.setdefault(label, []).append((file, column))
-    found = [*_stated(places), *_pulses(places)]
+    found = [*_stated(places)]
     forces = {one.label for one in found if one.role == "force"}
     found += _other_axes({label: at for label, at in places.items() if label not in forces})
     guesses = _settled(found, places)
@@ -273,20 +271,6 @@ def _rate_of_motion(
         return Indication(label, "displacement", weight, words)
     words = f"its {'unit' if unit else 'name'} says a {quantity}, which is integrated"
     return Indication(label, "displacement", _SAID if unit else _SHOWN, words)
-
-
-def _pulses(places: Places) -> Iterator[Indication]:
-    """Channels that rest but for brief blows of one sign, over while what was hit still rings."""
-    if len(places) < 2:
-        return
-    for label, at in places.items():
-        may = _named(label) is None and all(may_be(c, "force") and bool(c.rate) for _, c in at)
-        if not (may and all(is_pulse(column) for _, column in at)):
-            continue
-        rings = [duration(c) for one in places if one != label for _, c in places[one]]
-        if all(2 * duration(column) < min(rings, default=0) for _, column in at):
-            words = "it is at rest except for brief pulses of one sign, as of a hammer"
-            yield Indication(label, "force", _SHOWN, words)
 
 
 def _other_axes(places: Places) -> Iterator[Indication]:
@@ -547,35 +531,6 @@ def is_second_derivative(first: ColumnView, other: ColumnView) -> bool:
     power = np.polyfit(np.log(f[chosen]), np.log(np.abs(ratio)), 1)[0]
     turned = abs(float(np.angle(np.sum(ratio / np.abs(ratio))))) / np.pi
     return bool(abs(power - 2.0) < _SLOPE and min(turned, 1.0 - turned) < _TURN)
-
-
-def is_pulse(column: ColumnView) -> bool:
-    """Whether a channel rests but for moments, as the force of a hammer does.
-
-    Examples
-    --------
-    >>> t = np.arange(4000.0)
-    >>> hit = 250.0 * np.exp(-(((t - 300.0) / 4.0) ** 2)) + 0.1 * np.sin(t)
-    >>> is_pulse(ColumnView(0, "", None, "signal", hit, None))
-    True
-    >>> is_pulse(ColumnView(0, "", None, "signal", np.exp(-t / 500.0) * np.cos(t), None))
-    False
-    """
-    x = column.finite - np.median(column.finite)
-    if len(x) < _LONG:
-        return False
-    power = np.sort(x**2)[::-1]
-    brief = power[: max(len(x) // _BRIEF, 3)].sum()
-    one_way = abs(float(x.max() + x.min())) > _ONE_WAY * float(np.ptp(x))
-    at_rest = int(np.argmax(np.abs(x))) > len(x) // _LONG  # what falls from its start is no blow
-    return bool(brief > _HOLDS * power.sum() and one_way and at_rest)
-
-
-def duration(column: ColumnView) -> int:
-    """Samples that hold nine tenths of a signal's power."""
-    x = column.finite - np.median(column.finite)
-    power = np.cumsum(np.sort(x**2)[::-1])
-    return int(np.searchsorted(power, _HOLDS * power[-1])) + 1 if len(power) else 0
 
 
 def common_frequency(file: FileView) -> float:

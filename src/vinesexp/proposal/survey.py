@@ -13,7 +13,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, naming
@@ -34,9 +33,6 @@ _FREQUENCY_NAME = re.compile(
 _FEWEST = 50  # rows: no record of a motion is shorter
 #: Hz: no record of a vibration is sampled more slowly.
 SLOWEST = 5.0
-_LATE, _DIES = 0.9, 0.75  # of the strength behind time 0; when a twentieth of it is over half of it
-_AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises above the begin
-_MOST_DECIBELS = 400.0
 #: The part of a record that shows where it begins (one over this); shares of a swing: how far from
 #: the end of its decay a mass is held, how far from there it has left, and is not to be told from.
 _BEGIN, _ASIDE, _GONE, _THERE = 200, 0.25, 0.05, 0.005
@@ -199,9 +195,8 @@ def view_file(path: Path) -> FileView:
                     problems.append(str(error))
     if words:
         problems.append(f"columns whose first cell is a word: {', '.join(words)}")
-    response = _is_response(source, read)
-    time, rate, remarks = (None, None, []) if response else _time_and_rate(source, read)
-    columns = _kinds(source, read, time, rate, frequencies=0 if response else None)
+    time, rate, remarks = _time_and_rate(source, read)
+    columns = _kinds(source, read, time, rate)
     stated_unit = None if time is None else source.columns[time].unit
     again = (c for c in columns if is_called_time(c.name) and _begins_anew(c.finite))
     if time is None and (anew := next(again, None)):
@@ -222,9 +217,8 @@ def view_file(path: Path) -> FileView:
 
 
 def _kinds(
-    source: Source, read: dict[int, FloatArray], time: int | None, rate: float | None, *,
-    frequencies: int | None = None,
-) -> list[ColumnView]:  # fmt: skip
+    source: Source, read: dict[int, FloatArray], time: int | None, rate: float | None
+) -> list[ColumnView]:
     """The columns that hold numbers, and of what kind each is."""
     most = max((len(values) for values in read.values()), default=0)
     columns = []
@@ -235,7 +229,7 @@ def _kinds(
             own = 1.0 / column.interval
         kind = "time" if index == time else _kind(values, column.unit)
         rises = kind in ("signal", "counter") and _grows(values)
-        if index == frequencies or (rises and is_called_frequency(column.name, column.unit)):
+        if rises and is_called_frequency(column.name, column.unit):
             kind = "frequency"
         same = time is not None and column.name == source.columns[time].name
         named = same or is_called_time(column.name)
@@ -323,64 +317,6 @@ def is_called_frequency(name: str, unit: str | None) -> bool:
     False
     """
     return _FREQUENCY_NAME.match(name) is not None or unit in UNITS["frequency"]
-
-
-def _is_response(source: Source, read: dict[int, FloatArray]) -> bool:
-    """Whether columns without names are frequencies and a response to a force over them."""
-    if not {0, 1, 2} <= set(read) or any(
-        _is_named(source.columns[j].name) or source.columns[j].unit for j in (0, 1, 2)
-    ):
-        return False
-    f = read[0]
-    if not all(read[j].size == f.size and np.isfinite(read[j]).all() for j in (0, 1, 2)):
-        return False
-    return f[0] >= 0.0 and _is_ramp(f, 1e-3) and is_causal(read[1], read[2], f[0] / (f[1] - f[0]))
-
-
-def is_causal(first: FloatArray, second: FloatArray, skipped: float) -> bool:
-    """Whether two columns are a frequency response: no structure answers before it is hit.
-
-    As real and imaginary part, or as size (dB) and phase (rad, degrees), their inverse transform
-    has its strength behind time 0 and dies away from there on. Two motions that follow one another
-    by a quarter of a period have it at their own frequency.
-
-    Parameters
-    ----------
-    first, second : array (n,)
-        Over an even axis that begins at line `skipped`.
-
-    Examples
-    --------
-    >>> f = np.arange(1.0, 2000.0)
-    >>> response = 1.0 / (300.0**2 - f**2 + 6j * f)
-    >>> is_causal(response.real, response.imag, 1.0)
-    True
-    >>> swing = np.exp((0.3j - 0.002) * f)
-    >>> is_causal(swing.real, swing.imag, 0.0)
-    False
-    """
-    before = round(skipped)
-    if before > first.size or first.size < _FEWEST:
-        return False
-    phases = (1.0, np.pi / 180.0)
-    parts = [first + 1j * second, *(first * np.exp(1j * unit * second) for unit in phases)]
-    if np.abs(first).max() < _MOST_DECIBELS:
-        parts += [10.0 ** (first / 20.0) * np.exp(1j * unit * second) for unit in phases]
-    return any(_answers_late(np.concatenate([np.zeros(before), part])) for part in parts)
-
-
-def _answers_late(response: NDArray[np.complex128]) -> bool:
-    n = response.size
-    size = np.abs(response)
-    if not size.max() > _RISES * size[size > 0.0][:_AT_ONCE].max(initial=0.0):
-        return False  # what is largest at its begin is a decay
-    taper = np.cos(0.5 * np.pi * np.arange(n) / n) ** 2
-    power = np.fft.irfft(response * taper, 2 * n) ** 2
-    after, before = power[_AT_ONCE:n], power[n:-_AT_ONCE]
-    told = np.cumsum(after)
-    share = told[-1] / max(told[-1] + before.sum(), np.finfo(float).tiny)
-    early, half = (np.searchsorted(told, part * told[-1]) + _AT_ONCE for part in (0.05, 0.5))
-    return bool(share > _LATE and early < _DIES * half)
 
 
 def _unit_of_times(stated: str | None, times: FloatArray) -> str:
@@ -473,10 +409,10 @@ def _is_named(name: str) -> bool:
     return bool(name) and not name.rpartition("/")[2].isdigit()
 
 
-def _is_ramp(values: FloatArray, uneven: float = 0.1) -> bool:
+def _is_ramp(values: FloatArray) -> bool:
     steps = np.diff(values) if np.isfinite(values).all() else np.zeros(0)
     mean = float(steps.mean()) if len(steps) > _FEWEST else 0.0
-    return mean > 0.0 and bool((np.abs(steps - mean) < uneven * mean).all())
+    return mean > 0.0 and bool((np.abs(steps - mean) < 0.1 * mean).all())
 
 
 def _grows(values: FloatArray) -> bool:

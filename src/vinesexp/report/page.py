@@ -22,7 +22,6 @@ from vinesexp.records.stored.tables import Row
 from vinesexp.report import tables_shown, verdict
 from vinesexp.report.published_beside import published_rows
 from vinesexp.report.rendering import inline_svg, rendered
-from vinesexp.report.replay_verdict import other_branches, replay_verdict
 from vinesexp.results import CampaignResults
 from vinesexp.settings.stages import differences
 from vinesexp.signals.impacts.impact_table import read_impacts
@@ -297,7 +296,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "budget": found.rows("budget"),
         **_of_tests(found),
         "definitions": REGIMES,
-        "replay": replay_verdict(found.rows("replay"), found.rows("checks")),
+        "replay": verdict.replay_verdict(found.rows("replay"), found.rows("checks")),
         "published": published_rows(found),
         **problem_lists(found.rows("checks")),
         "stated": tables_shown.stated_rows(inputs),
@@ -320,7 +319,9 @@ def _answer(results: CampaignResults, parameters: Mapping[str, str]) -> dict[str
         "within": verdict.within,
         "span": verdict.span,
         "predicted": verdict.predicted,
-        "branches": other_branches(results.periodic, results.rows("clearances"), results.rig),
+        "branches": verdict.other_branches(
+            results.periodic, results.rows("clearances"), results.rig
+        ),
     }
 
 

@@ -11,7 +11,7 @@ import csv
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -173,20 +173,20 @@ def read_rows(path: Path, table: Table) -> list[dict[str, Any]]:
             raise _damaged(
                 path, table, f"has {len(cells)} cells under {len(header)} columns", line=line
             )
-    columns = {column.name: column for column in table.columns}
-    read: list[Sequence[Value]] = []
-    for k, column in enumerate(map(columns.get, header)):
-        own = [cells[k] for _, cells in body]
-        if column is None:
-            read.append(own)
-            continue
+    kinds = {column.name: column.kind for column in table.columns}
+    read: list[list[Value]] = []
+    for k, name in enumerate(header):
+        kind = kinds.get(name)
+        convert = _READ.get(kind or "", str)
+        read.append(own := [])
         try:
-            read.append(_read(own, column))
+            for row in body:
+                own.append(convert(row[1][k]))
         except ValueError:
-            at = next(i for i, cell in enumerate(own) if not _readable(cell, column))
-            expected = "a whole number" if column.kind == "whole" else "a number or nothing"
-            found = f"found '{own[at]}' in column {column.name}, expected {expected}"
-            raise _damaged(path, table, found, line=body[at][0]) from None
+            line, cells = row
+            expected = "a whole number" if kind == "whole" else "a number or nothing"
+            found = f"found '{cells[k]}' in column {name}, expected {expected}"
+            raise _damaged(path, table, found, line=line) from None
     return [dict(zip(header, row, strict=True)) for row in zip(*read, strict=True)]
 
 
@@ -201,30 +201,25 @@ def columns_of(rows: Sequence[Row], names: Iterable[str]) -> list[FloatArray]:
     return [np.array([row[name] for row in rows], dtype=np.float64) for name in names]
 
 
-def _read(cells: Sequence[str], column: Column) -> list[Value]:
-    """What the cells of a column hold; ValueError where one is no number and should be one."""
-    if column.kind == "whole":
-        return [int(cell) for cell in cells]
-    if column.kind == "number":
-        return [float(cell) if cell else None for cell in cells]
-    return [_text(cell, column) for cell in cells]
-
-
-def _text(cell: str, column: Column) -> Value:
+def _text(cell: str) -> str:
     escaped = cell.startswith("'") and _FORMULA.match(cell.lstrip("'"))  # by `_cell`
-    text = cell[1:] if escaped else cell
-    if column.kind == "any":
-        with suppress(ValueError):
-            return float(text)
+    return cell[1:] if escaped else cell
+
+
+def _any(cell: str) -> Value:
+    text = _text(cell)
+    with suppress(ValueError):
+        return float(text)
     return text
 
 
-def _readable(cell: str, column: Column) -> bool:
-    try:
-        _read([cell], column)
-    except ValueError:
-        return False
-    return True
+#: Kind of a column to what its cells hold; ValueError of one that is no number and should be one.
+_READ: Mapping[str, Callable[[str], Value]] = {
+    "whole": int,
+    "number": lambda cell: float(cell) if cell else None,
+    "text": _text,
+    "any": _any,
+}
 
 
 def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[str]]]]:
