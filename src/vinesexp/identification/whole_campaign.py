@@ -30,7 +30,6 @@ from vinesexp.identification.joint.over_amplitude import (
     level_values,
     swing_of_levels,
 )
-from vinesexp.identification.joint.unknowns import Posterior
 from vinesexp.identification.joint.whole import (
     HIDDEN,
     Answer,
@@ -41,7 +40,7 @@ from vinesexp.identification.joint.whole import (
     rig_posterior,
     rolling_from,
 )
-from vinesexp.identification.joint.words import cause_checks, odd_checks
+from vinesexp.identification.joint.words import called, cause_checks, odd_checks
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
@@ -442,9 +441,7 @@ def identify_campaign(
     if answer is None:
         return Identified(rows, [*checks, *_absent(rows), *remarks(used)], [])
     sources = _combined(answer)
-    ways = _masses(answer, campaign)
-    # What all records together leave open, one way to it does not know.
-    rows += ways if any(source.total.parameter == "M" for source in sources) else []
+    rows += _masses(answer, campaign)
     rows += _restitutions(answer)
     rows += [source.total for source in sources]
     rows += _effects(answer, campaign)
@@ -459,7 +456,13 @@ def identify_campaign(
     said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(stated, answer)]
     return Identified(
         rows,
-        [*checks, *said, *_absent(rows, answer.posterior, ways), *remarks(_left(used, answer))],
+        [
+            *checks,
+            *said,
+            *_absent(rows, answer, campaign),
+            *_far_from_ordinary(sources, campaign),
+            *remarks(_left(used, answer)),
+        ],
         sources,
         levels,
         tuple(row for row, _ in stated),
@@ -707,17 +710,23 @@ def _source(
     return Source(Estimate(name, value, own, unit, COMBINED, records), parts)
 
 
-def _masses(answer: Answer, campaign: Campaign) -> list[Estimate]:
-    """M, c1 and k1 by each way there is to M."""
-    ways: list[tuple[str, Posterior]] = []
+def _ways(answer: Answer, campaign: Campaign) -> dict[str, tuple[str, str]]:
+    """Ways there are to M, and the kinds of block that each leaves out."""
     kinds = {block.kind for block in answer.observed.blocks}
     loads = {r.added_mass or 0.0 for r in campaign.records if r.test == "ringdown"}
+    found = {}
     if answer.observed.loads and len(loads) > 1:
-        ways.append(("added mass", answer.without("flights", "weighed")))
+        found["added mass"] = "flights", "weighed"
     if "flights" in kinds and campaign.known.nes_mass:
-        ways.append((_IMPACTS, answer.without("loaded", "weighed")))
+        found[_IMPACTS] = "loaded", "weighed"
+    return found
+
+
+def _masses(answer: Answer, campaign: Campaign) -> list[Estimate]:
+    """M, c1 and k1 by each way there is to M."""
     rows = []
-    for method, posterior in ways:
+    for method, others in _ways(answer, campaign).items():
+        posterior = answer.without(*others)
         for name in ("M", "c1", "k1"):
             terms, factor, unit = _LOGARITHMS[name]
             if all(term in posterior for term in terms):
@@ -891,10 +900,51 @@ _NO_DECAY = (
 )
 
 
+#: M of any rig in a laboratory, kg.
+_ORDINARY_M = (0.02, 500.0)
+
+
+def _far_from_ordinary(sources: Sequence[Source], campaign: Campaign) -> list[Check]:
+    """One line on a mass that no one weighed and that no rig in a laboratory has."""
+    M = next((s.estimate.value for s in sources if s.estimate.parameter == "M"), None)
+    low, high = _ORDINARY_M
+    if M is None or campaign.known.mass is not None or low <= M <= high:
+        return []
+    detail = (
+        f"M = {M:.3g} kg is far from the mass of any rig in a laboratory ({low:g} to {high:g} kg): "
+        "added_mass_g or known.nes_mass is in another unit. Correct it, or weigh the oscillator "
+        "(known.mass)"
+    )
+    return [Check("", "identification", "warning", detail)]
+
+
+def _open_mass(answer: Answer) -> str:
+    """Why the records leave M open, and what to do."""
+    terms = {"ln_M": 1.0}
+    value, error = answer.posterior.of(terms)
+    loads = answer.observed.loads
+    if loads and math.exp(value) < _NOTHING_OF * min(loads):
+        return (
+            "the frequencies go with added_mass_g as if the oscillator had no mass of its own: "
+            "type what was screwed on alone, no total with the oscillator or a carrier, or weigh "
+            "the oscillator (known.mass)"
+        )
+    causes = dict.fromkeys(map(called, answer.judged.leave_open(terms)))
+    why = f". It may be {' or '.join([*causes][:4])}" if causes else ""
+    return (
+        f"what was stated and what the records show leave it open by {100.0 * error:.0f} %{why}; "
+        "correct records.csv, or weigh the oscillator (known.mass)"
+    )
+
+
+_NOTHING_OF = 0.1  # of the lightest added mass: that of an oscillator in the totals
+
+
 def _absent(
-    rows: Sequence[Estimate], found: Posterior | None = None, ways: Sequence[Estimate] = ()
+    rows: Sequence[Estimate], answer: Answer | None = None, campaign: Campaign | None = None
 ) -> list[Check]:
     """What is not in the table, and what it would take."""
+    found = answer.posterior if answer else None
     reasons = {
         "f0": _NO_DECAY,
         "zeta": _NO_DECAY,
@@ -910,12 +960,8 @@ def _absent(
             f"the tests together show {value:.3g} +- {COVERAGE_95 * error:.2g}; leave out those in "
             "which it was another, or analyse them as a campaign of their own"
         )
-    if found is not None and ways:
-        _, error = found.of({"ln_M": 1.0})
-        reasons["M"] = (
-            f"what was stated and what the records show leave it open by {100.0 * error:.0f} %; "
-            "correct what the other lines name, or weigh the oscillator (known.mass)"
-        )
+    if answer is not None and campaign is not None and _ways(answer, campaign):
+        reasons["M"] = _open_mass(answer)
     present = {"r" if e.parameter.startswith("r_") else e.parameter for e in rows}
     checks = [
         Check("", "identification", "warning", f"{name} is not known: {reason}")

@@ -632,7 +632,7 @@ def test_a_record_that_is_unlike_the_others_in_two_ways_has_no_cause_and_no_weig
     assert {c.about for c in chosen} == {"f0", "zeta"}
     (unlike,) = with_unlike(both, chosen)
     assert set(unlike.wider) == {"own f0: t5", "own zeta: t5"}
-    judged = weighed(data, both, causes, [unlike])
+    judged = weighed(data, both, causes, [unlike], fitted=lambda _: data)
     (check,) = cause_checks(judged)
     assert (check.record, check.outcome) == ("t5", "warning")
     assert "not explained: this record differs from the others in" in check.detail
@@ -691,7 +691,10 @@ def test_of_rivals_each_is_in_the_values_however_likely_one_more_cause_is():
     observed, data = campaign(values)
     rival = replace(observed.beliefs, priors=observed.beliefs.priors | {"level": Prior(1.5, 1e-3)})
     even = evidence_of(data, observed.beliefs) - evidence_of(data, rival)  # as probable
-    found = [_averaged(data, observed.beliefs, left, [(rival, even)]) for left in ([], [one(0)])]
+    found = [
+        _averaged(data, observed.beliefs, left, [(drift(), rival, even)], lambda _: data)[0]
+        for left in ([], [one(0)])
+    ]
     levels, errors = np.array([own.of({"level": 1.0}) for own in found]).T
     assert errors.min() > 0.3
     assert levels[0] == pytest.approx(levels[1], abs=0.1)
@@ -705,7 +708,9 @@ def test_a_cause_that_the_law_of_another_may_explain_is_half_in_the_value():
     left = one(0)
     (odds,) = scores(data, observed.beliefs, posterior_of(data, observed.beliefs), [left])
     assert odds > 100.0
-    value, error = _averaged(data, observed.beliefs, [left], []).of({"level": 1.0})
+    found, (_, other) = _averaged(data, observed.beliefs, [left], [], lambda _: data)
+    value, error = found.of({"level": 1.0})
+    assert (other.share, other.cause) == (pytest.approx(0.5), left)
     without, with_it = values.mean(), 0.5
     assert value == pytest.approx(0.5 * (without + with_it), abs=1e-3)
     assert error == pytest.approx(0.5 * (without - with_it), rel=0.05)
@@ -758,7 +763,8 @@ def test_scatter_of_what_the_flights_do_not_show_makes_no_doubt_of_what_they_sho
     )  # fmt: skip
     scatter = Cause("scatter", "scatter", "own f0", None, wider=dict.fromkeys(rest, 0.3))
     data = expand(both.blocks, both.names, both.start)
-    found = {w.cause.key: w for w in weighed(data, both, CAUSES, [drift(), scatter]).found}
+    judged = weighed(data, both, CAUSES, [drift(), scatter], fitted=lambda _: data)
+    found = {w.cause.key: w for w in judged.found}
     assert found["scatter"].log_odds > found["drift of r"].log_odds > 10.0
     assert found["drift of r"].sure == sure
 

@@ -610,7 +610,9 @@ def test_friction_that_changes_in_the_course_of_a_record(change):
 @pytest.mark.parametrize("wrong", [{"edge": 0.1}, {"missed": 9}])
 def test_the_errors_of_a_record_do_not_depend_on_what_is_known_of_its_ball(wrong):
     """Of a ball that rolls, beside some wrong flights, they were ten and a hundred times larger."""
-    c = collisions(0.0, count=240, scatter=3e-4, beat=0.3, roll=0.21, **wrong)
+    tried = (collisions(0.0, count=240, scatter=3e-4, beat=0.3 + d, roll=0.21, **wrong)
+             for d in (0.0, 1e-3, 3e-3, 4e-3, 5e-3))  # fmt: skip
+    c = next(c for c in tried if c.x.size > 50)  # chaotic: on some processors it stays at a wall
     sigma = []
     for roll in (0.21, 0.0):
         p = np.zeros(len(LOCALS))

@@ -10,14 +10,14 @@ out better than its rivals and than none; else its values are averaged over, and
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csc_array
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, median_of
 from vinesexp.identification.joint.observations import Observed, off_stated
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
@@ -228,19 +228,53 @@ class Weighed:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """What may be believed: the causes chosen, one more, or a rival in the place of one of them.
+
+    Attributes
+    ----------
+    share : of the odds of all of them.
+    beliefs : priors with its causes.
+    cause : the further cause or the rival; None where there is none.
+    rival : whether it is a rival, which moves the unknowns so far that it has a fit of its own.
+    values : of the unknowns, array (n,).
+    """
+
+    share: float
+    beliefs: Beliefs
+    cause: Cause | None
+    rival: bool
+    values: FloatArray
+
+
+@dataclass(frozen=True)
 class Judged:
     """What is believed of a campaign.
 
     Attributes
     ----------
     beliefs : priors with the causes believed.
-    posterior : of the unknowns, causes put into them, averaged over further causes.
+    posterior : of the unknowns, causes put into them, averaged over the alternatives.
     found : the believed causes, those that the records ask for most before the others.
+    alternatives : what the values are averaged over.
     """
 
     beliefs: Beliefs
     posterior: Posterior
     found: tuple[Weighed, ...]
+    alternatives: tuple[Alternative, ...] = ()
+
+    def leave_open(self, terms: Mapping[str, float]) -> list[Cause]:
+        """Causes whose odds make a sum of unknowns as unsure as it is, the first most of all."""
+        v = self.posterior.vector(terms)
+        mean, variance = v @ self.posterior.values, float(v @ self.posterior.covariance @ v)
+        parts = [
+            (one.share * float(v @ one.values - mean) ** 2, one.cause)
+            for one in self.alternatives
+            if one.cause is not None
+        ]
+        parts.sort(key=lambda part: -part[0])
+        return [cause for part, cause in parts if part > _OPENS * variance]
 
 
 def believed(beliefs: Beliefs, cause: Cause) -> Beliefs:
@@ -252,7 +286,8 @@ def believed(beliefs: Beliefs, cause: Cause) -> Beliefs:
 
 def judge(data: Quadratic, observed: Observed, causes: Sequence[Cause]) -> Judged:
     """What is believed where the log-likelihood is this expansion: `proposed` and `weighed`."""
-    return weighed(data, observed, causes, proposed(data, observed, causes))
+    chosen = proposed(data, observed, causes)
+    return weighed(data, observed, causes, chosen, fitted=lambda _: data)
 
 
 def proposed(
@@ -335,8 +370,9 @@ def _with_better(
 
 
 def weighed(
-    data: Quadratic, observed: Observed, causes: Sequence[Cause], chosen: Sequence[Cause]
-) -> Judged:
+    data: Quadratic, observed: Observed, causes: Sequence[Cause], chosen: Sequence[Cause],
+    *, fitted: Callable[[Beliefs], Quadratic],
+) -> Judged:  # fmt: skip
     """Some causes as they are believed: their evidence, their rivals, and all unknowns with them.
 
     Parameters
@@ -345,6 +381,8 @@ def weighed(
         Log-likelihood near the fit with these causes.
     observed : Observed
     causes, chosen : sequences of Cause
+    fitted : callable
+        Log-likelihood near the fit with other beliefs: of rivals, which may be far away.
     """
     plain, beliefs = observed.beliefs, believing(observed.beliefs, chosen)
     left = _others(causes, chosen)
@@ -356,7 +394,7 @@ def weighed(
         without = believing(plain, beside)
         others = _rivals(data, without, cause, odds, left)
         rivals += [
-            (believing(plain, [*beside, rival]), rival.log_odds - cause.log_odds)
+            (rival, believing(plain, [*beside, rival]), rival.log_odds - cause.log_odds)
             for rival in others
         ]
         value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
@@ -369,7 +407,8 @@ def weighed(
         )
         found.append(Weighed(cause, odds, value, error, others, sure))
     found = _beyond_the_unexplained(found, names_in_flights(observed))
-    return Judged(beliefs, _averaged(data, beliefs, left, rivals), tuple(found))
+    posterior, alternatives = _averaged(data, beliefs, left, rivals, fitted)
+    return Judged(beliefs, posterior, tuple(found), alternatives)
 
 
 def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> list[Weighed]:
@@ -631,42 +670,58 @@ def _averaged(
     data: Quadratic,
     beliefs: Beliefs,
     left: Sequence[Cause],
-    rivals: Sequence[tuple[Beliefs, float]],
-) -> Posterior:
+    rivals: Sequence[tuple[Cause, Beliefs, float]],
+    fitted: Callable[[Beliefs], Quadratic],
+) -> tuple[Posterior, tuple[Alternative, ...]]:
     """The posterior averaged over one more cause of those left, and over rivals, by their odds.
 
     Of the evidence by which rivals differ only a part counts: their laws are only so true, and what
     is said to be held by the errors has to be.
     """
     base = posterior_of(data, beliefs)
-    n = len(data.names)
     tested = _tested(data, beliefs, base, left)
     odds = scores(data, beliefs, base, tested).tolist()
     tried = sorted(zip(odds, [c.key for c in tested], strict=True), reverse=True)
     by_key = {c.key: c for c in left}
     more = [(odds, by_key[key]) for odds, key in tried[:_AVERAGED] if odds > _NEGLIGIBLE]
-    every = [(1.0, beliefs)]
-    # what the law of another may make of it is there as likely as not
-    likely = [1.0 if odds > _ENOUGH else math.exp(odds) for odds, _ in more]
-    every += [(w, believed(beliefs, cause)) for w, (_, cause) in zip(likely, more, strict=True)]
-    whole = sum(weight for weight, _ in every)  # one more cause is as likely beside each rival
-    for other, odds in rivals:
-        odds += evidence_of(data, other) - base.log_evidence
-        every.append((whole * math.exp(min(_COUNTS * odds, 5.0)), other))
-    posteriors = [total(posterior_of(data, other), other) for _, other in every]
-    values = [own.values[:n] for own in posteriors]
-    spreads = [own.covariance[:n, :n] for own in posteriors]
-    weights = [weight for weight, _ in every]
-    share = np.array(weights) / sum(weights)
-    mean = np.sum([s * v for s, v in zip(share, values, strict=True)], axis=0)
+    every: list[tuple[float, Quadratic, Beliefs, Cause | None]] = [(1.0, data, beliefs, None)]
+    for odds, cause in more:  # what the law of another may make of it is there as likely as not
+        likely = 1.0 if odds > _ENOUGH else math.exp(odds)
+        every.append((likely, data, believed(beliefs, cause), cause))
+    whole = sum(one[0] for one in every)  # one more cause is as likely beside each rival
+    here = base.log_evidence + data.log_likelihood
+    for rival, other, odds in rivals:
+        near = fitted(other)
+        odds += evidence_of(near, other) + near.log_likelihood - here
+        every.append((whole * math.exp(min(_COUNTS * odds, 5.0)), near, other, rival))
+    whole = sum(one[0] for one in every)
+    parts = [
+        (weight / whole, total(posterior_of(near, other), other))
+        for weight, near, other, _ in every
+    ]
+    alternatives = [
+        Alternative(share, other, cause, k > len(more), own.values[: len(data.names)])
+        for k, ((share, own), (_, _, other, cause)) in enumerate(zip(parts, every, strict=True))
+    ]
+    return mixture(data.names, parts), tuple(alternatives)
+
+
+def mixture(names: tuple[str, ...], parts: Sequence[tuple[float, Posterior]]) -> Posterior:
+    """Mean and covariance of the unknowns `names` over posteriors by their shares.
+
+    The evidence is that of the first.
+    """
+    n = len(names)
+    values = [own.values[:n] for _, own in parts]
+    mean = np.sum([s * v for (s, _), v in zip(parts, values, strict=True)], axis=0)
     covariance = np.sum(
         [
-            s * (V + np.outer(v - mean, v - mean))
-            for s, v, V in zip(share, values, spreads, strict=True)
+            s * (own.covariance[:n, :n] + np.outer(v - mean, v - mean))
+            for (s, own), v in zip(parts, values, strict=True)
         ],
         axis=0,
     )
-    return Posterior(data.names, mean, covariance, base.log_evidence)
+    return Posterior(names, mean, covariance, parts[0][1].log_evidence)
 
 
 def _tested(
@@ -686,6 +741,7 @@ _SHOWN = 0.5  # of its prior width that the records have to leave of a cause
 
 
 _AVERAGED, _NEGLIGIBLE = 12, -6.0
+_OPENS = 0.1  # of the variance of a value: a part that is worth a word
 
 
 def possible_causes(observed: Observed) -> list[Cause]:
@@ -794,21 +850,29 @@ def of_some_rows(o: Observed, data: Quadratic) -> list[Cause]:
     """
     at = dict(zip(data.names, data.at.tolist(), strict=True))
     cavities = [(name, b, b + at[name], (id,), ()) for (id, _), (name, b) in o.clearances.items()]
-    shared, scale = {load for _, load in o.cells.values()}, math.exp(at.get("load scale", 0.0))
+    scale, cells = math.exp(at.get("load scale", 0.0)), o.cells.items()
+    off = {
+        load: at[name] + median_of([at[own] for _, (own, of) in cells if of == load])
+        for load, name in o.loads.items()
+    }
     weights = [
-        *((name, load, scale * load + at[name], (), (f"{1e3 * load:g} g",))
-          for load, name in o.loads.items() if load not in shared),
-        *((name, load, scale * load + at[o.loads[load]] + at[name], (), (_cell(load, id),))
-          for id, (name, load) in o.cells.items()),
+        (name, load, scale * load + off[load], (), (f"{1e3 * load:g} g",))
+        for load, name in o.loads.items()
+    ]
+    single = [
+        (name, load, scale * load + at.get(o.loads.get(load, ""), 0.0) + at[name], (),
+         (_cell(load, id),))
+        for id, (name, load) in cells
     ]  # fmt: skip
     return [
-        *_in_rings("clearance", cavities), *_in_rings("added mass", weights),
-        *_by_factor("clearance", cavities, _LENGTH), *_by_factor("added mass", weights, _MASS),
+        *_in_rings("clearance", cavities), *_by_factor("clearance", cavities, _LENGTH),
+        *(cause for items in (weights, single) for cause in (
+            *_in_rings("added mass", items), *_by_factor("added mass", items, _MASS))),
     ]  # fmt: skip
 
 
 def _cell(load: float, record: str) -> str:
-    return f"{1e3 * load:g} g of {record}"
+    return f"{1e3 * load:g} g of {record}" if load else f"the empty cell of {record}"
 
 
 #: Name of an unknown, what was stated (SI), what goes with the true value, the records that it
@@ -855,6 +919,7 @@ def _by_factor(about: str, items: Sequence[_Stated], factors: Sequence[float]) -
     return causes
 
 
+_UNTYPED = 3.0  # times the heaviest that was typed: a mass that was not
 _LIKE_FACTOR = 0.02  # by which what a fit shows may differ from a factor, relative
 
 
@@ -929,19 +994,24 @@ def _of_masses(o: Observed) -> list[Cause]:
             Cause("load scale +", "mistake", "added mass", Direction(scale, Prior(0.0, 0.2)))
         )
         offset = dict.fromkeys(o.loads.values(), 1.0)
-        if len(o.loads) > 1:
-            found += [
-                Cause(f"one {name}", "mistake", "added mass",
-                      Direction({name: 1.0}, Prior(0.0, 0.2 * load)), members=len(o.loads),
-                      stated=(f"{1e3 * load:g} g",))
-                for load, name in o.loads.items()
-            ]  # fmt: skip
+        single = [(name, load, f"{1e3 * load:g} g") for load, name in o.loads.items()]
+        cells = [(name, load, _cell(load, id)) for id, (name, load) in o.cells.items()]
         found += [
-            Cause(f"one {name}", "mistake", "added mass",
-                  Direction({name: 1.0}, Prior(0.0, 0.2 * load)), members=len(o.cells),
-                  stated=(_cell(load, id),))
-            for id, (name, load) in o.cells.items()
+            Cause(f"one {name}{how}", "mistake", "added mass",
+                  Direction({name: 1.0}, Prior(0.0, width)), members=members * len(items),
+                  least=-load, stated=(stated,))
+            for items in (single if len(single) > 1 else [], cells)
+            for name, load, stated in items
+            for how, width, members in (
+                ("", 0.2 * load, 1), (", any", _UNTYPED * max(o.loads), 5 if load else 1))
+            if width
         ]  # fmt: skip
+        if len(o.loads) > 1:  # what came on top of what was there, in the order of the rows
+            above = np.cumsum([0.0, *o.loads])[:-1].tolist()
+            moves = {name: more for name, more in zip(o.loads.values(), above, strict=True) if more}
+            found.append(
+                Cause("increments", "mistake", "added mass", Direction(moves, Prior(1.0, 1e-3)))
+            )
         # a carrier that was not weighed, or totals: the oscillator with what was screwed on
         found += [
             Cause(f"load offset {sign}", "mistake", "added mass",

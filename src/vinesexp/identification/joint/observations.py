@@ -131,8 +131,8 @@ class Observed:
     order : ids of the records in the order of records.csv.
     kinds : kind of unknown to its unknowns, each with the record that it belongs to, or "".
     law : f0 and zeta over amplitude, as the ring-downs alone show them.
-    cells : record whose stated added mass others have too, to the name of what its own differs by
-        from theirs, kg, and the stated mass: one cell may be wrong.
+    cells : record whose stated added mass, or none, others have too, to the name of what its own
+        differs by from theirs, kg, and the stated mass: one cell may be wrong, or empty.
     """
 
     names: tuple[str, ...]
@@ -429,6 +429,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
         return
     inputs = b.campaign.known.uncertainties
     records = {record.id: record for record in b.campaign.records}
+    masses = [one.added_mass or 0.0 for one in records.values() if one.test == "ringdown"]
     for kind in ("f0", "zeta"):
         own = [
             e for e in found
@@ -457,9 +458,9 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                     "load", 0.0, inputs.added_mass.of(load), of=f"{1e3 * load:g} g"
                 )
                 sums[-1][b.loads[load]] = 1.0
-                if [one.added_mass for one in b.campaign.records].count(load) > 1:
-                    b.cells[record.id] = b.own("own load", record, 0.0), load
-                    sums[-1][b.cells[record.id][0]] = 1.0
+            if any(masses) and masses.count(load) > 1:
+                b.cells[record.id] = b.own("own load", record, 0.0), load
+                sums[-1][b.cells[record.id][0]] = 1.0
             sums += [
                 {"ln_zeta": 1.0} if "ln_zeta" in b.priors else {},
                 # a damper warms up: a decay alone tells it from no law over amplitude

@@ -21,6 +21,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     all_possible,
     believing,
+    mixture,
     names_in_flights,
     needed,
     of_some_rows,
@@ -214,13 +215,19 @@ class Answer:
         return tuple(record for record in self.observed.order if record in found)
 
     def without(self, *kinds: str) -> Posterior:
-        """Posterior from all blocks but those of some kinds."""
+        """Posterior from all blocks but those of some kinds, with the causes that all show.
+
+        What these leave open between alternatives, a part of them does not know better.
+        """
         blocks = [b for b in self.observed.blocks if b.kind not in kinds]
-        beliefs = self.judged.beliefs
-        if "weighed" in kinds:
-            beliefs = beliefs.wider({"ln_M": _ANY_LOAD})
-        data = fit(blocks, self.observed.names, beliefs, self.data.at)
-        return total(posterior_of(data, beliefs), beliefs)
+        wider = {"ln_M": _ANY_LOAD} if "weighed" in kinds else {}
+        names, believed = self.observed.names, self.judged.beliefs.wider(wider)
+        data, parts = fit(blocks, names, believed, self.data.at), []
+        for one in self.judged.alternatives:
+            beliefs = one.beliefs.wider(wider)
+            near = fit(blocks, names, beliefs, one.values) if one.rival else data
+            parts.append((one.share, total(posterior_of(near, beliefs), beliefs)))
+        return mixture(names, parts)
 
 
 def answer_of(
@@ -248,10 +255,11 @@ def answer_of(
     if not observed.blocks:
         return None
     largest = max((b for _, b in observed.clearances.values()), default=0.0)
+    heaviest = max(observed.loads, default=0.0)
     wide = observed.beliefs.wider(
         {name: _ANY_VALUE * largest for name, _ in observed.clearances.values()}
         | {name: _ANY_VALUE * load for load, name in observed.loads.items()}
-        | {name: _ANY_VALUE * load for name, load in observed.cells.values()}
+        | {name: _ANY_VALUE * (load or heaviest) for name, load in observed.cells.values()}
         | {"load scale": _ANY_LOAD, "aboard": abs(_started(observed, "aboard"))}
     )
     # With `uncertainties: exact` the test log is no evidence that could be wrong.
@@ -290,7 +298,11 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
         chosen, data = merged, _fitted(observed, data, believing(observed.beliefs, merged))
     while (kept := needed(data, observed, chosen)) != chosen:
         chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
-    return weighed(data, observed, causes, chosen), data
+
+    def fitted(beliefs: Beliefs) -> Quadratic:
+        return _fitted(observed, data, beliefs)
+
+    return weighed(data, observed, causes, chosen, fitted=fitted), data
 
 
 #: Logarithm of the odds of a set of causes, these, and the fit with them.
@@ -373,9 +385,8 @@ def _bouncing(observed: Observed, frictions: FloatArray) -> dict[str, float]:
 
 
 def _fitted(observed: Observed, data: Quadratic, beliefs: Beliefs) -> Quadratic:
-    """The fit with other beliefs, from where an expansion expects it."""
-    aim = total(posterior_of(data, beliefs), beliefs).values[: len(observed.names)]
-    return fit(observed.blocks, observed.names, beliefs, aim)
+    """The fit with other beliefs, from that with some."""
+    return fit(observed.blocks, observed.names, beliefs, data.at)
 
 
 def _outliers(observed: Observed, data: Quadratic) -> dict[str, float]:
@@ -450,8 +461,7 @@ def _as_sure_as_causes(data: Quadratic, observed: Observed, judged: Judged) -> P
     if not doubted:
         return found
     beliefs = judged.beliefs.without(doubted)
-    aim = total(posterior_of(data, beliefs), beliefs).values[: len(observed.names)]
-    near = fit(observed.blocks, observed.names, beliefs, aim)
+    near = _fitted(observed, data, beliefs)
     without = total(posterior_of(near, beliefs), beliefs).values[: found.values.size]
     half = 0.5 * (without - found.values)
     covariance = found.covariance + np.outer(half, half)

@@ -179,6 +179,8 @@ def called(cause: Cause) -> str:
     whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
         return f"{place} of {', '.join(whose[:-1])} and {whose[-1]} exchanged"
+    if cause.key == "increments":
+        return f"{place} that is what came on top of the masses of the rows above"
     if cause.factor is not None:
         of = f" of {', '.join(whose)}" if whose else ""
         return f"{place}{of} that is {cause.factor:.4g} times the true value"
@@ -208,6 +210,11 @@ def said(weighed: Weighed) -> str:
         return (
             f"{place} of {', '.join(whose[:-1])} and {whose[-1]} are exchanged: each record shows "
             "the value of another; the analysis exchanges them. Correct records.csv"
+        )
+    if cause.key == "increments":
+        return (
+            f"{place} is what came on top of the masses of the rows above: the frequencies show "
+            "their sums; the analysis uses these. Type all that was screwed on"
         )
     if cause.factor is not None:
         why = FACTORS[cause.factor]

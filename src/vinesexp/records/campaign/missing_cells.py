@@ -176,8 +176,7 @@ def _other_masses(records: Iterable[Record], evidence: Mapping[str, Evidence]) -
         said = f"is {1e3 * mass:g}" if mass else "is empty"
         return (
             f"{said} in {_names(slow)} as in {_names(fast)}, but they oscillate at {low:.4g} and "
-            f"{high:.4g} Hz: as with different masses mounted; "
-            "f0 and zeta mix them, and M cannot be known by added mass"
+            f"{high:.4g} Hz: as with different masses mounted; f0, zeta and M may mix them"
         )
     return ""
 
