@@ -15,8 +15,6 @@ from vinesexp.maps.map_options import OPTIONS, along, cells_of, shortened
 if TYPE_CHECKING:
     from vinesexp.maps.response_map import MapGrid, Values
 
-_SAVE_EVERY = 5.0  # s
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit, two of them as ranges."""
@@ -55,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
             nonlocal saved, known
             bar(done, total)
             known = so_far
-            if time.monotonic() - saved > _SAVE_EVERY:
+            if time.monotonic() - saved > 5.0:  # s
                 write_map(grid, so_far, out)
                 saved = time.monotonic()
 

@@ -36,8 +36,6 @@ from vinesexp.units import Quantity, parse_quantity
 _OPTIONS = (*RIG, *(option for option in EXCITATION if option.symbol != "v0"))
 #: Relative standard uncertainty of a value that states none, in a first plan.
 _ASSUMED = 0.02
-#: How near to the resonance a first ring-down lets one tune the base, of f0.
-_TUNED = 2e-4
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -203,7 +201,8 @@ def _of_values(texts: dict[str, Sequence[str] | None]) -> list[PlannedTest]:
     values = {o.symbol: about(given.one(o.symbol)) for o in RIG}
     host = Oscillator(M=values["M"].value, c1=values["c1"].value, k1=values["k1"].value)
     # The base will be tuned to the resonance as it is found, whatever M and k1 are.
-    f0, zeta = Quantity(host.f0, _TUNED * host.f0), Quantity(host.zeta, _ASSUMED * host.zeta)
+    # So near to the resonance does a first ring-down let one tune the base.
+    f0, zeta = Quantity(host.f0, 2e-4 * host.f0), Quantity(host.zeta, _ASSUMED * host.zeta)
     rig = IdentifiedRig(values, f0, zeta)
     frequency = given.one("frequency").value if "frequency" in given else host.f0
     release = abs(given.one("x0").value) if "x0" in given else None

@@ -30,10 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _INCH = 25.4  # mm
-#: Below this width, mm, panels stand below one another and texts are smaller.
-_NARROW = 130.0
-_SMALLER = 0.8  # 9 and 8 pt become 7.2 and 6.4 pt
-_PANEL = 2.1  # in: height of a panel that stood beside others
 _LETTER = 0.56  # width of a letter, of its size
 
 
@@ -67,14 +63,15 @@ def fit_to_width(figure: Figure, width: float) -> None:
 
     _, height = figure.get_size_inches()
     figure.set_size_inches(width / _INCH, height)
-    if width >= _NARROW:
+    # Below this width panels stand below one another and texts are smaller.
+    if width >= 130.0:
         return
     for text in figure.findobj(Text):
         assert isinstance(text, Text)
-        text.set_fontsize(_SMALLER * float(text.get_fontsize()))
+        text.set_fontsize(0.8 * float(text.get_fontsize()))  # 9 and 8 pt become 7.2 and 6.4 pt
     stacked = _stack(figure)
     lines = _wrap_titles(figure, width) + _relay_legends(figure)
-    height = stacked * _PANEL if stacked else height
+    height = 2.1 * stacked if stacked else height  # in, of panels that stood beside others
     figure.set_size_inches(width / _INCH, height + lines * 0.13)
 
 

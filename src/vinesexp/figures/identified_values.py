@@ -60,11 +60,6 @@ def value_over_folders(
 #: How each parameter is written.
 SYMBOLS = {"f0": "f₀", "zeta": "ζ", "M": "M", "c1": "c₁", "k1": "k₁", "r": "r"}
 
-#: c1 and k1 are made from M, f0 and zeta: their panels would repeat that of M.
-_FOLLOW = ("c1", "k1")
-
-#: Logarithm of the ratio of two widths below which their names would cover one another.
-_SAME_PLACE = 0.2
 
 #: Parameters whose intervals are drawn as they shrink.
 _SHRINKING = ("M", "c1", "k1", "r")
@@ -112,7 +107,8 @@ def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figur
         name: [row for row in rows if row["parameter"] == name and row["method"] != "combined"]
         for name in values
     }
-    shown = [name for name, own in methods.items() if len(own) > 1 and name not in _FOLLOW]
+    # c1 and k1 are made from M, f0 and zeta: their panels would repeat that of M.
+    shown = [name for name, own in methods.items() if len(own) > 1 and name not in ("c1", "k1")]
     if not shown:
         return None
     lines = [len(methods[name]) for name in shown]
@@ -152,7 +148,8 @@ def intervals_over_records(history: Sequence[Mapping[str, Any]]) -> Figure:
         if own:
             records, widths = zip(*own, strict=True)
             axis.plot(records, widths, "o-", color=colour, markersize=3)
-            near = [end for end in ends if abs(math.log(end[1][1] / widths[-1])) < _SAME_PLACE]
+            # Of widths in a smaller ratio the names would cover one another.
+            near = [end for end in ends if abs(math.log(end[1][1] / widths[-1])) < 0.2]
             if not near:
                 ends += (near := [([], own[-1], colour)])
             near[0][0].append(SYMBOLS[name])  # one name beside the other

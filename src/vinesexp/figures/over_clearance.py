@@ -38,8 +38,6 @@ Interval = tuple[float, float, float]
 #: Clearance, mm, and what is predicted there; empty where nothing is.
 Curve = tuple[FloatArray, FloatArray]
 
-_PANELS = 3  # in a row
-
 
 @dataclass(frozen=True)
 class DrawnLevel:
@@ -74,7 +72,7 @@ def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
     ----------
     valleys : sequence of DrawnLevel
     """
-    figure, axes, columns = panels(len(valleys), _PANELS, above=0.7, each=3.1)
+    figure, axes, columns = panels(len(valleys), 3, above=0.7, each=3.1)
     for axis, valley in zip(axes, valleys, strict=True):
         _panel(axis, valley)
     for axis in axes[::columns]:

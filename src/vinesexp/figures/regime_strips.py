@@ -29,7 +29,6 @@ _COLOURS = {
     "three or more": COLOURS["three or more per cycle"],
 }
 _BOUNDS = (0.25, 1.5, 2.25)
-_MOST_COLUMNS = 500  # of a strip, as wide as a screen shows
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,8 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]]) -> Figure:
     longest = max(strip.per_cycle.size for _, strips in groups for strip in strips)
     for axis, (title, strips) in zip(axes, groups, strict=True):
         for place, strip in enumerate(strips):
-            counts = _columns(strip.per_cycle, max(1, -(-longest // _MOST_COLUMNS)))
+            # A strip has no more columns than a screen shows.
+            counts = _columns(strip.per_cycle, max(1, -(-longest // 500)))
             for colour, path in _stretches(counts, strip.per_cycle.size / counts.size, place):
                 axis.add_patch(PathPatch(path, facecolor=colour, linewidth=0))
             ink, at = regime_colour(strip.regime), (float(longest), place)

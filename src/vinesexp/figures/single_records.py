@@ -39,12 +39,9 @@ _SHOWN = {
     "acceleration": ("acceleration (m/s²)", 1.0),
     "sound": ("sound (uncalibrated)", 1.0),
 }
-_ZOOM_CYCLES = 3.5
 _MOST_CURVES = 14  # in one figure
 _NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 _MOST_POINTS = 1200  # of a drawn line
-#: Impacts drawn one by one; of more, this many evenly chosen ones.
-_IMPACT_SHAPES_MOST_POINTS = 1500
 
 # Time histories: a long trace as what a screen can show of it; whole records; amplitudes.
 #: Columns of a trace that is drawn as a band from its smallest to its largest value: one to 0.9
@@ -54,8 +51,6 @@ COLUMNS = 560
 # Figures of ring-downs: a decay beside what was identified from it, M from added masses.
 Found = Mapping[str, Estimate]
 
-#: Decays whose misfit is drawn together.
-_MOST_DECAYS = 6
 #: Terms of a law of damping beyond the viscous one, named.
 _LAW = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
 
@@ -223,7 +218,7 @@ def draw_ringdowns(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         if (own := of_ringdown(read_estimates(paths.estimates(record.id))))
     }
     bare = [r for r in campaign.records if r.id in found and not r.added_mass]
-    decays = [_decay(record, found[record.id], paths) for record in bare[:_MOST_DECAYS]]
+    decays = [_decay(record, found[record.id], paths) for record in bare[:6]]
     if decays := [decay for decay in decays if decay.time.size]:
         yield _decays_drawn(decays, results)
     yield from _line(results, found)
@@ -410,7 +405,7 @@ def impacts_on_acceleration(
 
 def _jumps(axis: Axes, impacts: Impacts) -> None:
     jump = np.abs(impacts.velocity_jump_m_s)
-    step = max(-(-impacts.n // _IMPACT_SHAPES_MOST_POINTS), 1)
+    step = max(-(-impacts.n // 1500), 1)
     for side, colour in ((1, "impact +1"), (-1, "impact -1"), (0, "impact")):
         chosen = np.flatnonzero(impacts.side == side)[::step]
         size = 2.2 if impacts.n > 100 else 3.5
@@ -581,7 +576,7 @@ def _stretch(view: RecordView, record: Record, marks: Impacts) -> tuple[int, int
         # All bounces: they come ever faster.
         length = 1.1 * float(marks.time_s[-1] - marks.time_s[0]) + 0.02
     else:
-        length = _ZOOM_CYCLES / view.oscillation if view.oscillation else 0.5
+        length = 3.5 / view.oscillation if view.oscillation else 0.5
     middle = marks.n // 2 if record.test == "periodic" else 0
     begin = max(round((marks.time_s[middle] - view.start - 0.08 * length) * view.sample_rate), 0)
     return begin, min(begin + max(round(1.16 * length * view.sample_rate), 2), view.n)

@@ -74,7 +74,6 @@ State = tuple[int, int]
 
 # Work in a process of its own, one piece at a time, that gives way to everything else.
 T = TypeVar("T")
-_NICE = 10  # behind the analysis of the newest record
 
 
 class Background(Generic[T]):
@@ -146,7 +145,7 @@ class Background(Generic[T]):
 def _give_way() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that started this
     if hasattr(os, "nice"):
-        os.nice(_NICE)
+        os.nice(10)  # behind the analysis of the newest record
 
 
 def _worked(work: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[str, T | None]:

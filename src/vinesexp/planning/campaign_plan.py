@@ -30,7 +30,6 @@ from vinesexp.units import Quantity, counted
 
 #: Scatter of mean amplitudes where no two records or replays show one.
 SCATTER = 0.002
-_AHEAD = 12  # clearances planned at once
 
 
 @dataclass(frozen=True)
@@ -118,7 +117,7 @@ def _ahead(
         expected=valley.lowest,
         target=target,
         tested=tested,
-        most=len(tested) + _AHEAD,
+        most=len(tested) + 12,  # planned at once
     )
     ahead = tuple(seen)[len(tested) :]
     found = bracket_of(seen)
@@ -273,10 +272,6 @@ _NEAR = 0.05  # of a clearance: one tested this near need not be tested again
 _MOST = 9  # records asked for at once
 
 
-#: Added mass over M in the plan of ring-downs: light enough not to change the mode.
-_ADDED = 0.1
-
-
 @dataclass(frozen=True)
 class PlannedTest:
     """A test that is still to be done: its row of records.csv, and why."""
@@ -308,7 +303,7 @@ def first_tests(
         Where the lowest amplitude is expected; None where theory has no such clearance.
     """
     M = rig.values["M"].value
-    added = _round(_ADDED * M)
+    added = _round(0.1 * M)  # light enough not to change the mode
     n = ring_downs_for(0.005, M=M, added=added, inputs=Uncertainties())
     tests = []
     start = release or 50.0 * G.value

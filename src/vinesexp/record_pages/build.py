@@ -101,7 +101,6 @@ def _words(parameter: str) -> str:
 
 #: Points on the manifold that are drawn.
 _MOST_POINTS = 3000
-_FEWEST_POINTS = 5
 _HIGHEST = 1.5  # amplitude up to which it is drawn, clearances
 
 #: Attributes of a measured record that are no bookkeeping, as its page names them.
@@ -171,7 +170,7 @@ def _manifold(record: Record, paths: ResultPaths, rig: IdentifiedRig) -> dict[st
         return None
     motion = on_manifold(record, paths.folder, rig)
     good = np.isfinite(motion.C) & np.isfinite(motion.A)
-    if good.sum() < _FEWEST_POINTS:
+    if good.sum() < 5:
         return None
     step = max(-(-int(good.sum()) // _MOST_POINTS), 1)
     return {"C": packed(motion.C[good][::step]), "A": packed(motion.A[good][::step])}

@@ -146,9 +146,6 @@ def band_kept(view: RecordView, role: str) -> str:
 
 #: Rows of a table of records that are shown; the others are on the page of all records.
 MOST_ROWS = 100
-#: Problems that are listed one by one.
-_MOST_PROBLEMS = 100
-_EXAMPLES = 5
 
 
 def grouped(problems: Sequence[Row]) -> list[dict[str, Any]]:
@@ -173,13 +170,14 @@ def grouped(problems: Sequence[Row]) -> list[dict[str, Any]]:
         kinds: dict[tuple[str, str, str], list[Row]] = {}
         for row in problems:
             kinds.setdefault((row["outcome"], row["check"], words(row["detail"])), []).append(row)
-        if len(kinds) <= _MOST_PROBLEMS:
+        # Problems that are listed one by one.
+        if len(kinds) <= 100:
             break
     found = []
     for rows in kinds.values():
         ids = list(dict.fromkeys(row["record"] for row in rows))
         detail = rows[0]["detail"] if len(rows) == 1 else f"such as {rows[0]['detail']}"
-        shown = ids[:_EXAMPLES]
+        shown = ids[:5]
         found.append({**rows[0], "detail": detail, "records": shown, "more": len(ids) - len(shown)})
     return found
 

@@ -272,14 +272,11 @@ def headline(
     return f"No best clearance can be reported: {reason}.{nothing}"
 
 
-#: From this share on the base amplitude that was found is said beside the stated one.
-_OTHER_BASE = 0.02
-
-
 def _setting(verdict: PeriodicVerdict) -> str:
     """The level, and the base amplitude that predictions use where it is another."""
     stated, used = (verdict.lowest.get(f"{of}_mm") for of in ("stated_base", "base_amplitude"))
-    if not stated or not used or abs(used / stated - 1.0) < _OTHER_BASE:
+    # From this share on the base amplitude that was found is said beside the stated one.
+    if not stated or not used or abs(used / stated - 1.0) < 0.02:
         return verdict.level
     return f"{verdict.level} (as stated; the base moved by {used:.4g} mm)"
 

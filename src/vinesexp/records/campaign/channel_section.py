@@ -20,15 +20,8 @@ from vinesexp.units import (
 )
 
 CHANNEL_KEYS = (
-    "column",
-    "quantity",
-    "unit",
-    "radius",
-    "sensitivity",
-    "offset",
-    "file_unit",
-    "optional",
-    "accept",
+    *("column", "quantity", "unit", "radius", "sensitivity", "offset", "file_unit"),
+    *("optional", "accept"),
 )
 
 #: Keys of a microphone, of which only the times of hits are used: it needs no calibration.

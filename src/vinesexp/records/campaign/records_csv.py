@@ -31,16 +31,8 @@ COLUMNS = (*SHEET_COLUMNS[:-1], "settings", "setup", SHEET_COLUMNS[-1])
 
 #: Columns for people: text, carried into the records and never used in them.
 PEOPLE = (
-    "operator",
-    "date",
-    "time",
-    "instrument",
-    "place",
-    "temperature",
-    "temperature_c",
-    "humidity",
-    "comment",
-    "notes",
+    *("operator", "date", "time", "instrument", "place", "temperature", "temperature_c"),
+    *("humidity", "comment", "notes"),
 )
 
 REQUIRED = COLUMNS[:3]

@@ -26,16 +26,8 @@ MOST_BALLS = 16
 
 #: Columns of a plain records.csv, as written for a new campaign; `records_csv` reads more.
 SHEET_COLUMNS = (
-    "record",
-    "file",
-    "test",
-    "clearance_mm",
-    "base_amplitude_mm",
-    "frequency_hz",
-    "added_mass_g",
-    "release_mm",
-    "exclude",
-    "note",
+    *("record", "file", "test", "clearance_mm", "base_amplitude_mm", "frequency_hz"),
+    *("added_mass_g", "release_mm", "exclude", "note"),
 )
 
 #: Roles a channel can have, each with the quantities it can be measured as.

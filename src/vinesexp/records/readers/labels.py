@@ -47,10 +47,9 @@ _OVERLOAD = re.compile(
 )
 _NEGATIVE = re.compile(r"-|under|unf", re.IGNORECASE)
 
-#: What instruments write for a sample out of range: 9.9E+37 (SCPI), the largest floats.
-_MARKS: tuple[float, ...] = (9.9e37, 9.99e37, 9.999e37, 9.9999e37, 9.99999e37, 9.999999e37, 1e38)
-_MARKS += (float(np.finfo(np.float32).max), float(np.finfo(np.float64).max), float("inf"))
-_NO_NUMBER = 9.91e37  # SCPI's NaN
+#: No measurement is larger: instruments write 9.9E+37 (SCPI) or the largest floats for a sample out
+#: of range, and 9.91E+37 for no number.
+_BEYOND, _NO_NUMBER = 9e37, 9.91e37
 
 
 def unit_of_label(label: str) -> str | None:
@@ -147,12 +146,8 @@ def marks_to_infinity(values: NDArray[np.float64]) -> NDArray[np.float64]:
     array([  1.,  inf, -inf,  nan])
     """
     size = np.abs(values)
-    large = size > 9e37
-    if not large.any():
+    if not (size > _BEYOND).any():
         return values
-    out = values.copy()
-    for mark in _MARKS:
-        out[np.isclose(size, mark, rtol=1e-6)] = np.inf
-    out = np.copysign(out, values)
+    out = np.where(size > _BEYOND, np.copysign(np.inf, values), values)
     out[np.isclose(size, _NO_NUMBER, rtol=1e-6)] = np.nan
     return out
