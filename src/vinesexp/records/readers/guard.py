@@ -76,8 +76,6 @@ def serve_reader(reader: Any, path: Path, limits: Limits, line: Connection) -> N
                     value = None
                 elif what == "next":
                     value = next(streams[given[0]], None)
-                elif what == "close":
-                    value = streams.pop(given[0], None) and None
                 else:
                     value = source.locate(given[0])
                 line.send(("ok", value))
@@ -196,12 +194,8 @@ class GuardedSource(Source):
         self._streams += 1
         stream = self._streams
         self._ask(("blocks", stream, [int(column) for column in columns], rows))
-        try:
-            while (block := self._ask(("next", stream))) is not None:
-                yield block
-        finally:
-            with suppress(RecordError):
-                self._ask(("close", stream))
+        while (block := self._ask(("next", stream))) is not None:
+            yield block
 
     def locate(self, row: int) -> str:
         """Where a row stands, in the words of the format."""
