@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import json
 import shlex
-import sys
 from collections import Counter
 from pathlib import Path
 
@@ -61,8 +60,6 @@ def run(args: argparse.Namespace) -> int:
             file=folder,
         )
     proposal = propose(folder, views)
-    if sys.stdin.isatty():  # pragma: no cover
-        _ask(proposal)
     sheet = SHEETS[1] if args.xlsx else SHEETS[0]
     rows = [record.row() for record in proposal.records]
     proposed = [{"test", *record.cells} for record in proposal.records]
@@ -168,8 +165,7 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
             mark = "FILL IN the distance of the mass from the axis, such as 0.5 m; "
     else:
         unit, example = _OUTPUT[channel.quantity]
-        value = f'sensitivity: "{channel.sensitivity or f"{OPEN} {unit}"}"'
-        mark = "" if channel.sensitivity else f"FILL IN, such as {example}; "
+        value, mark = f'sensitivity: "{OPEN} {unit}"', f"FILL IN, such as {example}; "
     entry = f"{{column: {column}, quantity: {channel.quantity}, {value}{optional}}}"
     return [f"  # {channel.role}: {mark}{channel.why}", f"  {channel.role}: {entry}"]
 
@@ -214,15 +210,6 @@ def _unusable(path: Path) -> str:
     if ";" in text or text != text.strip() or not text.isprintable():
         return "its name has a ';' or an unusual blank in it; rename it"
     return ""
-
-
-def _ask(proposal: Proposal) -> None:  # pragma: no cover
-    """Ask for the sensitivities that no file states; an empty answer leaves one open."""
-    for channel in (one for setup in proposal.setups for one in setup.channels):
-        if channel.unit is None and channel.quantity is not None:
-            example = _OUTPUT[channel.quantity][1]
-            question = f"sensitivity of {channel.role} ({channel.column}), such as {example}: "
-            channel.sensitivity = input(question).strip() or None
 
 
 def _report(folder: Path, proposal: Proposal, others: list[str], sheet: str) -> None:

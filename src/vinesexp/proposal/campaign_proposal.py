@@ -56,7 +56,6 @@ class ProposedChannel:
     why: str
     sure: bool
     optional: bool
-    sensitivity: str | None = None
 
 
 @dataclass
