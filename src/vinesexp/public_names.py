@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
 Lazy = tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]
 
 
-def lazy(room: str, homes: Mapping[str, str]) -> Lazy:
+def lazy(room: str, modules: Mapping[str, Sequence[str]]) -> Lazy:
     """``__all__``, ``__getattr__`` and ``__dir__`` of a package whose names live in its modules.
 
     Parameters
     ----------
     room : str
         The package's own name.
-    homes : mapping
-        Public name to the module that defines it. A name must not be that of a module of the room,
-        which would take its place once it is imported.
+    modules : mapping
+        Module of the room, as seen from it, to the public names that it defines. A name must not
+        be that of a module of the room, which would take its place once it is imported.
 
     Examples
     --------
@@ -26,6 +26,7 @@ def lazy(room: str, homes: Mapping[str, str]) -> Lazy:
     >>> round(float(1e3 * vinesexp.theory.b_t_exact(x_m=0.03, r=0.6)), 2)
     40.98
     """
+    homes = {name: f"{room}.{module}" for module, names in modules.items() for name in names}
     names = sorted(homes)
 
     def find(name: str) -> Any:

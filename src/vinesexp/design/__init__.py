@@ -7,12 +7,7 @@ from typing import Any
 from vinesexp.public_names import lazy
 
 __all__, __getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "Task": "vinesexp.design.task",
-        "advise": "vinesexp.design.advice",
-        "responses": "vinesexp.design.ensemble",
-    },
+    __name__, {"task": ["Task"], "advice": ["advise"], "ensemble": ["responses"]}
 )
 
 

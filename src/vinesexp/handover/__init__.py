@@ -3,11 +3,5 @@
 from vinesexp.public_names import lazy
 
 __all__, __getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "write_mat": "vinesexp.handover.formats",
-        "write_csv": "vinesexp.handover.formats",
-        "write_uff": "vinesexp.handover.formats",
-        "write_crate": "vinesexp.handover.crate",
-    },
+    __name__, {"formats": ["write_mat", "write_csv", "write_uff"], "crate": ["write_crate"]}
 )

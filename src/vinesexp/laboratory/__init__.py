@@ -2,10 +2,4 @@
 
 from vinesexp.public_names import lazy
 
-__all__, __getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "load_scene": "vinesexp.laboratory.scene",
-        "simulate_group": "vinesexp.laboratory.scene",
-    },
-)
+__all__, __getattr__, __dir__ = lazy(__name__, {"scene": ["load_scene", "simulate_group"]})

@@ -2,10 +2,4 @@
 
 from vinesexp.public_names import lazy
 
-__all__, __getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "Session": "vinesexp.live.session",
-        "serve": "vinesexp.live.server",
-    },
-)
+__all__, __getattr__, __dir__ = lazy(__name__, {"session": ["Session"], "server": ["serve"]})

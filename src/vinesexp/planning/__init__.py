@@ -3,10 +3,5 @@
 from vinesexp.public_names import lazy
 
 __all__, __getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "plan_levels": "vinesexp.planning.campaign_plan",
-        "needs_of": "vinesexp.planning.campaign_plan",
-        "follow_plan": "vinesexp.planning.next_clearance",
-    },
+    __name__, {"campaign_plan": ["plan_levels", "needs_of"], "next_clearance": ["follow_plan"]}
 )

@@ -2,9 +2,4 @@
 
 from vinesexp.public_names import lazy
 
-__all__, __getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "replay_campaign": "vinesexp.replay.campaign_replay",
-    },
-)
+__all__, __getattr__, __dir__ = lazy(__name__, {"campaign_replay": ["replay_campaign"]})

@@ -2,10 +2,4 @@
 
 from vinesexp.public_names import lazy
 
-__all__, __getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "simulate": "vinesexp.solver.simulation",
-        "Motion": "vinesexp.solver.motion",
-    },
-)
+__all__, __getattr__, __dir__ = lazy(__name__, {"simulation": ["simulate"], "motion": ["Motion"]})
