@@ -26,7 +26,8 @@ import pandas as pd
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.excitation import Harmonic
 from vinesexp.live.server import Parts
-from vinesexp.live.session import Session, find_values, look_at_campaign
+from vinesexp.live.session import Session
+from vinesexp.live.views import find_values, look_at_campaign
 
 HOST = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BALL, RESTITUTION, FREQUENCY = 0.032, 0.6, 7.862

@@ -6,27 +6,11 @@ import argparse
 from functools import partial
 from pathlib import Path
 
+from vinesexp import results_differences as differences
 from vinesexp.commands.options import add_force, add_options, refuse_existing, writing
 from vinesexp.records.stored.tables import write_rows
-from vinesexp.report.command_pages import (
-    about_errors,
-    differences_page,
-    lead,
-    mean_in_words,
-    repeatability_lead,
-    repeatability_page,
-    spread_in_words,
-)
+from vinesexp.report import command_pages as pages
 from vinesexp.results import open_results
-from vinesexp.results_differences import (
-    DIFFERENCES,
-    REPEATABILITY,
-    Difference,
-    Differences,
-    Repeatability,
-    compare_results,
-    repeatability_of,
-)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,13 +35,14 @@ def run(args: argparse.Namespace) -> int:
     for folder in folders:
         open_results(folder)  # says in one line what is missing
     if args.more:
-        repeated = repeatability_of(folders)
-        lines, page = repeated_text(repeated), partial(repeatability_page, repeated)
-        table, rows = REPEATABILITY, repeated.rows()
+        repeated = differences.repeatability_of(folders)
+        lines, page = repeated_text(repeated), partial(pages.repeatability_page, repeated)
+        table, rows = differences.REPEATABILITY, repeated.rows()
     else:
-        found = compare_results(args.a, args.b)
-        lines, page = differences_text(found, everything=args.all), partial(differences_page, found)
-        table, rows = DIFFERENCES, [row.as_row() for row in found.rows]
+        found = differences.compare_results(args.a, args.b)
+        lines = differences_text(found, everything=args.all)
+        page = partial(pages.differences_page, found)
+        table, rows = differences.DIFFERENCES, [row.as_row() for row in found.rows]
     print("\n".join(lines))
     if args.html is not None:
         with writing(args.html):
@@ -68,19 +53,19 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def repeated_text(found: Repeatability) -> list[str]:
+def repeated_text(found: differences.Repeatability) -> list[str]:
     """Lines for the console: the answer, then a line a value."""
-    lines = [repeatability_lead(found), *filter(None, [about_errors(found)]), ""]
+    lines = [pages.repeatability_lead(found), *filter(None, [pages.about_errors(found)]), ""]
     width = max([len(one.what) for one in found.series], default=0)
     for one in found.series:
-        said = f"{mean_in_words(one)}; {spread_in_words(one)}"
+        said = f"{pages.mean_in_words(one)}; {pages.spread_in_words(one)}"
         lines.append(f"{one.what:<{width}}  {one.verdict}: {said}")
     return lines
 
 
-def differences_text(found: Differences, *, everything: bool = False) -> list[str]:
+def differences_text(found: differences.Differences, *, everything: bool = False) -> list[str]:
     """Lines for the console: the answer, the data, then values, clearances, and what changed."""
-    lines = [f"A: {found.a}", f"B: {found.b}", found.about_data(), lead(found), ""]
+    lines = [f"A: {found.a}", f"B: {found.b}", found.about_data(), pages.lead(found), ""]
     shown = [
         row for row in found.rows if everything or row.matters or row.kind in ("value", "clearance")
     ]
@@ -94,5 +79,5 @@ def differences_text(found: Differences, *, everything: bool = False) -> list[st
     return lines
 
 
-def _name(row: Difference) -> str:
+def _name(row: differences.Difference) -> str:
     return f"{row.what} ({row.unit})" if row.unit not in ("", "1") else row.what

@@ -13,18 +13,8 @@ from vinesexp.commands import options
 from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.figures.numbers import rounded
-from vinesexp.planning.campaign_plan import (
-    LevelPlan,
-    Needs,
-    OtherPlan,
-    PlannedTest,
-    first_tests,
-    in_mm,
-    needs_of,
-    next_tests,
-    plan_levels,
-    plan_others,
-)
+from vinesexp.planning import campaign_plan as planned
+from vinesexp.planning.campaign_plan import in_mm
 from vinesexp.planning.expected_valley import Valley
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.records_csv import sheet_text
@@ -79,7 +69,7 @@ def _share(text: str) -> float:
     return share
 
 
-def _of_campaign(folder: Path, results: Path | None, target: float) -> list[PlannedTest]:
+def _of_campaign(folder: Path, results: Path | None, target: float) -> list[planned.PlannedTest]:
     campaign = load_campaign(folder)
     results = Path("results") / campaign.name if results is None else results
     if not ResultPaths(results).identified.is_file():
@@ -88,7 +78,7 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[Plan
             file=results,
         )
     found = CampaignResults(results, campaign)
-    plans = plan_levels(found, target=target)
+    plans = planned.plan_levels(found, target=target)
     lines = [f"{campaign.title}: what to test next"]
     if not plans:
         lines.append(
@@ -97,18 +87,18 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[Plan
         )
     for plan in plans:
         lines += _level_lines(plan, target)
-    needs = needs_of(found, plans)
-    others = plan_others(found, needs)
+    needs = planned.needs_of(found, plans)
+    others = planned.plan_others(found, needs)
     for other in others:
         lines += _other_lines(other)
-    tests = [*next_tests(plans), *(test for other in others for test in other.next)]
+    tests = [*planned.next_tests(plans), *(test for other in others for test in other.next)]
     if not tests and plans:
         lines += ["", "enough: no further test of these kinds would change the answers"]
     print("\n".join([*lines, "", *_needs_lines(needs)]))
     return tests
 
 
-def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
+def _level_lines(plan: planned.LevelPlan, asked: float) -> list[str]:
     """One level: where it stands, what to test, what that leaves."""
     now = plan.width_now
     state = f"lowest amplitude bracketed within {100 * (now or 0.0):.2g} %"
@@ -136,7 +126,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
     return lines
 
 
-def _other_lines(plan: OtherPlan) -> list[str]:
+def _other_lines(plan: planned.OtherPlan) -> list[str]:
     """One kind of test beside the periodic ones: where it stands, what is still to be tested."""
     lines = ["", f"{plan.name}: {plan.state}"]
     if not plan.next:
@@ -153,7 +143,7 @@ def _other_lines(plan: OtherPlan) -> list[str]:
     return lines
 
 
-def _scatter_line(plan: LevelPlan, asked: float) -> str:
+def _scatter_line(plan: planned.LevelPlan, asked: float) -> str:
     scatter = f"{100 * plan.scatter:.2g} %"
     if not math.isfinite(plan.target):
         return f"  the minimum is too flat for amplitudes that scatter by {scatter}: repeat tests"
@@ -165,7 +155,7 @@ def _scatter_line(plan: LevelPlan, asked: float) -> str:
     return f"  amplitudes scatter by {scatter}: little enough for a bracket of {100 * asked:.2g} %"
 
 
-def _needs_lines(needs: Needs) -> list[str]:
+def _needs_lines(needs: planned.Needs) -> list[str]:
     lines = ["Records and instruments"]
     if needs.settle is not None and needs.record is not None:
         lines.append(
@@ -188,7 +178,7 @@ def _needs_lines(needs: Needs) -> list[str]:
     return lines
 
 
-def _of_values(texts: dict[str, Sequence[str] | None]) -> list[PlannedTest]:
+def _of_values(texts: dict[str, Sequence[str] | None]) -> list[planned.PlannedTest]:
     """A first campaign; values without an error count as known to 2 %."""
     given = gather({symbol: said or () for symbol, said in texts.items()})
     missing = [o.flag for o in (*RIG, EXCITATION[0]) if o.symbol not in given]
@@ -206,12 +196,14 @@ def _of_values(texts: dict[str, Sequence[str] | None]) -> list[PlannedTest]:
     rig = IdentifiedRig(values, f0, zeta)
     frequency = given.one("frequency").value if "frequency" in given else host.f0
     release = abs(given.one("x0").value) if "x0" in given else None
-    tests, valley = first_tests(rig, G=about(given.one("G")), frequency=frequency, release=release)
+    tests, valley = planned.first_tests(
+        rig, G=about(given.one("G")), frequency=frequency, release=release
+    )
     print("\n".join(_first_lines(tests, valley)))
     return tests
 
 
-def _first_lines(tests: Sequence[PlannedTest], valley: Valley | None) -> list[str]:
+def _first_lines(tests: Sequence[planned.PlannedTest], valley: Valley | None) -> list[str]:
     lines = ["A first campaign"]
     if valley is None:
         lines.append("no clearance gives two impacts per cycle here: see vinesexp design")

@@ -26,22 +26,10 @@ from typing import Any, Generic, TypeVar, cast
 from vinesexp.codedigest import code_digest
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import CampaignError, NoRecordsError, VinesexpError
-from vinesexp.live.views import (
-    CampaignShown,
-    RecordShown,
-    Values,
-    find_values,
-    look_at_campaign,
-    look_at_record,
-)
+from vinesexp.live import views
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
+from vinesexp.proposal import row_at_the_bench as bench
 from vinesexp.proposal.campaign_proposal import SKIPPED, ProposedRecord
-from vinesexp.proposal.row_at_the_bench import (
-    UNKNOWN_R,
-    clearance_cell,
-    clearance_of_flights,
-    row_of_file,
-)
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, read_campaign
 from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of_record
@@ -239,7 +227,7 @@ class Followed:
 
     state: str = "waiting"  # then analysing, done
     key: str = ""
-    view: RecordShown | None = None
+    view: views.RecordShown | None = None
 
 
 @dataclass
@@ -251,7 +239,7 @@ class Status:
     busy: str = ""
     newest: str = ""
     remarks: dict[str, str] = field(default_factory=dict)
-    campaign: CampaignShown = field(default_factory=CampaignShown)
+    campaign: views.CampaignShown = field(default_factory=views.CampaignShown)
 
 
 class Session:
@@ -285,8 +273,9 @@ class Session:
         self._copies: dict[str, list[Path]] = {}  # files left out, by the record they repeat
         self.arrivals = Arrivals(folder, ignored=_is_none, besides=results, quiet=quiet)
         self._pending_files: list[Path] = []
-        self.identifying, self.looking = Background(find_values), Background(look_at_campaign)
-        self._new_values: Values | None = None  # found, and not written yet
+        self.identifying = Background(views.find_values)
+        self.looking = Background(views.look_at_campaign)
+        self._new_values: views.Values | None = None  # found, and not written yet
         self._found = self._looked = ""  # what of the campaign was last used for either
         self._stop = threading.Event()
         self._code = code_digest("vinesexp.pipeline:analyse_record")
@@ -431,7 +420,9 @@ class Session:
             raise CampaignError(
                 f"holds {len(view.parts)} records; give each its row by hand", file=path
             )
-        row = row_of_file(campaign, view, [one for one in campaign.records if one is not besides])
+        row = bench.row_of_file(
+            campaign, view, [one for one in campaign.records if one is not besides]
+        )
         if "clearance_mm" in row.open and row.test in ("periodic", "transient"):
             self._fill_clearance(campaign, row)
         return row
@@ -455,17 +446,17 @@ class Session:
                 return
         # Any clearance does: the impacts are found again with the one in the row.
         impacts = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=self.paths)
-        b = clearance_of_flights(impacts, r=self._restitution(), frequency=frequency)
+        b = bench.clearance_of_flights(impacts, r=self._restitution(), frequency=frequency)
         if b is not None:
             row.open.remove("clearance_mm")
-            row.cells["clearance_mm"] = clearance_cell(b, campaign.records)
+            row.cells["clearance_mm"] = bench.clearance_cell(b, campaign.records)
             shown = with_error(1e3 * b.value, 1e3 * COVERAGE_95 * b.std_error)
             row.shown = f"clearance {shown} mm from its flights"
 
     def _restitution(self) -> Quantity:
         known = Results(self.results).values if self.paths.identified.is_file() else {}
         if "r" not in known:
-            return UNKNOWN_R
+            return bench.UNKNOWN_R
         error = known["r"]["std_error"]
         return Quantity(known["r"]["value"], 0.01 if error is None else error)
 
@@ -493,7 +484,7 @@ class Session:
         if note.why_outdated("analyse", {"key": key}):  # by an earlier session, too
             with note.making("analyse", {"key": key}):
                 analyse_record(self.known, record, paths=self.paths)
-        seen.view = look_at_record(record, paths=self.paths)
+        seen.view = views.look_at_record(record, paths=self.paths)
         seen.state = "done"
         self._say("")
 

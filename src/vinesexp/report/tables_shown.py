@@ -10,12 +10,7 @@ from importlib import resources
 from typing import Any
 
 from vinesexp.figures.identified_values import named
-from vinesexp.figures.numbers import (
-    difference,
-    plus_minus,
-    plus_minus_brief,
-    significant,
-)
+from vinesexp.figures.numbers import difference, plus_minus, plus_minus_brief, significant
 from vinesexp.figures.record_words import clearance_of, lost_in_words
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.tables import Row, Table, columns, ids_of, read_rows

@@ -17,11 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
-from vinesexp.records.campaign.channel_section import (
-    read_channels_section,
-    read_setups,
-    read_time,
-)
+from vinesexp.records.campaign.channel_section import read_channels_section, read_setups, read_time
 from vinesexp.records.campaign.problems import Problems, raise_first
 from vinesexp.records.campaign.published_table import read_published
 from vinesexp.records.campaign.records_csv import RowText, read_table
