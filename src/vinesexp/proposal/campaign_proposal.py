@@ -350,7 +350,7 @@ def _pattern(names: Sequence[str], label: str = "", every: Sequence[Sequence[str
     label = label or _shared(names)
     if not label:
         return f"*{_shared([name[::-1] for name in names])[::-1]}"
-    for pattern in (f"{label}*", f"*{label}", f"*{label}*"):
+    for pattern in (f"{label}*", f"*{label}"):
         fits = all(fnmatchcase(name, pattern) for name in names)
         if fits and all(sum(fnmatchcase(n, pattern) for n in file) <= 1 for file in every):
             return pattern

@@ -381,16 +381,12 @@ def time_column(path: Path, asked: str | int | None, unit: str | None) -> TimeCo
     RecordError
         The file says nothing of its times.
     """
-    size = unit_size(unit or "s", "time")
-    source = open_source(path)
-    for column in ("Time*", "[Tt][Ii][Mm][Ee]*") if asked is None else (asked,):
-        if found := columns_fitting(source, column):
-            own = source.columns[found[0]].unit
-            if unit is None and own in UNITS["time"]:
-                return TimeColumn(column, own, UNITS["time"][own])
-            return TimeColumn(column, unit or "s", size)
-    if asked is not None:
-        return TimeColumn(asked, unit or "s", size)
+    source, column = open_source(path), "Time*" if asked is None else asked
+    found = columns_fitting(source, column)
+    if found or asked is not None:
+        own = source.columns[found[0]].unit if found else None
+        unit = unit or (own if own in UNITS["time"] else "s")
+        return TimeColumn(column, unit, unit_size(unit, "time"))
     states_itself = source.time_column is not None or source.sample_interval is not None
     if states_itself or any(column.interval for column in source.columns):
         return None
