@@ -305,6 +305,29 @@ def _unreadable(path: Path, error: Exception) -> RecordError:
     return RecordError(f"cannot be read as a record ({error}); remove it and run again", file=path)
 
 
+class _Attributes(Mapping[str, Any]):
+    """Attributes of an open record, read when asked for: to read all was half of an opening."""
+
+    def __init__(self, path: Path, stored: Any) -> None:
+        self._path, self._stored = path, stored
+        self._read: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        try:
+            if name not in self._read and name in self._stored:
+                one = self._stored[name]
+                self._read[name] = one.item() if isinstance(one, np.generic) else one
+        except (OSError, KeyError, RuntimeError) as error:
+            raise _unreadable(self._path, error) from None
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stored)
+
+    def __len__(self) -> int:
+        return len(self._stored)
+
+
 class RecordView:
     """A record on disk, read by slices. Made by `open_record`, whose `with` closes it.
 
@@ -317,7 +340,7 @@ class RecordView:
     n : int
         Samples.
     attributes : mapping
-        What was stored about the record.
+        What was stored about the record; they are read while it is open.
     refused : str or None
         Why the record cannot be used; such a record has no channels.
     oscillation : float or None
@@ -331,12 +354,10 @@ class RecordView:
         try:
             # a record is written elsewhere and moved here whole: no lock, which network disks lack
             self._file: Any = h5py.File(self.path, "r", locking=False)
-            held, stored = dict(self._file), dict(self._file.attrs)
+            held = dict(self._file)
         except (OSError, KeyError, RuntimeError) as error:
             raise _unreadable(self.path, error) from None
-        self.attributes: dict[str, Any] = {
-            name: one.item() if isinstance(one, np.generic) else one for name, one in stored.items()
-        }
+        self.attributes: Mapping[str, Any] = _Attributes(self.path, self._file.attrs)
         self.refused: str | None = self.attributes.get("refused")
         self.oscillation: float | None = self.attributes.get("oscillation_hz")
         self.sample_rate = float(self.attributes.get("sample_rate_hz", np.nan))
