@@ -508,8 +508,10 @@ def _solve(
     noise = math.sqrt(square / (bend.shape[1] - q.shape[1] - 1))
     error = noise / np.sqrt(norm)
     # An error that all jumps share does not average out: each is given its part of it.
-    shared = windows.response.common * np.abs(jump) * math.sqrt(jump.size)
-    error = np.hypot(error, shared)
+    shared = windows.response.common * np.abs(jump)
+    if jump_errors is not None:  # else whether it is an impact is asked of each alone
+        shared = np.hypot(shared, _repeated(rest, jump) / np.sqrt(norm))
+    error = np.hypot(error, math.sqrt(jump.size) * shared)
     out.jump[group], out.jump_error[group] = jump, error
     slope = windows.response.since(np.maximum(windows.s, 0.0))[1]
     later = _out(np.where(windows.s > 0.0, -jump[:, np.newaxis] * slope, 0.0), q)
@@ -532,6 +534,22 @@ def _solve(
         value[group] = (functional * amplitude).sum(axis=1) + others
     leak = (functional * (bend @ q)).sum(axis=1) * best_error
     out.v_error[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
+
+
+def _repeated(rest: FloatArray, jump: FloatArray) -> FloatArray:
+    """What is left likewise in all windows of one wall, rms for each window.
+
+    The staircase of a coarse converter, or a model that is not quite right. A motion that repeats
+    shows it at each of its impacts alike; noise is not left in their mean.
+    """
+    out = np.zeros(jump.size)
+    for wall in (jump > 0.0, jump <= 0.0):
+        n = int(wall.sum())
+        if n > 1:
+            mean = (rest[wall].mean(axis=0) ** 2).mean()
+            single = rest[wall].var(axis=0, ddof=1).mean()
+            out[wall] = math.sqrt(max(mean - single / n, 0.0))
+    return out
 
 
 def weighted(
