@@ -55,6 +55,16 @@ def test_every_stretch_without_a_target_is_found_and_nothing_else(tmp_path, valu
         assert found[lost].mean() > 0.9
 
 
+@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("bits", [12, 16, 24])
+def test_short_losses_among_long_ones_hide_none_of_them(tmp_path, bits, seed):
+    """Of one to three samples: their steps counted as the motion's, and the others were clipped."""
+    x, lost = dropped(swing(bits=bits), 12, seed, value=0.025, least=1, most=30)
+    x[[999, 2001, 2002, 3003, 3004, 3005]], lost[[999, 2001, 2002, 3003, 3004, 3005]] = 0.025, True
+    with stored(tmp_path, x) as view:
+        assert (missing_in(gaps_of_target(view, "displacement"), x.size) == lost).all()
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_sensor_that_comes_back_over_three_samples(tmp_path, seed):
     x, _ = dropped(swing(seed), 20, seed, least=10)

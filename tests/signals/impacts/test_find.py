@@ -233,6 +233,28 @@ def test_pulses_that_were_sampled_too_slowly_count_for_nothing_and_are_said(
     assert np.median(np.abs(late)) < 3e-4
 
 
+def test_a_floor_that_vibrates_without_a_base_channel_leaves_the_jumps_alone(
+    measure, store, tmp_path
+):
+    """60 um at 25 Hz: the accelerometer was said to be aliased, and its pulses were left out."""
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=12.0)
+    t = np.arange(record.channels["acceleration"].size) / 1e4
+    w = 2.0 * np.pi * 25.0
+    floor = 6e-5 * np.sin(w * t + 0.7)
+    x, a = record.channels["displacement"] + floor, record.channels["acceleration"] - w**2 * floor
+    store(tmp_path / "r.nc", {"displacement": x, "acceleration": a}, 1e4)
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
+    said: list[tuple[str, str, str]] = []
+    found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
+                              clearance=(0.03,), said=said)  # fmt: skip
+    assert [check for check, _, _ in said] == ["second motion"]
+    assert abs(found.n - record.time.size) <= 0.03 * record.time.size
+    nearest = np.abs(found.time_s[:, np.newaxis] - record.time).argmin(axis=1)
+    ratio = found.jump_displacement_m_s / record.jump[nearest]
+    for side in (-1, 1):
+        assert np.nanmedian(ratio[found.side == side]) == pytest.approx(1.0, abs=0.01)
+
+
 def test_what_an_accelerometer_hides_the_displacement_shows(measure, store, tmp_path):
     """Its mount rings from one impact into the next: "the ball did not move"."""
     record = measure(b=[0.03], drive=G25, start=10.0, duration=6.0)

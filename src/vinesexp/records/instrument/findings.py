@@ -61,7 +61,7 @@ _REST = 0.03  # of the range: what is left of a motion that comes to rest
 _SHRINKS = 0.85  # of the quarter before: a motion that dies out
 _MIDST = 0.2  # of its range that a motion's place of rest is away from its ends
 _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
-_EQUAL, _HELD = 4, 3  # samples: a gap is as long, and as so many values of a slow sensor
+_EQUAL, _HELD = 3, 3  # samples: a gap is as long, and as so many values of a slow sensor
 _QUANTA = 8.0  # usual steps
 _LONE, _MOST_LONE = 30.0, 3  # usual bends, or steps, of a sample far off; of them in a row
 _RARE, _BACK = 0.01, 0.3  # of the samples, that are far off; of their bends, that may be left
@@ -327,7 +327,7 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
 
     A gap is a stretch of equal samples that the channel enters and leaves by a step larger
     than any that its motion takes elsewhere; of a stretch that is known to be frozen, where it
-    enters or leaves so. A record may begin or end within a gap.
+    enters or leaves so. A record may begin or end within a gap. A sample far off alone is one.
 
     Parameters
     ----------
@@ -352,7 +352,9 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     ((3000, 3060),)
     """
     starts, ends = _still(view, role)
-    far = _far_steps(view, role, starts, ends)
+    alone = lone_samples(view, role)  # their steps are none of the motion
+    odd = np.concatenate([np.stack([starts, ends]), np.reshape(alone, (-1, 2)).T], axis=1)
+    far = _far_steps(view, role, *odd.astype(np.int64))
     # The first far step at or before its beginning, the last one at or after its end.
     first = np.append(far, view.n)[np.searchsorted(far, starts - 1 - _BESIDE)]
     last = np.append(-1, far)[np.searchsorted(far, ends - 1 + _BESIDE, side="right")]
@@ -360,11 +362,11 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     whole = (enters | (starts == 0)) & (leaves | (ends == view.n))
     for begin, end in frozen:
         whole |= (starts >= begin) & (ends <= end)
-    return _joined([
+    return _joined([*alone, *(
         (int(first[i]) + 1 if enters[i] else int(starts[i]),
          int(last[i]) + 1 if leaves[i] else int(ends[i]))
         for i in np.flatnonzero(whole & (enters | leaves))
-    ])  # fmt: skip
+    )])  # fmt: skip
 
 
 def lone_samples(view: RecordView, role: str) -> Stretches:
@@ -542,7 +544,6 @@ def _look_over_channel(
     if role in _TARGETS:
         _refuse_a_new_start(view, role, samples)
         gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
-        gaps = _joined([*gaps, *lone_samples(view, role)])
         stuck = [run for run in stuck if not within(run, gaps)]
     clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
     stuck = [run for run in stuck if run not in clipped]

@@ -398,6 +398,12 @@ def _by_pulses(
     if let_go.all():
         return found.keep(~let_go), _NONE, sign, lag
     found = found.keep(~let_go)
+    if "base" not in record.roles:
+        own = replace(found, jump=found.jump / sign)
+        rest, steady = without_steady(x, own, frequency=motion, driven=not free)
+        if steady:
+            said.append(("second motion", "warning", _second_in_words(x, rest)))
+            x = x.moved(x.values - rest.values)
     knocked = np.zeros(found.time.size, dtype=bool)
     if len(clearance) == 1:
         knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)
@@ -533,7 +539,7 @@ def _where_it_bends(
             break
         found = detect_bends(x, frequency=frequency, resolution=resolution)
     if x is not start:
-        said.append(("second motion", "warning", _second_in_words(start.values - x.values, x.step)))
+        said.append(("second motion", "warning", _second_in_words(start, x)))
     fastest = 2.0 * math.pi * frequency * float(np.ptp(x.values))
     jumps = found.jump
     while found.time.size:
@@ -558,14 +564,15 @@ def _where_it_bends(
     return found, _NONE
 
 
-def _second_in_words(motion: FloatArray, step: float) -> str:
-    """What checks.csv says of a steady oscillation beside that of the mass."""
-    line = np.argmax(np.abs(np.fft.rfft(motion))) / (motion.size * step)
+def _second_in_words(x: Coarse, rest: Coarse) -> str:
+    """What checks.csv says of a steady oscillation beside that of the mass, which `rest` lacks."""
+    motion = x.values - rest.values
+    line = np.argmax(np.abs(np.fft.rfft(motion))) / (motion.size * x.step)
     size = 1e6 * math.sqrt(2.0) * float(np.std(motion))
     return (
         f"the displacement also oscillates by {size:.2g} um, above all at {line:.0f} Hz, from "
-        "beginning to end; no ball makes that, and it is subtracted before impacts are looked for. "
-        "Another mode moves the target, or the sensor shakes"
+        "beginning to end; no ball makes that, and it is subtracted where impacts bend it. "
+        "Another mode or the floor moves the target, or the sensor shakes"
     )
 
 

@@ -141,6 +141,10 @@ class Coarse:
     forced: tuple[Forced, ...] = ()
     late: float = 0.0
 
+    def moved(self, motion: FloatArray) -> Coarse:
+        """The same, which a motion known to some per cent moves beside its sine."""
+        return replace(self, forced=(*self.forced, Forced(motion, 1.0, _CALIBRATED)))
+
 
 @dataclass(frozen=True)
 class Forced:
@@ -158,14 +162,14 @@ def coarse_displacement(record: RecordView, frequency: float) -> Coarse:
     """The displacement of a record as block means, read by blocks."""
     k, step, (means,) = coarse_channels(record, frequency, POINTS, "displacement")
     missing, start = missing_means(record, "displacement", k), 0.5 * (k - 1) / record.sample_rate
-    forced = list(bent_forces(means, step, frequency=frequency))
-    if "base" in record.roles:
-        base = channel_means(record, "base", k)
-        quantity = record.quantity("base")
-        motion = forced_motion(base, step, frequency=frequency, quantity=quantity)
-        if motion is not None:
-            forced.append(Forced(motion, 1.0, _CALIBRATED))
-    return Coarse(means, step, start, missing if missing.any() else None, tuple(forced))
+    forced = bent_forces(means, step, frequency=frequency)
+    x = Coarse(means, step, start, missing if missing.any() else None, forced)
+    if "base" not in record.roles:
+        return x
+    base = channel_means(record, "base", k)
+    quantity = record.quantity("base")
+    motion = forced_motion(base, step, frequency=frequency, quantity=quantity)
+    return x if motion is None else x.moved(motion)
 
 
 def bent_forces(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced, ...]:
