@@ -276,10 +276,9 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
 
     found = CampaignResults(paths.folder, campaign_seen_by("replay", campaign))
     found.require("inputs")  # what they say is never left out in silence
-    identified, regimes, base = map(found.rows, ("identified", "regimes", "base"))
-    rows, cycles = replay_campaign(
-        found.as_found, identified=identified, regimes=regimes, base=base, paths=paths
-    )
+    names = ("identified", "regimes", "base", "inputs")
+    tables = {name: found.rows(name) for name in names}
+    rows, cycles = replay_campaign(found.as_found, **tables, paths=paths)
     write_replay(paths.replay, paths.replay_cycles, rows, cycles)
     write_checks(paths.replay_checks, replay_checks(rows))
     return rows

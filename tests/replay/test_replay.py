@@ -92,12 +92,19 @@ def impacts_in(motion, since: float) -> Impacts:
 
 def replayed(
     folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2, effects=(),
-    first=0.0, **how,
+    first=0.0, reads=1.0, **how,
 ):  # fmt: skip
-    """Rows of replay.csv of records whose first sample is that of the time `first`, s."""
+    """Rows of replay.csv of records whose first sample is that of the time `first`, s.
+
+    Their displacement channel shows so much for 1 m.
+    """
     regimes, paths = [], ResultPaths(folder)
     for record in records:
         x, impacts, row = motion_of(record, truth, **how)
+        x = reads * x
+        row |= {name: reads * row[name] for name in row if name.startswith("amplitude_m")}
+        places = {name: reads * getattr(impacts, name) for name in ("x_m", "v_before_m_s")}
+        impacts = replace(impacts, **places)
         write_impacts(paths.impacts(record.id), replace(impacts, time_s=impacts.time_s + first))
         regimes.append(row)
         shown = {"displacement": x}
@@ -118,7 +125,10 @@ def replayed(
         for name, value in identified.items()
     ]
     rows += [{"parameter": name, "value": str(value), "method": "law"} for name, value in effects]
-    return replay_campaign(campaign, identified=rows, regimes=regimes, base=[], paths=paths)
+    gain = {"item": "displacement gain", "record": "", "found": reads, "verdict": "off"}
+    return replay_campaign(
+        campaign, identified=rows, regimes=regimes, base=[], inputs=[gain], paths=paths
+    )
 
 
 RECORDS = [
@@ -147,6 +157,18 @@ def test_a_rig_replays_its_own_records(own):
     assert abs(by["added", "decay time"].deviation) < 5e-3
     assert by["b38.0", "regime"].measured == "strongly modulated"
     assert {row["record"] for row in cycles} == {record.id for record in RECORDS}
+
+
+def test_a_sensitivity_that_the_records_contradict_is_no_other_rig(tmp_path):
+    """A displacement shown twice too large: no record was said to be reproduced."""
+    rows, cycles = replayed(tmp_path, RECORDS[:4], reads=2.0)
+    assert replay_checks(rows) == []
+    by = {(row.record, row.quantity): row for row in rows}
+    assert abs(by["b30.0", "amplitude"].deviation) < 2e-3
+    assert abs(by["rel", "decay time"].deviation) < 0.02
+    still = [row for row in cycles if row["record"] == "rd"]
+    assert still[0]["measured_m"] == pytest.approx(still[0]["replayed_m"], rel=0.01)
+    assert still[0]["measured_m"] > 0.035
 
 
 def test_cycles_of_a_permanent_response_lie_on_each_other(own):

@@ -16,6 +16,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import EXACT
+from vinesexp.records.stored.result_columns import Verdict
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row, Value
@@ -181,6 +182,8 @@ class Recorded:
     x0, v0 : of the mass there, m and m/s.
     base : from the base channel, where it measures displacement.
     states : of mass and balls near the beginning, as the impacts show them.
+    reads : what the displacement channel shows for 1 m, where the records contradict its
+        sensitivity; `amplitude` is as it shows it.
     """
 
     frequency: float
@@ -191,18 +194,20 @@ class Recorded:
     v0: float
     base: BaseSamples | None
     states: tuple[Begun, ...]
+    reads: float = 1.0
 
 
 def replay_campaign(
-    campaign: Campaign, *, identified: Rows, regimes: Rows, base: Rows, paths: ResultPaths
-) -> tuple[list[Compared], list[dict[str, Value]]]:
+    campaign: Campaign, *, identified: Rows, regimes: Rows, base: Rows, inputs: Rows = (),
+    paths: ResultPaths,
+) -> tuple[list[Compared], list[dict[str, Value]]]:  # fmt: skip
     """Replay every record that can be.
 
     Parameters
     ----------
     campaign : Campaign
-    identified, regimes, base : sequences of mappings
-        Rows of identified.csv, regimes.csv and base.csv.
+    identified, regimes, base, inputs : sequences of mappings
+        Rows of identified.csv, regimes.csv, base.csv and inputs.csv.
     paths : ResultPaths
         Where the channels are, measured and bandpassed.
 
@@ -215,13 +220,14 @@ def replay_campaign(
     """
     model = identified_model(identified, tuple(m.value for m in campaign.known.nes_mass))
     by_id = {row["record"]: row for row in regimes}
+    reads = _reads(inputs)
     bases = {row["record"]: row for row in base}
     rows: list[Compared] = []
     cycles: list[dict[str, Value]] = []
     for record in campaign.records:
         if record.test not in TESTS or record.exclude or record.id not in by_id:
             continue
-        seen = _seen(paths, record)
+        seen = _seen(paths, record, reads)
         if seen is None:
             continue
         own = _base(record, bases, identified)
@@ -277,7 +283,17 @@ def _fails(rows: Sequence[Compared]) -> bool:
     return any(row.decisive and row.outcome == "differs" for row in rows)
 
 
-def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
+def _reads(inputs: Rows) -> float:
+    """What the displacement channel of all records shows for 1 m, where that is not 1."""
+    found = (
+        float(row["found"]) for row in inputs
+        if row["item"] == "displacement gain" and row["verdict"] == Verdict.OFF.value
+        and not row["record"]
+    )  # fmt: skip
+    return next(found, 1.0)
+
+
+def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
     with open_record(paths.conditioned(record.id)) as view:
         frequency = view.attributes.get("oscillation_hz")
         if view.refused is not None or "displacement" not in view.roles or not frequency:
@@ -296,18 +312,20 @@ def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
     if record.test in ("periodic", "sweep"):
         with open_record(paths.record(record.id)) as view:
             base = base_samples(view, frequency=f)
-    x0, v0 = _beginning(x[: max(int(rate / f), 8)], rate, f)
+    x0, v0 = (own / reads for own in _beginning(x[: max(int(rate / f), 8)], rate, f))
     states: list[Begun | None] = []
     if record.clearance and record.test in ("periodic", "transient"):
         impacts = read_impacts(paths.impacts(record.id))
-        impacts = replace(impacts, time_s=impacts.time_s - begins)
+        places, speeds = impacts.x_m / reads, impacts.v_before_m_s / reads
+        impacts = replace(impacts, time_s=impacts.time_s - begins, x_m=places, v_before_m_s=speeds)
         if record.test == "periodic":
             states = _begun(impacts, record.clearance, x0, v0)
         else:
-            let_go = _from(record, amplitude[known], x0)
+            let_go = _from(record, amplitude[known] / reads, x0)
             states = _let_go(impacts, record.clearance, let_go, 1.0 / f)
     shown = tuple(state for state in states if state is not None)
-    return Recorded(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base, shown)
+    cycles = time[known], amplitude[known]
+    return Recorded(f, min(length, _LONGEST), *cycles, x0, v0, base, shown, reads)
 
 
 def _begun(
@@ -373,7 +391,7 @@ def _replayed(
     if record.test == "sweep":
         x0, v0 = seen.x0, seen.v0
     elif record.test != "periodic":
-        x0 = _from(record, seen.amplitude, seen.x0)
+        x0 = _from(record, seen.amplitude / seen.reads, seen.x0)
     frequency = seen.frequency
     if drive.base is not None and base is not None and base.frequency is not None:
         frequency = base.frequency.value
@@ -382,9 +400,11 @@ def _replayed(
         still=still,
     )  # fmt: skip
     found = [
-        measures_of(one, test=record.test, frequency=frequency, apart=apart, settles=settles)
+        measures_of(
+            one, test=record.test, frequency=frequency, apart=apart, settles=settles
+        ).as_read(seen.reads)
         for one in stretches
-    ]
+    ]  # fmt: skip
     if not share:
         return found
     words = f"clearance {100.0 * abs(share):.2g} % {'larger' if share > 0.0 else 'smaller'}"
