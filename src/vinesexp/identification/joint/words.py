@@ -290,8 +290,9 @@ def _drift(cause: Cause, value: float, error: float) -> str:
     if cause.records:
         return (
             f"{name} changes by {size} with record {cause.records[0]} and stays there, in the "
-            "order of records.csv: something was changed, came loose or warmed up; the errors of "
-            "the values include both states"
+            "order of records.csv: something was changed, came loose or warmed up. The errors of "
+            "the values include both states, but a best clearance over tests of both is that of "
+            "neither: make two campaigns, of the records before it and of those from it on"
         )
     if WITH_CLEARANCE in cause.key:
         return (
