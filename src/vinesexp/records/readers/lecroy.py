@@ -12,16 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.errors import RecordError
+from vinesexp.records.readers import source
 from vinesexp.records.readers.labels import stated_unit
-from vinesexp.records.readers.source import (
-    Column,
-    TableSource,
-    bytes_behind,
-    file_of,
-    meant_by_single,
-    number_of_part,
-    numbered,
-)
 
 NAME = "LeCroy TRC"
 
@@ -34,14 +26,14 @@ def recognises(head: bytes, suffix: str) -> bool:
     return _MARK in head[:64]
 
 
-def open_file(path: Path) -> TableSource:
+def open_file(path: Path) -> source.TableSource:
     """Read a .trc file; RecordError where it is not whole, or holds no plain record.
 
     Notes
     -----
     Places in the descriptor as LeCroy's remote control manual tabulates them.
     """
-    raw = file_of(path).read_bytes()
+    raw = source.file_of(path).read_bytes()
     at = raw.find(_MARK)
     if len(raw) < at + 346:
         raise RecordError("ends inside its descriptor; save the channel again")
@@ -61,7 +53,7 @@ def open_file(path: Path) -> TableSource:
             "channel again"
         )
     codes = np.frombuffer(raw, f"{order}i{2 if words else 1}", size // (1 + words), begin)
-    chosen = number_of_part(path, segments, "segments")
+    chosen = source.number_of_part(path, segments, "segments")
     length, rest = divmod(len(codes), segments)
     if rest or (segments > 1 and blocks[2] < 16 * segments):
         raise RecordError(
@@ -76,15 +68,15 @@ def open_file(path: Path) -> TableSource:
     label = raw[at + 196 : at + 244].split(b"\0")[0].decode("latin-1").strip()
     channel = int(read("h", 344))
     name = f"C{channel + 1}" if 0 <= channel < _CHANNELS else path.stem
-    losses = bytes_behind(len(raw), begin + size, least=2 * (1 + words))
+    losses = source.bytes_behind(len(raw), begin + size, least=2 * (1 + words))
     if stated and stated != size // (1 + words):
         losses += (f"states {stated} samples and {size} bytes of them",)
-    return TableSource(
+    return source.TableSource(
         path,
         "LeCroy TRC",
-        [(Column(name, stated_unit(label)), values)],
-        sample_interval=meant_by_single(read("f", 176)),
+        [(source.Column(name, stated_unit(label)), values)],
+        sample_interval=source.meant_by_single(read("f", 176)),
         start=start,
-        parts=numbered(segments),
+        parts=source.numbered(segments),
         losses=losses,
     )

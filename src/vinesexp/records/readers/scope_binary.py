@@ -9,14 +9,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import (
-    Column,
-    TableSource,
-    file_of,
-    meant_by_single,
-    number_of_part,
-    numbered,
-)
+from vinesexp.records.readers import source
 from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Tektronix and Rigol .wfm, Keysight and Rigol .bin"
@@ -38,10 +31,10 @@ def recognises(head: bytes, suffix: str) -> bool:
     return _kind(head) is not None or (suffix == ".wfm" and head.startswith(_RIGOL_BY_NAME))
 
 
-def open_file(path: Path) -> TableSource:
+def open_file(path: Path) -> source.TableSource:
     """Read the channels of a file, or of one of its frames; RecordError where it is not whole."""
     library = need("RigolWFM.wfm", extra="scope", what="a binary file of an oscilloscope")
-    file_path = file_of(path)
+    file_path = source.file_of(path)
     with file_path.open("rb") as stream:
         kind = _kind(stream.read(16)) or "Rigol WFM"
     try:
@@ -49,7 +42,7 @@ def open_file(path: Path) -> TableSource:
             warnings.simplefilter("ignore")
             file = library.Wfm.from_file(str(file_path))
             frames = int(getattr(file, "frame_count", 1) or 1)
-            frame = number_of_part(path, frames, "frames")
+            frame = source.number_of_part(path, frames, "frames")
             if frame:
                 file = library.Wfm.from_file(str(file_path), frame=frame)
             channels = [_channel(one) for one in file.channels if one.enabled]
@@ -59,17 +52,17 @@ def open_file(path: Path) -> TableSource:
         raise unreadable(kind, error) from None
     if not channels or any(not np.isfinite(values).all() for _, values in channels):
         raise RecordError(f"holds no samples ({kind}); save the channels again")
-    return TableSource(path, kind, channels, parts=numbered(frames))
+    return source.TableSource(path, kind, channels, parts=source.numbered(frames))
 
 
 def _kind(head: bytes) -> str | None:
     return next((name for name, magic in _MAGIC.items() if head.startswith(magic)), None)
 
 
-def _channel(one: Any) -> tuple[Column, np.ndarray[Any, np.dtype[np.float64]]]:
+def _channel(one: Any) -> tuple[source.Column, np.ndarray[Any, np.dtype[np.float64]]]:
     values = np.asarray(one.volts, dtype=np.float64)
     unit = _UNITS.get(getattr(one.unit, "name", ""))
     name = str(one.name).replace("CH ", "CH")
-    return Column(
-        name, unit, meant_by_single(float(one.seconds_per_point)), float(one.times[0])
+    return source.Column(
+        name, unit, source.meant_by_single(float(one.seconds_per_point)), float(one.times[0])
     ), values
