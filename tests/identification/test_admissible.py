@@ -181,3 +181,11 @@ def test_added_masses_typed_in_kg_leave_no_mass_of_grams_without_a_word():
     known, said = of_mass(*ring_downs([0.0, 2.0, 4.0], [0.0, 2.0, 4.0], M=7.7))
     assert known["combined"][0] == pytest.approx(7.7, rel=1e-3)
     assert not [text for text in said if "added_mass_g" in text]
+
+
+@pytest.mark.parametrize("loads", [[0.0, 0.5], [0.0, 0.5, 0.9]])
+def test_a_mass_that_rests_on_one_added_mass_is_said_to(loads):
+    """Typed as a total, that one made M 63.6 +- 0.7 kg for 7.4, and nothing can show it."""
+    checks = combine(*ring_downs(loads, loads))[1]
+    single = [c.outcome for c in checks if "rests on a single added mass" in c.detail]
+    assert single == (["ok"] if len(loads) == 2 else [])

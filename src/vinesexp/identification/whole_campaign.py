@@ -460,7 +460,7 @@ def identify_campaign(
             *checks,
             *said,
             *_absent(rows, answer, campaign),
-            *_far_from_ordinary(sources, campaign),
+            *_trust_in_mass(sources, answer, campaign),
             *remarks(_left(used, answer)),
         ],
         sources,
@@ -904,18 +904,27 @@ _NO_DECAY = (
 _ORDINARY_M = (0.02, 500.0)
 
 
-def _far_from_ordinary(sources: Sequence[Source], campaign: Campaign) -> list[Check]:
-    """One line on a mass that no one weighed and that no rig in a laboratory has."""
+def _trust_in_mass(
+    sources: Sequence[Source], answer: Answer, campaign: Campaign
+) -> Iterator[Check]:
+    """A mass that no rig in a laboratory has, and one that nothing else could contradict."""
     M = next((s.estimate.value for s in sources if s.estimate.parameter == "M"), None)
+    if M is None or campaign.known.mass is not None:
+        return
     low, high = _ORDINARY_M
-    if M is None or campaign.known.mass is not None or low <= M <= high:
-        return []
-    detail = (
-        f"M = {M:.3g} kg is far from the mass of any rig in a laboratory ({low:g} to {high:g} kg): "
-        "added_mass_g or known.nes_mass is in another unit. Correct it, or weigh the oscillator "
-        "(known.mass)"
-    )
-    return [Check("", "identification", "warning", detail)]
+    if not low <= M <= high:
+        detail = (
+            f"M = {M:.3g} kg is far from the mass of any rig in a laboratory ({low:g} to {high:g} "
+            "kg): added_mass_g or known.nes_mass is in another unit. Correct it, or weigh the "
+            "oscillator (known.mass)"
+        )
+        yield Check("", "identification", "warning", detail)
+    if [*_ways(answer, campaign)] == ["added mass"] and len(answer.observed.loads) == 1:
+        detail = (
+            "M rests on a single added mass: no record would show a mistake in it. A ring-down "
+            "with a second one would, or the weighed oscillator (known.mass)"
+        )
+        yield Check("", "identification", "ok", detail)
 
 
 def _open_mass(answer: Answer) -> str:

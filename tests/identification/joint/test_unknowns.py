@@ -178,3 +178,19 @@ def test_a_block_is_looked_at_once_at_each_point():
     assert block.at(np.array([0.0]))[0][0, 0] == 1.0
     assert len(looks) == 2
     assert block.at(np.array([-7.0])) is first
+
+
+def test_a_fit_leaves_a_narrow_valley_that_bends_and_comes_back_to_it():
+    """Each step within it was a hundredth of what the expansion asked for: 40 led nowhere."""
+
+    def look(p):
+        """Rosenbrock's valley b = a^2, known to a part in 1e5, that ends at a = 1."""
+        a, b = p
+        J = np.array([[-2e5 * a, 1e5], [1.0, 0.0]])
+        rest = np.array([1e5 * (b - a * a), a - 1.0])
+        return J.T @ J, -J.T @ rest, -0.5 * float(rest @ rest)
+
+    block = Block("", "valley", (({"a": 1.0}, 0.0), ({"b": 1.0}, 0.0)), look)
+    wide = Beliefs({"a": Prior(0.0, 1e3), "b": Prior(0.0, 1e3)})
+    found = fit([block], ("a", "b"), wide, np.array([-1.2, 1.44]))
+    assert found.at == pytest.approx([1.0, 1.0], abs=1e-4)

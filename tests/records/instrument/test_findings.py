@@ -113,6 +113,23 @@ def test_another_frequency_of_the_base_counts_where_the_base_swings(others, outc
         assert "frequency_hz is 8 Hz, the base moves at 5 Hz" in checks[0].detail
 
 
+@pytest.mark.parametrize(
+    ("harmonic", "base", "outcome"),
+    [(0.0, True, "refused"), (0.5, True, "ok"), (0.0, False, "refused"), (0.5, False, "ok")],
+)
+def test_half_of_the_frequency_is_refused_and_a_strong_harmonic_is_not(
+    harmonic, base, outcome, tmp_path
+):
+    """Without a base channel r was 36 % and b_c 75 % off, and no line said why."""
+    moves = np.sin(2 * np.pi * 8.0 * T) + harmonic * np.sin(2 * np.pi * 4.0 * T)
+    channels = {"displacement": X, "base": moves} if base else {"displacement": moves}
+    checks, _ = looked_over(tmp_path, "periodic", frequency=4, **channels)
+    assert [check.outcome for check in checks] == [outcome]
+    if outcome == "refused":
+        moving = "base" if base else "mass"
+        assert f"frequency_hz is 4 Hz, the {moving} moves at 8 Hz" in checks[0].detail
+
+
 def test_a_laser_that_loses_its_target_is_not_clipped(tmp_path):
     x = X.copy()
     x[4000:4060] = 10.0

@@ -851,24 +851,38 @@ def of_some_rows(o: Observed, data: Quadratic) -> list[Cause]:
     at = dict(zip(data.names, data.at.tolist(), strict=True))
     cavities = [(name, b, b + at[name], (id,), ()) for (id, _), (name, b) in o.clearances.items()]
     scale, cells = math.exp(at.get("load scale", 0.0)), o.cells.items()
-    off = {
-        load: at[name] + median_of([at[own] for _, (own, of) in cells if of == load])
+    alike = {load: [at[own] for _, (own, of) in cells if of == load] for load in o.loads}
+    weights = {
+        load: (name, load, scale * load + at[name] + median_of(alike[load]), (),
+               (f"{1e3 * load:g} g",))
         for load, name in o.loads.items()
-    }
-    weights = [
-        (name, load, scale * load + off[load], (), (f"{1e3 * load:g} g",))
-        for load, name in o.loads.items()
-    ]
-    single = [
+    }  # fmt: skip
+    rows = [weights[load] for load in o.loads if not alike[load]]
+    rows += [
         (name, load, scale * load + at.get(o.loads.get(load, ""), 0.0) + at[name], (),
          (_cell(load, id),))
         for id, (name, load) in cells
     ]  # fmt: skip
-    return [
-        *_in_rings("clearance", cavities), *_by_factor("clearance", cavities, _LENGTH),
-        *(cause for items in (weights, single) for cause in (
-            *_in_rings("added mass", items), *_by_factor("added mass", items, _MASS))),
-    ]  # fmt: skip
+    found = [*_in_rings("clearance", cavities), *_by_factor("clearance", cavities, _LENGTH)]
+    for items in ([*weights.values()], rows):  # all rows of one mass, or one of them
+        found += _in_rings("added mass", items, _own_mountings(o))
+        found += _by_factor("added mass", items, _MASS)
+    return [*{cause.key: cause for cause in found}.values()]
+
+
+def _own_mountings(o: Observed) -> dict[str, dict[str, float]]:
+    """Cells of added masses, and what their records have for themselves if they hold another.
+
+    Records of one mass share one mounting, in f0 and in damping.
+    """
+    of_mass = {f: [n for n in o.kinds.get(f"mounting {f}", ()) if n.endswith(" g")]
+               for f in ("f0", "zeta")}  # fmt: skip
+    return {
+        name: {
+            f"own {f}: {id}": o.beliefs.priors[own[0]].error for f, own in of_mass.items() if own
+        }
+        for id, (name, _) in o.cells.items()
+    }
 
 
 def _cell(load: float, record: str) -> str:
@@ -880,7 +894,10 @@ def _cell(load: float, record: str) -> str:
 _Stated = tuple[str, float, float, tuple[str, ...], tuple[str, ...]]
 
 
-def _in_rings(about: str, items: Sequence[_Stated]) -> list[Cause]:
+def _in_rings(
+    about: str, items: Sequence[_Stated], apart: Mapping[str, Mapping[str, float]] | None = None
+) -> list[Cause]:
+    """Values that changed places; `apart`: what names get beside, where another is theirs."""
     order = sorted(range(len(items)), key=lambda i: items[i][2])
     places = sorted(range(len(items)), key=lambda i: items[i][1])
     true = dict(zip(order, places, strict=True))  # which row says what is true of another
@@ -898,7 +915,9 @@ def _in_rings(about: str, items: Sequence[_Stated]) -> list[Cause]:
                       Direction(moves, Prior(1.0, 1e-3)),
                       members=math.perm(len(items), len(ring)) // len(ring),
                       records=sum((items[i][3] for i in ring), ()),
-                      stated=sum((items[i][4] for i in ring), ()))
+                      stated=sum((items[i][4] for i in ring), ()),
+                      wider={name: error for i in ring
+                             for name, error in (apart or {}).get(items[i][0], {}).items()})
             )  # fmt: skip
     return causes
 
@@ -994,12 +1013,13 @@ def _of_masses(o: Observed) -> list[Cause]:
             Cause("load scale +", "mistake", "added mass", Direction(scale, Prior(0.0, 0.2)))
         )
         offset = dict.fromkeys(o.loads.values(), 1.0)
+        apart = _own_mountings(o)
         single = [(name, load, f"{1e3 * load:g} g") for load, name in o.loads.items()]
         cells = [(name, load, _cell(load, id)) for id, (name, load) in o.cells.items()]
         found += [
             Cause(f"one {name}{how}", "mistake", "added mass",
                   Direction({name: 1.0}, Prior(0.0, width)), members=members * len(items),
-                  least=-load, stated=(stated,))
+                  least=-load, stated=(stated,), wider=apart.get(name, {}))
             for items in (single if len(single) > 1 else [], cells)
             for name, load, stated in items
             for how, width, members in (

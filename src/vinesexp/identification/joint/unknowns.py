@@ -385,35 +385,51 @@ def fit(
     beliefs : Beliefs
     start : array (n,)
     """
-    D = beliefs.added(names)
-    n = start.size
+    D, n = beliefs.added(names), start.size
+    mean, width = beliefs.means(names), beliefs.widths(names)
 
     def whole(parts: FloatArray) -> FloatArray:
         return np.asarray(parts[:n] + D @ parts[n:])
 
-    mean, width = beliefs.means(names), beliefs.widths(names)
+    def at(parts: FloatArray) -> tuple[FloatArray, Quadratic, float]:
+        """Parts, the log-likelihood there, and its value with the priors."""
+        data = expand(blocks, names, whole(parts))
+        return parts, data, data.log_likelihood - 0.5 * float((((parts - mean) / width) ** 2).sum())
+
     parts = mean.copy()
     parts[:n] += start - whole(mean)
-    data = expand(blocks, names, start)
-
-    def value(data: Quadratic, parts: FloatArray) -> float:
-        return data.log_likelihood - 0.5 * float((((parts - mean) / width) ** 2).sum())
-
-    here = value(data, parts)
+    parts, data, here = at(parts)
     for _ in range(_STEPS):
-        aim = posterior_of(data, beliefs)
-        step = aim.values - parts
-        size = np.sqrt(np.maximum(np.diag(aim.covariance), 1e-300))
-        share = min(1.0, _LARGEST / max(float(np.abs(whole(step)).max()), 1e-300))
-        for _ in range(_HALVED):
-            tried = expand(blocks, names, whole(parts + share * step))
-            there = value(tried, parts + share * step)
-            if there >= here - 1e-6 * abs(here):
+        step, errors = _step(data, beliefs, parts, whole)
+        tried = at(parts + step)
+        enough = here - 1e-6 * abs(here)
+        # out of a narrow valley that bends: more steps from there lead back into it
+        while not tried[2] >= enough and np.isfinite(tried[1].information).all():
+            further = at(tried[0] + _step(tried[1], beliefs, tried[0], whole)[0])
+            if not further[2] > tried[2]:
                 break
-            share *= 0.5
+            tried, step = further, further[0] - parts
+        for _ in range(_HALVED):
+            if tried[2] >= enough:
+                break
+            step = 0.5 * step
+            tried = at(parts + step)
         else:
             return data
-        parts, data, here = parts + share * step, tried, there
-        if float(np.abs(share * step / size).max()) < _CLOSE:
+        parts, data, here = tried
+        if float(np.abs(step / errors).max()) < _CLOSE:
             break
     return data
+
+
+def _step(
+    data: Quadratic,
+    beliefs: Beliefs,
+    parts: FloatArray,
+    whole: Callable[[FloatArray], FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """From some parts towards where the expansion is largest, and their errors there."""
+    aim = posterior_of(data, beliefs)
+    step = aim.values - parts
+    share = min(1.0, _LARGEST / max(float(np.abs(whole(step)).max()), 1e-300))
+    return share * step, np.sqrt(np.maximum(np.diag(aim.covariance), 1e-300))

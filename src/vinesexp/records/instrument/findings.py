@@ -671,37 +671,48 @@ def _period(view: RecordView, record: Record) -> float | None:
             f"{seconds:.3g} s hold {held:.2g} periods of the motion, expected at least two; record "
             "longer"
         )
-    _refuse_other_frequency(view, record, held)
+    _refuse_other_frequency(view, record, held, motion)
     return view.n / held
 
 
-def _refuse_other_frequency(view: RecordView, record: Record, held: float) -> None:
-    """Refuse a periodic test whose base moves at another frequency than is stated.
+def _refuse_other_frequency(view: RecordView, record: Record, held: float, motion: str) -> None:
+    """Refuse a periodic test that moves at another frequency than is stated.
 
-    Harmonics of the stated frequency, which may be stronger, are none.
+    It is the base that does, or without its channel the mass. Harmonics may be stronger than the
+    stated frequency, as an acceleration shows them, but are not all there is.
     """
-    if record.test != "periodic" or not record.frequency or "base" not in view.roles:
+    if record.test != "periodic" or not record.frequency:
         return
-    shown = periods(view, "base")
+    role, least = ("base", _MOST) if "base" in view.roles else (motion, _NEARLY_ALL)
+    shown = periods(view, role)
     ratio = shown / held
     near = max(round(ratio), 1)
-    if abs(ratio / near - 1.0) < _SAME_FREQUENCY or not _swings(view, "base", shown):
+    if abs(ratio / near - 1.0) < _SAME_FREQUENCY:
+        if near == 1:
+            return
+        least = _ALL
+    if _share_at(view, role, shown) < least:
         return
     stated = sum(record.frequency) / len(record.frequency)
     raise RecordError(
-        f"frequency_hz is {stated:.5g} Hz, the base moves at {ratio * stated:.4g} Hz; correct "
+        f"frequency_hz is {stated:.5g} Hz, the {'base' if role == 'base' else 'mass'} moves at "
+        f"{ratio * stated:.4g} Hz; correct "
         "frequency_hz in records.csv (it is in Hz, no rad/s and no rpm), or the time unit or the "
         "sample rate in campaign.yaml"
     )
 
 
-def _swings(view: RecordView, role: str, count: float) -> bool:
-    """Whether half of the variance of a channel is at so many periods in the record."""
+#: Shares of the variance at one frequency: of a base that moves at it; of a mass, which may also
+#: swing freely; of either, where this is a multiple of what is stated.
+_MOST, _NEARLY_ALL, _ALL = 0.5, 0.9, 0.97
+
+
+def _share_at(view: RecordView, role: str, count: float) -> float:
+    """Share of the variance of a channel that is at so many periods in the record."""
     values = _thinned(view, role, 8192)
     values = values - values.mean()
     line = np.exp(-2j * np.pi * count * np.arange(values.size) / values.size)
-    power = 2.0 * abs(values @ line) ** 2 / values.size
-    return bool(power > 0.5 * float(values @ values))
+    return float(2.0 * abs(values @ line) ** 2 / values.size / max(float(values @ values), 1e-300))
 
 
 _SAME_FREQUENCY = 0.2
