@@ -214,3 +214,25 @@ def test_times_printed_too_coarsely_leave_the_rate_to_the_header(written, block)
                 run(times, block, stated=stated)
         else:
             assert run(times, block, stated=stated)[0] == pytest.approx(20_000.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("rate", [995.0, 1024.0, 1081.0])
+@pytest.mark.parametrize("format", ["%.3f", "%.5g"])
+def test_times_printed_to_about_their_interval_are_those_of_a_sampler(rate, format):
+    """1024 Hz in milliseconds was refused, 995 Hz had a pause each fifth of a second."""
+    times = np.array([float(format % t) for t in np.arange(20480) / rate])
+    clock = Clock(str)
+    for row in range(0, times.size, 4096):
+        clock.add(times[row : row + 4096], row=row)
+    found, _ = clock.finish()
+    assert found == pytest.approx(rate, rel=2e-5)
+    assert any("a lost sample would not show" in said for said in clock.remarks())
+
+
+def test_a_sample_lost_from_times_printed_to_their_interval_is_a_pause():
+    times = np.delete(np.arange(5000) * 1e-3, [1200, 1201])
+    clock = Clock(str)
+    clock.add(times, row=0)
+    with pytest.raises(UnevenClockError) as caught:
+        clock.finish()
+    assert [pause.row for pause in caught.value.pauses] == [1200]

@@ -34,6 +34,7 @@ from vinesexp.units import counted
 _JITTER = 0.1  # of an interval: what impact timing needs
 _COARSE = 1e-3  # of an interval: printed times that are coarser round the interval, too
 _STAIRS = (1.25, 20.0)  # intervals in a printed step of times that stand still between its leaps
+_ALMOST, _ODD = 0.5, 3  # intervals in a printed step that seem to be pauses; so many of them
 #: Printed steps at least of such a record: fewer leave its rate uncertain by a percent.
 _FLIGHTS = 100
 _STILL = 0.02  # of the samples: so many may stand at the time of the one before
@@ -196,6 +197,7 @@ class Clock:
         if self._coarser_than_stated():
             self.stairs = min(self._coarsest, float(self._longest.min())) / self._stated
             return self._rate(self._stated), self.first * self.size
+        self._forgive_rounding()
         if self._stood is not None and self._still > _STILL * self.n:
             if abs(2 * self._still - self.n) > 2:
                 raise self._stood
@@ -205,11 +207,7 @@ class Clock:
             )
         if self.pauses:
             self._finish_with_pauses()
-        interval = (self.last - self.first) / (self.n - 1)
-        index = np.concatenate([index for index, _ in self._extremes])
-        astray = np.concatenate([t for _, t in self._extremes]) - (self.first + index * interval)
-        # The first and the last time stray as the others do: a line among all of them is fairer.
-        fitted = astray - np.polyval(np.polyfit(index / self.n, astray, 1), index / self.n)
+        interval, astray, fitted = self._from_line()
         worst = min(float(np.abs(astray).max()), float(np.abs(fitted).max()))
         self.stray = max(worst - self._coarsest, 0.0) / interval
         if self.stairs and self.last - self.first < _FLIGHTS * self._coarsest:
@@ -222,6 +220,34 @@ class Clock:
         if self.stray > 0.0 or self._coarsest > _COARSE * interval:
             interval = self._interval_of_line()
         return self._rate(interval), self.first * self.size
+
+    def _from_line(self) -> tuple[float, FloatArray, FloatArray]:
+        """Interval of the line through the first and last time; how far times are from it at most.
+
+        The first and the last time stray as the others do: from a line among all of them, too.
+        """
+        interval = (self.last - self.first) / (self.n - 1)
+        index = np.concatenate([index for index, _ in self._extremes])
+        astray = np.concatenate([t for _, t in self._extremes]) - (self.first + index * interval)
+        return (
+            interval,
+            astray,
+            astray - np.polyval(np.polyfit(index / self.n, astray, 1), index / self.n),
+        )
+
+    def _forgive_rounding(self) -> None:
+        """Take for rounding what seemed to be pauses of times printed to about their interval.
+
+        1024 Hz in milliseconds: some times stand, or leap by two, at equal distances, so that all
+        of them are within half a printed step of one line. A single lost sample is no such thing.
+        """
+        interval, _, fitted = self._from_line()
+        printed = self._coarsest / interval
+        odd = len(self.pauses) + self._still
+        near = float(np.abs(fitted).max()) < (0.5 + _JITTER) * self._coarsest
+        if odd >= _ODD and _ALMOST <= printed <= _STAIRS[1] and near:
+            self.pauses, self._still, self._stood, self._refusal = [], 0, None, None
+            self._uneven, self.stairs = False, printed
 
     def _coarser_than_stated(self) -> bool:
         """Whether times that are printed too coarsely to show their interval go with the stated."""
