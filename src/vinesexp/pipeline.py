@@ -258,9 +258,10 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> None:
 
     found = CampaignResults(paths.folder, campaign_seen_by("compare", campaign))
     found.require("inputs", "decay_times")  # what they say is never left out in silence
-    levels = [(level, found.rig_at(level)) for level in found.periodic]
+    periodic = [(level, found.rig_at(level)) for level in found.periodic]
+    releases = [(level, found.rig_at(level)) for level in found.releases]
     rows, checks, budget = compare(
-        found.as_found, found.rig, levels, found.releases, found.rows("base")
+        found.as_found, found.rig, periodic, releases, found.rows("base")
     )
     write_rows(paths.clearances, CLEARANCES, rows)
     write_budget(paths.budget, [*read_rows(paths.rig_budget, BUDGET), *budget])

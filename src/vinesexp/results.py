@@ -24,7 +24,7 @@ from vinesexp.clearance.levels import (
     periodic_levels,
     release_levels,
 )
-from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
+from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig, in_state
 from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
 from vinesexp.records.campaign.schema import Campaign
@@ -37,6 +37,8 @@ from vinesexp.units import counted
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+    from vinesexp.identification.joint.whole import RigState
 
 #: Tables that a campaign may lack.
 _OPTIONAL = ("bands", "transitions", "budget", "decay_times", "inputs")
@@ -327,9 +329,21 @@ class CampaignResults(Results):
         joint = read_rig(path) if path.is_file() else None
         return identified_rig(self.rows("identified"), self.campaign.known, joint)
 
-    def rig_at(self, level: PeriodicLevel) -> IdentifiedRig:
-        """The rig at the amplitude at which a level works."""
-        return at_level(self.rig, self.rows("level_values"), G=level.nominal)
+    def rig_at(self, level: PeriodicLevel | ReleaseLevel) -> IdentifiedRig:
+        """The rig of the tests of a level, at the amplitude at which they work."""
+        rig = self.rig
+        if isinstance(level, PeriodicLevel):
+            rig = at_level(rig, self.rows("level_values"), G=level.nominal)
+        return in_state(rig, level.state)
+
+    @property
+    def _states(self) -> tuple[RigState, ...]:
+        return self.rig.joint.states if self.rig.joint else ()
+
+    def lasts(self, level: PeriodicLevel | ReleaseLevel) -> bool:
+        """Whether further tests would be of the rig of this level: no change came after it."""
+        several = [state for state in self._states if len(state.records) > 1]
+        return not several or level.state == several[-1].name
 
     @cached_property
     def as_found(self) -> Campaign:
@@ -339,14 +353,14 @@ class CampaignResults(Results):
     @cached_property
     def periodic(self) -> list[PeriodicLevel]:
         """Periodic tests by base amplitude, as compared: with the clearances that were found."""
-        tables = (self.rows(name) for name in ("regimes", "base", "identified"))
-        return periodic_levels(self.as_found, *tables)
+        regimes, base, identified = map(self.rows, ("regimes", "base", "identified"))
+        return periodic_levels(self.as_found, regimes, base, identified, self._states)
 
     @cached_property
     def releases(self) -> list[ReleaseLevel]:
         """Releases by height and amplitude to be reached."""
-        tables = (self.rows(name) for name in ("regimes", "decay_times", "identified"))
-        return release_levels(self.as_found, *tables)
+        regimes, times, identified = map(self.rows, ("regimes", "decay_times", "identified"))
+        return release_levels(self.as_found, regimes, times, identified, self._states)
 
     @cached_property
     def compared(self) -> dict[tuple[str, str], Row]:

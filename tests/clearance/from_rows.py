@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vinesexp.clearance.comparison import RigAtLevel, compare
-from vinesexp.clearance.levels import ReleaseLevel, Rows, periodic_levels, release_levels
+from vinesexp.clearance.comparison import ReleaseAndRig, RigAtLevel, compare
+from vinesexp.clearance.levels import Rows, periodic_levels, release_levels
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign.schema import Campaign, Known
@@ -15,7 +15,7 @@ from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.tables import Value
 from vinesexp.units import Quantity
 
-Parts = tuple[IdentifiedRig, Sequence[RigAtLevel], Sequence[ReleaseLevel]]
+Parts = tuple[IdentifiedRig, Sequence[RigAtLevel], Sequence[ReleaseAndRig]]
 
 
 def joint_of(
@@ -56,7 +56,8 @@ def parts_of(
     rig = rig_from(identified, campaign.known, inputs)
     levels = periodic_levels(campaign, regimes, base, identified)
     periodic = [(level, at_level(rig, values, G=level.nominal)) for level in levels]
-    return rig, periodic, release_levels(campaign, regimes, times, identified)
+    releases = release_levels(campaign, regimes, times, identified)
+    return rig, periodic, [(level, rig) for level in releases]
 
 
 def compared(

@@ -18,6 +18,7 @@ from vinesexp.clearance.predicted import (
     decay_curves,
     end_of_orbit,
     identified_rig,
+    in_state,
     predicted_b_c,
     predicted_lowest,
     swing_beside_orbit,
@@ -558,3 +559,27 @@ def test_b_c_takes_the_r_with_what_is_too_small_to_be_named():
     apparent = identified_rig(averaged, known, joint)
     assert end_of_orbit(apparent, **level) == pytest.approx(plain, rel=1e-5)
     assert abs(end_of_orbit(identified_rig(averaged, known), **level) / plain - 1.0) > 1e-3
+
+
+def test_the_rig_of_a_state_is_that_of_its_own_values():
+    """A ball of r 0.7 and 40 g from one test on, a spring 1 % stiffer: as if identified alone."""
+    from vinesexp.identification.joint.whole import RigPosterior, RigState
+
+    names = ("M", "f0", "zeta", "r", "m")
+    mean = np.array([4.7, 7.8623, 0.0065035, 0.6, 0.032])
+    own = np.array([4.7, 7.8623 * 1.005, 0.0065035, 0.7, 0.040])
+    unsure = np.diag([1e-8] * 5)
+    state = RigState("from b on", ("b",), RigPosterior(names, own, unsure, {}, (0.7, 0.040)))
+    joint = RigPosterior(names, mean, unsure, {}, (0.6, 0.032), (state,))
+    rubs = impacts_rows({"friction": 0.1, "r_effective": 0.6})
+    known = Known(nes_mass=(Quantity(0.032),))
+    whole = identified_rig(combined({**TABLE_2, "r": 0.6}) + rubs, known, joint)
+    later = in_state(whole, "from b on")
+    assert in_state(whole, "") is whole
+    assert later.values["r"].value == pytest.approx(0.7)
+    assert later.values["m"].value == pytest.approx(0.040)
+    assert later.values["k1"].value == pytest.approx(whole.values["k1"].value * 1.005**2)
+    assert later.values["c1"].value == pytest.approx(whole.values["c1"].value * 1.005)
+    (ball,) = later.balls
+    assert (ball.r, ball.m, ball.friction) == pytest.approx((0.7, 0.040, 0.1))
+    assert later.joint is state.rig

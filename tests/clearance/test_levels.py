@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vinesexp.clearance.levels import (
@@ -13,6 +14,7 @@ from vinesexp.clearance.levels import (
     base_of_level,
     periodic_levels,
 )
+from vinesexp.identification.joint.whole import RigPosterior, RigState
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance, Uncertainties
 from vinesexp.units import Quantity
@@ -35,16 +37,39 @@ def test_an_amplitude_on_its_way_does_not_tell_what_is_permanent(error, regime):
     assert test.regime == regime
 
 
+def test_tests_of_two_rigs_are_two_levels():
+    """The lowest of two balls' tests together was headed as the best clearance of one."""
+    records = tuple(
+        Record(name, Path(name), "periodic", (b,), 0.25e-3, (7.862, 7.862))
+        for name, b in (("a", 0.03), ("b", 0.034), ("c", 0.03), ("d", 0.034))
+    )
+    regimes = [
+        {"record": record.id, "regime": "two symmetric", "amplitude_mean_m": 5e-3, "cycles": 80}
+        for record in records
+    ]
+    whole = campaign_of(records)
+    one = RigPosterior((), np.empty(0), np.empty((0, 0)), {})
+    states = [RigState("before c", ("a", "b"), one), RigState("from c on", ("c", "d"), one)]
+    levels = periodic_levels(whole, regimes, [], states=states)
+    assert [level.name for level in levels] == ["G = 0.25 mm, before c", "G = 0.25 mm, from c on"]
+    assert [[test.record for test in level.tests] for level in levels] == [["a", "b"], ["c", "d"]]
+    (both,) = periodic_levels(whole, regimes, [])
+    assert len(both.tests) == 4
+
+
 def as_tested(**cells: object) -> Tested:
     """What a level makes of a row of regimes.csv."""
     record = Record("a", Path("a"), "periodic", (0.033,), 0.25e-3, (7.862, 7.862))
-    campaign = Campaign(
-        folder=Path(), name="c", title="c", known=Known(), channels={}, time=None,
-        sample_rate=None, bandpass=None, records=(record,),
-    )  # fmt: skip
     row = {"record": "a", "amplitude_mean_m": 0.019, "length_s": 10.0} | cells
-    (level,) = periodic_levels(campaign, [row], [])
+    (level,) = periodic_levels(campaign_of((record,)), [row], [])
     return level.tests[0]
+
+
+def campaign_of(records: tuple[Record, ...]) -> Campaign:
+    return Campaign(
+        folder=Path(), name="c", title="c", known=Known(), channels={}, time=None,
+        sample_rate=None, bandpass=None, records=records,
+    )  # fmt: skip
 
 
 def row(record="a", **changed: float) -> dict[str, object]:

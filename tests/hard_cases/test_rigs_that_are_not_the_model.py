@@ -82,6 +82,44 @@ def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
     assert says(found, "friction on its floor slows the ball")
 
 
+@pytest.mark.parametrize(("later", "parts"), [(0.7, True), (0.61, False)])
+def test_a_ball_that_is_exchanged_midway_makes_two_rigs_if_b_c_moves(later, parts):
+    """Tests of balls of 0.6 and 0.7 were one level, whose b_c was that of neither."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.whole_campaign import identify_campaign
+    from vinesexp.theory.optimal_clearance import b_c_exact
+
+    (found, campaign, tables), (_, second, others) = (
+        tables_of(replace(departure(body_r=r), plan=replace(departure().plan, releases=())))
+        for r in (R, later)
+    )
+    *tests, _, _, _ = second.records
+    renamed = [replace(record, id=f"later_{record.id}") for record in tests]
+    campaign = replace(campaign, records=(*campaign.records[:3], *renamed, *campaign.records[3:]))
+    tables |= {f"later_{name}": table for name, table in others.items()}
+    found = identify_campaign(found, campaign, tables)
+    assert says(found, "with record later_periodic_b28 and stays there")
+    states = found.rig.states
+    if not parts:  # r of 0.6 and 0.61: 0.7 % of b_c
+        assert states == ()
+        return
+    assert [state.name for state in states] == [
+        "before later_periodic_b28", "from later_periodic_b28 on",
+    ]  # fmt: skip
+    assert states[0].records == ("periodic_b28", "periodic_b33", "periodic_b38")
+    for state, true in zip(states, (R, later), strict=True):
+        r, error = state.rig.of("r")
+        assert abs(r - true) < 4.0 * error
+        assert error < 1e-3
+        ends = [
+            float(b_c_exact(G=0.25e-3, M=M, c1=3.02, k1=1.147e4, m=0.032, r=one))
+            for one in (r, true)
+        ]
+        assert ends[0] == pytest.approx(ends[1], rel=2e-3)
+    assert found.rig.of("r")[1] > 0.03  # of all tests, both states
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.03, 0.05])
 def test_what_is_too_weak_to_be_named_is_nothing_else(friction):

@@ -26,17 +26,17 @@ def test_nothing_where_all_agree_or_nothing_is_predicted():
         Tested(0.020, 9e-3, "", "not judged"),
         Tested(0.020, 19e-3, "no impact", "ball not seen"),
     )
-    assert other_branches([level(*agreeing)], [ROW], RIG) == []
+    assert other_branches([(level(*agreeing), RIG)], [ROW]) == []
     wrong = level(Tested(0.030, 5.9e-3, "strongly modulated", "a"))
-    assert other_branches([wrong], [], RIG) == []
+    assert other_branches([(wrong, RIG)], []) == []
     without = IdentifiedRig({"M": Quantity(4.7)})
-    assert other_branches([wrong], [ROW], without) == []
+    assert other_branches([(wrong, without)], [ROW]) == []
 
 
 def test_a_record_that_no_start_explains():
     """At 30 mm every start of this rig is captured: a modulated record is not explained."""
     wrong = level(Tested(0.030, 9.0e-3, "strongly modulated", "rec"))
-    [row] = other_branches([wrong], [ROW], RIG)
+    [row] = other_branches([(wrong, RIG)], [ROW])
     assert row["record"] == "rec"
     assert row["measured"] == "strongly modulated, 9 mm"
     assert row["predicted"] == "two impacts per cycle"

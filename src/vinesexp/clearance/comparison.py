@@ -44,8 +44,9 @@ from vinesexp.records.stored.tables import Value
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import COVERAGE_95
 
-#: A level and the rig at the amplitude at which it works.
+#: A level and the rig of its tests, at the amplitude at which it works.
 RigAtLevel = tuple[PeriodicLevel, IdentifiedRig]
+ReleaseAndRig = tuple[ReleaseLevel, IdentifiedRig]
 
 #: What follows the name of a base amplitude in the row of the end of permanent impacts.
 END = ", end of two impacts per cycle"
@@ -198,7 +199,7 @@ def compare(
     campaign: Campaign,
     rig: IdentifiedRig,
     periodic: Sequence[RigAtLevel],
-    releases: Sequence[ReleaseLevel],
+    releases: Sequence[ReleaseAndRig],
     base: Rows = (),
 ) -> tuple[list[dict[str, Value]], list[Check], list[dict[str, Value]]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
@@ -207,9 +208,8 @@ def compare(
     ----------
     campaign : Campaign
     rig : IdentifiedRig
-    periodic : sequence of (PeriodicLevel, IdentifiedRig)
-        Each level with the rig at the amplitude at which it works.
-    releases : sequence of ReleaseLevel
+    periodic, releases : sequences of (PeriodicLevel or ReleaseLevel, IdentifiedRig)
+        Each level with the rig of its tests, at the amplitude at which it works.
     base : sequence of mappings
         Rows of base.csv.
 
@@ -247,13 +247,14 @@ def compare(
             optimum = _measured(checks, kind, level.name, counted, find, reach, left_out)
             row = _row("periodic", level.name + suffix, kind, optimum, predicted)
             rows.append(_in_mm(row, base_amplitude=level.G, stated_base=level.nominal))
-    # Without f0 the time between two samples of the amplitude is unknown: no ties.
-    resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
-    for release in releases:
+    for release, own in releases:
         predicted = _predicted(
-            checks, release.name, partial(predicted_b_t, rig, release=release.release)
+            checks, release.name, partial(predicted_b_t, own, release=release.release)
         )
-        predictions[f"b_t, {1e3 * release.x0:.6g} mm"] = predicted
+        state = f", {release.state}" if release.state else ""
+        predictions[f"b_t, {1e3 * release.x0:.6g} mm{state}"] = predicted
+        # Without f0 the time between two samples of the amplitude is unknown: no ties.
+        resolution = 0.5 / own.f0.value if own.f0 else 0.0
         optimum = _measured(
             *(checks, FASTEST, f"release from {release.name}", release.tests),
             partial(fastest, resolution=resolution),

@@ -9,9 +9,10 @@ predictions use what it found. `as_found` does the same for lengths and masses.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median, median_low
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Row
 from vinesexp.theory.regime_definitions import PERMANENT, STILL, TELLING, UNKNOWN, Regime, Swing
 from vinesexp.units import COVERAGE_95, Quantity
+
+if TYPE_CHECKING:
+    from vinesexp.identification.joint.whole import RigState
 
 Rows = Sequence[Row]
 
@@ -85,11 +89,13 @@ class PeriodicLevel:
     nominal : base amplitude of the sheet, m; it names the level.
     base : amplitude and frequency that predictions use.
     tests : by clearance.
+    state : of the rig of these tests (`RigState`); empty where all tests are of one rig.
     """
 
     nominal: float
     base: LevelBase
     tests: tuple[Tested, ...]
+    state: str = ""
 
     @property
     def G(self) -> float:
@@ -104,29 +110,51 @@ class PeriodicLevel:
     @property
     def name(self) -> str:
         """As in clearances.csv."""
-        return f"G = {1e3 * self.nominal:.6g} mm"
+        return f"G = {1e3 * self.nominal:.6g} mm{_of_state(self.state)}"
 
 
 @dataclass(frozen=True)
 class ReleaseLevel:
     """Releases from x0, m: time (s) until the amplitude is below `target`, m, over clearance.
 
-    `x0` is that of the test log and names the level; `release` is what predictions use, m.
+    `x0` is that of the test log and names the level; `release` is what predictions use, m. `state`
+    is that of the rig, as of a `PeriodicLevel`.
     """
 
     x0: float
     target: float
     tests: tuple[Tested, ...]
     release: Quantity
+    state: str = ""
 
     @property
     def name(self) -> str:
         """As in clearances.csv."""
-        return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm"
+        return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm{_of_state(self.state)}"
+
+
+def _of_state(state: str) -> str:
+    return f", {state}" if state else ""
+
+
+#: Name of the state of the rig, and the rows of the records that are of it.
+_Parts = Iterable[tuple[str, Rows]]
+
+
+def _by_rig(regimes: Rows, states: Sequence[RigState]) -> _Parts:
+    """Rows of the tests of one rig each, as the joint model has them."""
+    if not states:
+        return [("", regimes)]
+    parts = [(state.name, frozenset(state.records)) for state in states]
+    return [(name, [row for row in regimes if row["record"] in ids]) for name, ids in parts]
 
 
 def periodic_levels(
-    campaign: Campaign, regimes: Rows, base: Rows, identified: Rows = ()
+    campaign: Campaign,
+    regimes: Rows,
+    base: Rows,
+    identified: Rows = (),
+    states: Sequence[RigState] = (),
 ) -> list[PeriodicLevel]:
     """Levels of the periodic tests with one NES, small base amplitude first.
 
@@ -135,7 +163,19 @@ def periodic_levels(
     campaign : Campaign
     regimes, base, identified : sequences of mappings
         Rows of regimes.csv, base.csv and identified.csv; the last for the base amplitudes found.
+    states : sequence of RigState
+        Tests of different ones are in different levels; those of the first come first.
     """
+    return [
+        level
+        for state, rows in _by_rig(regimes, states)
+        for level in _of_one_rig(campaign, rows, base, identified, state)
+    ]
+
+
+def _of_one_rig(
+    campaign: Campaign, regimes: Rows, base: Rows, identified: Rows, state: str
+) -> Iterator[PeriodicLevel]:
     measured = {row["record"]: row for row in base}
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
@@ -151,7 +191,6 @@ def periodic_levels(
                 row.get("waited_s") or math.inf,
             )
             groups.setdefault(record.base_amplitude, []).append((record, tested))
-    levels = []
     for values in _close(sorted(groups), _ONE_BASE):
         G = median_low(values)
         records, tests = zip(*(one for value in values for one in groups[value]), strict=True)
@@ -162,8 +201,7 @@ def periodic_levels(
             inputs=campaign.known.uncertainties,
             found=found_base(identified, {record.id for record in records}),
         )
-        levels.append(PeriodicLevel(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
-    return levels
+        yield PeriodicLevel(G, moved, tuple(sorted(tests, key=lambda t: t.clearance)), state)
 
 
 def _regime(row: Row) -> str:
@@ -193,7 +231,11 @@ def _still(row: Row) -> bool:
 
 
 def release_levels(
-    campaign: Campaign, regimes: Rows, times: Rows, identified: Rows = ()
+    campaign: Campaign,
+    regimes: Rows,
+    times: Rows,
+    identified: Rows = (),
+    states: Sequence[RigState] = (),
 ) -> list[ReleaseLevel]:
     """Levels of the releases with one NES: by release, then from high to low amplitude.
 
@@ -205,12 +247,18 @@ def release_levels(
     campaign : Campaign
     regimes, times, identified : sequences of mappings
         Rows of regimes.csv, decay_times.csv and identified.csv; the last for the releases found.
+    states : sequence of RigState
+        As in `periodic_levels`.
     """
     reached: dict[str, dict[float, float | None]] = {}
     for row in times:
         reached.setdefault(row["record"], {})[float(row["target_m"])] = row["time_s"]
     levels = []
-    for x0, group in _by_release(single_nes(campaign, regimes, "transient")):
+    for state, x0, group in (
+        (state, *one)
+        for state, rows in _by_rig(regimes, states)
+        for one in _by_release(single_nes(campaign, rows, "transient"))
+    ):
         ids = {record.id for record, _ in group}
         stated = Quantity(x0, campaign.known.uncertainties.release.of(x0))
         release = found_length("release", identified, ids) or stated
@@ -230,7 +278,7 @@ def release_levels(
             ]
             tests.sort(key=lambda test: test.clearance)
             if any(test.value is not None for test in tests):
-                levels.append(ReleaseLevel(x0, target, tuple(tests), release))
+                levels.append(ReleaseLevel(x0, target, tuple(tests), release, state))
     return levels
 
 

@@ -293,6 +293,42 @@ def at_level(rig: IdentifiedRig, levels: Rows, *, G: float) -> IdentifiedRig:
     return replace(rig, values=values, f0=f0, zeta=zeta)
 
 
+def in_state(rig: IdentifiedRig, state: str) -> IdentifiedRig:
+    """The rig as it was in the tests of one state of it (`RigState`), from the rig of all tests."""
+    whole = rig.joint
+    own = next((one.rig for one in whole.states if one.name == state), None) if whole else None
+    if whole is None or own is None:
+        return rig
+    over = dict(zip(whole.names, (own.values / whole.values).tolist(), strict=True))
+    f0, zeta, m = (over.get(name, 1.0) for name in ("f0", "zeta", "m"))
+    sizes = {"c1": f0 * zeta, "k1": f0**2, "m": m, "r": over.get("r", 1.0)}
+    values = {name: _times(one, sizes.get(name, 1.0)) for name, one in rig.values.items()}
+    if rig.rolling and {"M", "m"} <= set(values):  # a share of the ball is on the mass
+        heavier = values["m"].value - rig.values["m"].value
+        values["M"] = replace(
+            values["M"], value=values["M"].value + rig.rolling / (1.0 - rig.rolling) * heavier
+        )
+    balls = rig.balls
+    if own.ball is not None and whole.ball is not None:
+        more, heavier = own.ball[0] - whole.ball[0], own.ball[1] / whole.ball[1]
+        balls = tuple(_other_ball(ball, more, heavier) for ball in balls)
+    return replace(
+        rig, values=values, balls=balls, joint=own,
+        f0=None if rig.f0 is None else _times(rig.f0, f0),
+        zeta=None if rig.zeta is None else _times(rig.zeta, zeta),
+    )  # fmt: skip
+
+
+def _times(quantity: Quantity, size: float) -> Quantity:
+    return Quantity(size * quantity.value, size * quantity.std_error)
+
+
+def _other_ball(ball: NES, more: float, heavier: float) -> NES:
+    """A ball whose r is larger at both walls, and whose mass is another."""
+    minus = None if ball.r_minus is None else _share(ball.r_minus + more)
+    return replace(ball, m=heavier * ball.m, r=_share(ball.r + more), r_minus=minus)
+
+
 @dataclass(frozen=True)
 class Predicted:
     """A predicted clearance, m: published formula, exact value, its 95 % interval."""

@@ -329,11 +329,12 @@ def _valley(level: PeriodicLevel, results: CampaignResults) -> DrawnLevel:
 
 
 def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
-    levels, compared, rig = results.releases, results.compared, results.rig
-    for x0 in sorted({level.x0 for level in levels}):
-        own = [level for level in levels if level.x0 == x0 and len(level.tests) > 1]
+    levels, compared = results.releases, results.compared
+    for x0, state in sorted({(level.x0, level.state) for level in levels}):
+        own = [one for one in levels if (one.x0, one.state) == (x0, state) and len(one.tests) > 1]
         if not own:
             continue
+        rig, of = results.rig_at(own[0]), f", {state}" if state else ""
         b = np.linspace(own[0].tests[0].clearance, own[0].tests[-1].clearance, 80)
         times = decay_curves(rig, x0=x0, targets=[level.target for level in own], clearances=b)
         none = [(np.empty(0), np.empty(0))] * len(own)
@@ -349,12 +350,13 @@ def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         )
         figure = time_over_clearance(
             list(zip(own, curves, best, strict=True)),
-            title=f"release from {1e3 * x0:g} mm",
+            title=f"release from {1e3 * x0:g} mm{of}",
             published=rows[0].get("published_mm"),
             exact=rows[0].get("exact_mm"),
         )
         title = "Time from the release until the amplitude stays below a given one, over clearance"
-        yield figure, Drawn(f"clearance_release_{1e3 * x0:g}mm", "clearance", title, text)
+        name = f"clearance_release_{1e3 * x0:g}mm{of}".replace(", ", "_").replace(" ", "_")
+        yield figure, Drawn(name, "clearance", title, text)
 
 
 def _interval(row: Row, prefix: str, value: str | None = None) -> Interval | None:

@@ -34,9 +34,12 @@ from vinesexp.identification.joint.whole import (
     HIDDEN,
     Answer,
     RigPosterior,
+    RigState,
     answer_of,
     base_at,
     effective,
+    of_records,
+    partings,
     rig_posterior,
     rolling_from,
 )
@@ -46,7 +49,7 @@ from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
-from vinesexp.theory.boundaries import end_of_permanent_response
+from vinesexp.theory.boundaries import StableRange, end_of_permanent_response
 from vinesexp.theory.floquet import swing_of
 from vinesexp.theory.orbits import Reduced, family
 from vinesexp.units import COVERAGE_95
@@ -448,7 +451,7 @@ def identify_campaign(
     rows += _ball(answer, campaign)
     rows += [*_bases(answer, campaign), *_frequencies(driven, campaign)]
     rows += _releases(answer, campaign)
-    rig = rig_posterior(answer, campaign)
+    rig = replace(rig_posterior(answer, campaign), states=rig_states(answer, campaign))
     levels, of_law, said_of_law = _over_amplitude(answer, rig, used, campaign)
     rows += of_law
     checks += said_of_law
@@ -497,25 +500,77 @@ def _at_the_end(
     That of the tests, `swing`, where there is no such orbit: friction in the guide of the mass has
     tests stop at a larger amplitude than b_c has.
     """
-    known = {name: value[0] for name in ("M", "f0", "zeta", "r", "m") if (value := rig.of(name))}
     base, found = rig.of(base_at(level)), swing
-    if base is None or len(known) < 5:
+    if base is None:
         return swing
-    of_level = [r for r in campaign.records if r.base_amplitude == level and not r.exclude]
-    driven = [sum(r.frequency) / 2.0 for r in of_level if r.frequency]
+    driven = _driven([r for r in campaign.records if r.base_amplitude == level])
     for _ in range(_ITERATED):
-        f0, zeta = (known[name] * math.exp(float(law.log(name, found))) for name in ("f0", "zeta"))
-        Omega = float(np.median(driven)) / f0 if driven else 1.0
-        try:
-            p = Reduced.of(eps=known["m"] / known["M"], zeta=zeta, r=known["r"], Omega=Omega)
-            end = end_of_permanent_response(p)
-        except (AnalysisError, ParameterError):
+        f0, zeta = (math.exp(float(law.log(name, found))) for name in ("f0", "zeta"))
+        if (end := _end(rig, driven, f0=f0, zeta=zeta)) is None:
             return swing
-        found = base[0] * float(swing_of(family(end.C_low, p)))
+        found = base[0] * float(swing_of(family(end[1].C_low, end[0])))
     return found
 
 
 _ITERATED = 8  # each leaves less than half of what is off
+
+
+def _driven(records: Sequence[Record]) -> float | None:
+    """Frequency at which some records were driven, Hz, by the test log."""
+    each = [sum(r.frequency) / 2.0 for r in records if r.frequency and not r.exclude]
+    return float(np.median(each)) if each else None
+
+
+def _end(
+    rig: RigPosterior, driven: float | None, *, f0: float = 1.0, zeta: float = 1.0
+) -> tuple[Reduced, StableRange] | None:
+    """The exact orbit of a rig at b_c, its f0 and zeta times these; None where there is none."""
+    known = {name: value[0] for name in ("M", "f0", "zeta", "r", "m") if (value := rig.of(name))}
+    if len(known) < 5:
+        return None
+    Omega = 1.0 if driven is None else driven / (f0 * known["f0"])
+    eps, zeta = known["m"] / known["M"], zeta * known["zeta"]
+    try:
+        p = Reduced.of(eps=eps, zeta=zeta, r=known["r"], Omega=Omega)
+        return p, end_of_permanent_response(p)
+    except (AnalysisError, ParameterError):
+        return None
+
+
+_ONE_RIG = 0.02  # of b_c: as base amplitudes of one level may differ
+
+
+def rig_states(answer: Answer, campaign: Campaign) -> tuple[RigState, ...]:
+    """The rigs of which the tests are, where a change from one to another moves b_c.
+
+    None where all tests are of one.
+    """
+    order, cuts, alone = answer.observed.order, set[str](), set[str]()
+    driven = _driven([r for r in campaign.records if r.test == "periodic"])
+    for cause in partings(answer):
+        first, kind = cause.records[0], cause.kind
+        at = order.index(first)
+        it, others = (first,), (*order[:at], *order[at + 1 :])
+        sides = (order[:at], order[at:]) if kind == "drift" else (it, others)
+        own = [of_records(answer, side) for side in sides]
+        ends = [_end(rig_posterior(answer, campaign, one), driven) for one in own]
+        b_c = [float(end[1].b_high) for end in ends if end is not None]
+        alike = len(b_c) == 2 and abs(math.log(b_c[0] / b_c[1])) < _ONE_RIG
+        if all(own) and (kind == "unlike" or not alike):
+            (cuts if kind == "drift" else alone).add(first)
+    if not cuts and not alone:
+        return ()
+    begun, groups = sorted(cuts, key=order.index), dict[str, list[str]]()
+    for id in order:
+        since = [cut for cut in begun if order.index(cut) <= order.index(id)]
+        named = [f"from {since[-1]}"] if since else []
+        named += [f"before {cut}" for cut in begun[len(since) :][:1]]
+        name = ", ".join(named) + (" on" if since and len(since) == len(begun) else "")
+        groups.setdefault(f"{id} alone" if id in alone else name, []).append(id)
+    return tuple(
+        RigState(name, (*ids,), rig_posterior(answer, campaign, of_records(answer, ids)))
+        for name, ids in groups.items()
+    )
 
 
 def _switched(found: Sequence[Estimate], campaign: Campaign) -> Iterator[Check]:

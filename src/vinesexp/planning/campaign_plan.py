@@ -87,8 +87,8 @@ def plan_levels(results: CampaignResults, *, target: float = TARGET) -> list[Lev
     scatter = scatter_of(results)
     return [
         plan_level(results.rig_at(level), level, scatter=scatter, target=target)
-        for level in results.periodic
-    ]
+        for level in results.periodic if results.lasts(level)
+    ]  # fmt: skip
 
 
 def plan_level(
@@ -414,7 +414,7 @@ def plan_others(results: CampaignResults, needs: Needs) -> list[OtherPlan]:
     campaign, rig = results.campaign, results.rig
     plans = [plan_ring_downs(campaign, rig, needs), plan_drops(campaign, rig)]
     levels: dict[float, list[ReleaseLevel]] = {}
-    for level in results.releases:
+    for level in filter(results.lasts, results.releases):
         levels.setdefault(level.x0, []).append(level)
     return [*plans, *(plan_releases(own, rig) for own in levels.values())]
 

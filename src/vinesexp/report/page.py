@@ -318,7 +318,8 @@ def _answer(results: CampaignResults, parameters: Mapping[str, str]) -> dict[str
         "span": verdict.span,
         "predicted": verdict.predicted,
         "branches": verdict.other_branches(
-            results.periodic, results.rows("clearances"), results.rig
+            [(level, results.rig_at(level)) for level in results.periodic],
+            results.rows("clearances"),
         ),
     }
 

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from vinesexp.clearance.comparison import END
+from vinesexp.clearance.comparison import END, RigAtLevel
 from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import IdentifiedRig, predicted_lowest
@@ -418,17 +418,14 @@ def _records(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
         yield {"record": record, "differs": differs, "own": own}
 
 
-def other_branches(
-    levels: Sequence[PeriodicLevel], clearances: Sequence[Row], rig: IdentifiedRig
-) -> list[dict[str, str]]:
+def other_branches(levels: Sequence[RigAtLevel], clearances: Sequence[Row]) -> list[dict[str, str]]:
     """One row for each record whose regime is not the one that b_c predicts.
 
     Parameters
     ----------
-    levels : sequence of PeriodicLevel
+    levels : sequence of (PeriodicLevel, IdentifiedRig)
     clearances : sequence of mappings
         Rows of clearances.csv.
-    rig : IdentifiedRig
 
     Returns
     -------
@@ -436,17 +433,15 @@ def other_branches(
         ``record``, ``clearance`` (mm), ``measured``, ``predicted``, ``found`` (the motions that
         coexist) and ``explained`` (a sentence); empty where all agree or values are missing.
     """
-    if rig.missing:
-        return []
     rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
     differing = [
-        (level, test)
-        for level in levels
-        if level.name in rows
+        (level, test, rig)
+        for level, rig in levels
+        if level.name in rows and not rig.missing
         for test in level.tests
         if _differs(test, rows[level.name])
     ]
-    return [row for level, test in differing[:MOST] if (row := _row(level, test, rig))]
+    return [row for one in differing[:MOST] if (row := _row(*one))]
 
 
 def _differs(test: Tested, row: Row) -> bool:

@@ -8,7 +8,13 @@ import pytest
 from vinesexp.identification.joint import whole
 from vinesexp.identification.joint.causes import Cause, Weighed
 from vinesexp.identification.joint.unknowns import Direction, Posterior, Prior
-from vinesexp.identification.joint.whole import rig_posterior
+from vinesexp.identification.joint.whole import (
+    RigPosterior,
+    RigState,
+    read_rig,
+    rig_posterior,
+    write_rig,
+)
 from vinesexp.identification.whole_campaign import _contradicted, _input
 from vinesexp.records.stored.result_columns import Verdict
 
@@ -75,3 +81,18 @@ def test_a_restitution_that_its_error_carries_beyond_one_is_one(monkeypatch):
     assert rig.of("r") == (1.0, pytest.approx(4e-5))
     assert rig.of("m")[0] == pytest.approx(0.032)
     assert rig.ball[0] == 1.0
+
+
+def test_the_states_of_a_rig_are_read_as_they_were_written(tmp_path):
+    parts = {"clearance": np.diag([1e-6, 0.0])}
+    later = RigPosterior(("r", "m"), np.array([0.7, 0.032]), np.diag([1e-6, 1e-8]), parts)
+    mean = np.array([0.65, 0.032]), np.diag([2.5e-3, 1e-8])
+    states = (RigState("from b on", ("b", "c"), later),)
+    write_rig(tmp_path / "rig.json", RigPosterior(("r", "m"), *mean, {}, (0.65, 0.032), states))
+    found = read_rig(tmp_path / "rig.json")
+    assert found.ball == (0.65, 0.032)
+    (state,) = found.states
+    assert (state.name, state.records, state.rig.names) == ("from b on", ("b", "c"), ("r", "m"))
+    assert state.rig.of("r") == (0.7, pytest.approx(1e-3))
+    assert state.rig.parts["clearance"].tolist() == parts["clearance"].tolist()
+    assert state.rig.states == ()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -105,6 +106,8 @@ class RigPosterior:
     parts : input to the covariance that would go if this input were exact.
     ball : r and m (kg) of a ball that has the named effects beside them: only what is too small to
         be named is in these.
+    states : where the tests are of several rigs, because something was changed for good or was
+        otherwise in one test: each of them, in the order of records.csv.
     """
 
     names: tuple[str, ...]
@@ -112,6 +115,7 @@ class RigPosterior:
     covariance: FloatArray
     parts: Mapping[str, FloatArray]
     ball: tuple[float, float] | None = None
+    states: tuple[RigState, ...] = ()
 
     def part(self, gradient: Mapping[str, float], covariance: FloatArray | None = None) -> float:
         """Variance of a function whose derivatives by these (by logarithms, by r) are given."""
@@ -127,6 +131,22 @@ class RigPosterior:
         return float(self.values[i]), error * (1.0 if name == "r" else float(self.values[i]))
 
 
+@dataclass(frozen=True)
+class RigState:
+    """The rig of some of the records of a campaign.
+
+    Attributes
+    ----------
+    name : ``before b34``, ``from b34 on``, ``b34 alone``; empty for what is not otherwise.
+    records : ids, in the order of records.csv.
+    rig : what predictions of these take.
+    """
+
+    name: str
+    records: tuple[str, ...]
+    rig: RigPosterior
+
+
 def base_at(level: float) -> str:
     """Name of the base amplitude of a level, stated in m, in a `RigPosterior`.
 
@@ -140,12 +160,29 @@ def base_at(level: float) -> str:
 
 def write_rig(path: Path, rig: RigPosterior | None) -> None:
     """steps/rig.json; an empty object where nothing is known."""
-    found = {} if rig is None else {
+    path.parent.mkdir(parents=True, exist_ok=True)
+    found = {} if rig is None else _as_json(rig)
+    path.write_text(json.dumps(found) + "\n", encoding="utf-8")
+
+
+def _as_json(rig: RigPosterior) -> dict[str, Any]:
+    return {
         "names": rig.names, "values": rig.values.tolist(), "covariance": rig.covariance.tolist(),
         "parts": {name: part.tolist() for name, part in rig.parts.items()}, "ball": rig.ball,
+        "states": [{**vars(state), "rig": _as_json(state.rig)} for state in rig.states],
     }  # fmt: skip
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(found) + "\n", encoding="utf-8")
+
+
+def _from_json(found: Mapping[str, Any]) -> RigPosterior:
+    return RigPosterior(
+        tuple(found["names"]), np.array(found["values"]), np.array(found["covariance"]),
+        {name: np.array(part) for name, part in found["parts"].items()},
+        tuple(found["ball"]) if found["ball"] else None,
+        tuple(
+            RigState(one["name"], tuple(one["records"]), _from_json(one["rig"]))
+            for one in found["states"]
+        ),
+    )  # fmt: skip
 
 
 def read_rig(path: Path) -> RigPosterior | None:
@@ -158,13 +195,7 @@ def read_rig(path: Path) -> RigPosterior | None:
     """
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-        if not found:
-            return None
-        return RigPosterior(
-            tuple(found["names"]), np.array(found["values"]), np.array(found["covariance"]),
-            {name: np.array(part) for name, part in found["parts"].items()},
-            tuple(found["ball"]) if found.get("ball") else None,
-        )  # fmt: skip
+        return _from_json(found) if found else None
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise RecordError(
             f"is not an identified rig ({error}); run the identify step again", file=path
@@ -435,7 +466,8 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     for one in judged.found:
         if one.cause.kind == "drift":
             common = observed.common(next(iter(one.cause.moves)))
-            shifts.append(one.value * one.cause.spread * found.vector({common: 1.0}))
+            own = dict.fromkeys(one.cause.moves, -1.0)  # what a test has is as sure as without
+            shifts.append(one.value * one.cause.spread * found.vector({**own, common: 1.0}))
         if one.cause.kind not in ("effect", "drift") or one.doubted:
             continue
         of_its_kind = left[bool(one.cause.moves & in_flights)]
@@ -510,8 +542,53 @@ def rolling_from(answer: Answer) -> tuple[float, float] | None:
     return (usual, float(each.std())) if rolls else None
 
 
-def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
-    """Values that predictions take, with their joint covariance and what it is made of."""
+#: What each test has for itself of the rig, and not of the sensors.
+_OF_RIG = ("own r", "own f0", "own zeta", "own momentum", "own friction", "own tilt")
+#: How causes call it.
+_OF_RIG_CALLED = ("r", "f0", "zeta", "ball mass", "friction", "slope of the cavity")
+
+
+def partings(answer: Answer) -> list[Cause]:
+    """Causes that are said of the rig of some tests alone: they part it from that of the others."""
+    found = []
+    for one in answer.judged.found:
+        cause, said = one.cause, not one.slight and (one.sure or one.rivals)
+        alike = all((c.kind, c.records) == (cause.kind, cause.records) for c in one.rivals)
+        of_some = cause.kind in ("drift", "one test") and cause.records
+        if cause.kind == "unlike" or (of_some and cause.about in _OF_RIG_CALLED and said and alike):
+            found.append(cause)
+    return found
+
+
+def of_records(answer: Answer, records: Collection[str]) -> dict[str, dict[str, float]]:
+    """By an unknown of all records, what those of these that had a ball have beside it on average.
+
+    Empty where none of them had.
+    """
+    with_ball = {record for record, _ in answer.observed.collisions} & set(records)
+    own: dict[str, list[str]] = {}
+    for kind in _OF_RIG:
+        for name, record in answer.observed.kinds.get(kind, {}).items():
+            if record in with_ball:
+                own.setdefault(answer.observed.common(name), []).append(name)
+    return {common: dict.fromkeys(names, 1.0 / len(names)) for common, names in own.items()}
+
+
+def rig_posterior(
+    answer: Answer, campaign: Campaign, own: Mapping[str, Mapping[str, float]] | None = None
+) -> RigPosterior:
+    """Values that predictions take, with their joint covariance and what it is made of.
+
+    `own`: what some records have for themselves (`of_records`), for the rig of these alone.
+    """
+
+    def with_own(terms: Mapping[str, float]) -> dict[str, float]:
+        beside = [
+            {name: size * share for name, share in (own or {}).get(common, {}).items()}
+            for common, size in terms.items()
+        ]
+        return {name: size for one in (terms, *beside) for name, size in one.items()}
+
     posterior = answer.posterior
     ball = answer.observed.balls.get(1, "ln_m")
     r, m = effective(answer, ball)
@@ -533,18 +610,19 @@ def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
         for name, (terms, constant) in wanted.items()
         if all(term in posterior for term in terms)
     }
-    T = np.array([posterior.vector(terms) for terms, _ in wanted.values()])
+    T = np.array([posterior.vector(with_own(terms)) for terms, _ in wanted.values()])
     values = T @ posterior.values + np.array([constant for _, constant in wanted.values()])
     for i, name in enumerate(wanted):
         # an error beyond one is no restitution that a rig can have
         values[i] = min(values[i], 1.0) if name == "r" else math.exp(values[i])
     parts = {name: T @ whole @ T.T for name, whole in answer.parts.items()}
-    own = None
+    of_ball = None
     if "r" in wanted and "m" in wanted:
         unnamed = [name for name in HIDDEN if answer.effect(name) is None]
         own_r, own_m = effective(answer, ball, unnamed)
-        own = min(posterior.of(own_r)[0], 1.0), math.exp(stated + posterior.of(own_m)[0])
-    return RigPosterior(tuple(wanted), values, T @ posterior.covariance @ T.T, parts, own)
+        r_of, m_of = (posterior.of(with_own(terms))[0] for terms in (own_r, own_m))
+        of_ball = min(r_of, 1.0), math.exp(stated + m_of)
+    return RigPosterior(tuple(wanted), values, T @ posterior.covariance @ T.T, parts, of_ball)
 
 
 def _parts(answer: Answer) -> dict[str, FloatArray]:

@@ -291,8 +291,8 @@ def _drift(cause: Cause, value: float, error: float) -> str:
         return (
             f"{name} changes by {size} with record {cause.records[0]} and stays there, in the "
             "order of records.csv: something was changed, came loose or warmed up. The errors of "
-            "the values include both states, but a best clearance over tests of both is that of "
-            "neither: make two campaigns, of the records before it and of those from it on"
+            "the values include both states. For values of either make two campaigns, of the "
+            "records before it and of those from it on"
         )
     if WITH_CLEARANCE in cause.key:
         return (
