@@ -1,5 +1,6 @@
 """The steps of a record and of a campaign, run in one process."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,16 @@ from vinesexp.identification.estimate import read_estimates
 from vinesexp.pipeline import (
     analyse_campaign,
     analyse_record,
+    collect_regimes,
     compare_clearances,
     replay_records,
 )
 from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record, Setup
+from vinesexp.records.stored.result_columns import DECAY_TIMES, INPUTS, RECORD_REGIMES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.signals.impacts.impact_table import read_impacts
 
 DESCRIPTION = """\
@@ -87,3 +92,37 @@ def test_real_ringdowns(name, f0, tmp_path):
     found = analyse_campaign(load_campaign(folder), paths=ResultPaths(tmp_path))
     assert found.combined("f0")["value"] == pytest.approx(f0, rel=5e-3)
     assert "r" not in found.values
+
+
+def test_amplitudes_are_lengths_where_the_displacement_reads_wrong(tmp_path):
+    """Clearances and bases were as found, and amplitudes beside them as the laser read them."""
+    paths = ResultPaths(tmp_path)
+    records = tuple(
+        Record(name, Path(name), "transient", (0.03,), release=0.02, setup=setup)
+        for name, setup in (("near", ""), ("far", "far"))
+    )
+    laser = Channel("laser", "Laser", "displacement", 1e-3, sensitivity=False)
+    whole = Campaign(
+        tmp_path, "c", "c", Known(), {"displacement": laser}, None, None, None, records,
+        setups={"far": Setup({"displacement": laser}, None, None)},
+    )  # fmt: skip
+    for record in records:
+        row = {"record": record.id, "regime": "chaos", "amplitude_mean_m": 0.0105,
+               "amplitude_max_m": 0.021, "released_m": None, "length_s": 10.0}  # fmt: skip
+        shown = {"regime": [row], "base": [], "bands": [], "transitions": [],
+                 "times": [{"record": record.id, "target_m": 0.0105, "time_s": 2.0}]}  # fmt: skip
+        paths.regime(record.id).parent.mkdir(parents=True, exist_ok=True)
+        paths.regime(record.id).write_text(json.dumps(shown))
+    gains = [("displacement gain", 1.05, "off"), ("displacement gain of far", 1.2, "not tested")]
+    write_rows(paths.inputs, INPUTS, [
+        {**dict.fromkeys(INPUTS.names), "item": item, "record": "", "unit": "1", "stated": 1.0,
+         "found": found, "found_error": 0.01, "verdict": verdict}
+        for item, found, verdict in gains
+    ])  # fmt: skip
+    collect_regimes(whole, paths=paths)
+    near, far = read_rows(paths.regimes, RECORD_REGIMES)
+    assert (near["amplitude_mean_m"], near["amplitude_max_m"]) == pytest.approx((0.01, 0.02))
+    assert (near["length_s"], near["released_m"]) == (10.0, None)
+    assert far["amplitude_mean_m"] == 0.0105  # the records do not test it
+    times = read_rows(paths.decay_times, DECAY_TIMES)
+    assert [row["target_m"] for row in times] == pytest.approx([0.01, 0.0105])

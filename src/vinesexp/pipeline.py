@@ -70,8 +70,8 @@ def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResul
 
     for record in campaign.records:
         analyse_record(campaign, record, paths=paths)
-    collect_regimes(campaign, paths=paths)
     identify(campaign, paths=paths)
+    collect_regimes(campaign, paths=paths)
     compare_clearances(campaign, paths=paths)
     replay_records(campaign, paths=paths)
     collect_checks(campaign, paths=paths)
@@ -167,13 +167,21 @@ def estimate_from_record(campaign: Campaign, record: Record, *, paths: ResultPat
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> None:
-    """One table of all records each: regimes, base, bands, transitions, decay times."""
-    from vinesexp.records.stored.result_columns import COLLECTED
-    from vinesexp.records.stored.tables import write_rows
+    """One table of all records each: regimes, base, bands, transitions, decay times.
+
+    Here what a displacement reads becomes a length: where the records contradict its sensitivity,
+    all amplitudes are divided by the gain that was found.
+    """
+    from vinesexp.records.stored.result_columns import COLLECTED, INPUTS, reading_of_metre
+    from vinesexp.records.stored.tables import read_rows, write_rows
 
     campaign = campaign_seen_by("regimes", campaign)
+    inputs = read_rows(paths.inputs, INPUTS)
     steps = [_shown(record, paths=paths) for record in campaign.records]
     for record, step in zip(campaign.records, steps, strict=True):
+        reads = reading_of_metre(campaign, record, inputs)
+        for key in ("regime", "bands", "transitions", "times"):
+            step[key] = [_in_metres(row, reads) for row in step[key]]
         for row in step["regime"]:
             row.update(_setting(record))
     for key, table in COLLECTED.items():
@@ -186,6 +194,18 @@ def _shown(record: Record, *, paths: ResultPaths) -> dict[str, Any]:
 
     rows: dict[str, Any] = json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
     return rows
+
+
+def _in_metres(row: dict[str, Any], reads: float) -> dict[str, Any]:
+    """A row whose lengths were read by a displacement that shows so much for 1 m.
+
+    Examples
+    --------
+    >>> _in_metres({"record": "a", "amplitude_mean_m": 0.0105, "released_m": None}, 1.05)
+    {'record': 'a', 'amplitude_mean_m': 0.01, 'released_m': None}
+    """
+    lengths = {name: value for name, value in row.items() if name.endswith("_m") and value}
+    return row | {name: value / reads for name, value in lengths.items()}
 
 
 def _setting(record: Record) -> dict[str, Any]:

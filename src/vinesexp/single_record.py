@@ -185,8 +185,8 @@ def _analysed(campaign: Campaign, record: Record, paths: ResultPaths, *, held: b
         analyse_record(campaign, record, paths=paths, strict=True)
     except RecordError as error:  # the file that it names is ours
         raise RecordError(error.problem, where=error.where) from None
-    collect_regimes(campaign, paths=paths)
     identify(campaign, paths=paths)
+    collect_regimes(campaign, paths=paths)
     checks = [
         *read_checks(paths.ingest_checks(record.id)),
         *checks_of_regime(record.id, paths.regime(record.id)),

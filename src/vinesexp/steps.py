@@ -77,7 +77,7 @@ def _truth(study: Study, id: str) -> list[Path]:
 
 
 _RAW = ("ingest", "condition", "impacts")
-_TABLES = ("regimes", "identify", "compare", "replay")
+_TABLES = ("identify", "regimes", "compare", "replay")
 _of_record = partial(Step, each=True)
 STEPS: Mapping[str, Step] = {
     # Of a simulated campaign: makes files of the campaign, not results.
@@ -88,11 +88,11 @@ STEPS: Mapping[str, Step] = {
     "impacts": _of_record("pipeline:find_impacts", ("ingest", "condition"),
                           ("impacts", "regime")),
     "estimate": _of_record("pipeline:estimate_from_record", _RAW, ("estimates", "decay")),
-    "regimes": Step("pipeline:collect_regimes", ("impacts",),
-                    ("regimes", "base", "bands", "transitions", "decay_times")),
     "identify": Step("pipeline:identify", ("impacts", "estimate"),
                      ("identified", "inputs", "level_values", "rig", "rig_budget",
                       "identify_checks")),
+    "regimes": Step("pipeline:collect_regimes", ("impacts", "identify"),
+                    ("regimes", "base", "bands", "transitions", "decay_times")),
     "compare": Step("pipeline:compare_clearances", ("identify", "regimes"),
                     ("clearances", "budget", "compare_checks")),
     "replay": Step("pipeline:replay_records", (*_RAW, "identify", "regimes"),

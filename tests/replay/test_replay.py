@@ -102,7 +102,6 @@ def replayed(
     for record in records:
         x, impacts, row = motion_of(record, truth, **how)
         x = reads * x
-        row |= {name: reads * row[name] for name in row if name.startswith("amplitude_m")}
         places = {name: reads * getattr(impacts, name) for name in ("x_m", "v_before_m_s")}
         impacts = replace(impacts, **places)
         write_impacts(paths.impacts(record.id), replace(impacts, time_s=impacts.time_s + first))
@@ -168,7 +167,7 @@ def test_a_sensitivity_that_the_records_contradict_is_no_other_rig(tmp_path):
     assert abs(by["rel", "decay time"].deviation) < 0.02
     still = [row for row in cycles if row["record"] == "rd"]
     assert still[0]["measured_m"] == pytest.approx(still[0]["replayed_m"], rel=0.01)
-    assert still[0]["measured_m"] > 0.035
+    assert 0.0175 < still[0]["measured_m"] < 0.02
 
 
 def test_cycles_of_a_permanent_response_lie_on_each_other(own):

@@ -46,7 +46,7 @@ from vinesexp.identification.joint.whole import (
 from vinesexp.identification.joint.words import called, cause_checks, odd_checks
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
+from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict, gain_of
 from vinesexp.records.stored.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.theory.boundaries import StableRange, end_of_permanent_response
@@ -1085,7 +1085,7 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[_Input]:
             _input(answer, "mass", (), "kg", 1.0, mass.value, terms, log=True, constant=constant)
         )
     for (role, setup), name in o.gains.items():
-        item = f"{role} gain" + (f" of {setup}" if setup else "")
+        item = gain_of(role, setup)
         rows.append(_input(answer, item, (), "1", 1.0, 1.0, {name: 1.0}, log=True))
     unstated = {(name, record.id) for record in campaign.records for name in record.shown}
     return [

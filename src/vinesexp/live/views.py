@@ -204,10 +204,10 @@ def look_at_campaign(
 
     campaign = _only(folder, ids)
     paths = ResultPaths(results)
-    collect_regimes(campaign, paths=paths)
     if values is not None:
         write_identification(values[0], paths=paths)
         _remember(paths, *values)
+    collect_regimes(campaign, paths=paths)
     compare_clearances(campaign, paths=paths)
     checks = [*read_checks(paths.identify_checks), *read_checks(paths.compare_checks)]
     evidence = {r.id: read_evidence(paths.regime(r.id)) for r in campaign.records}

@@ -16,7 +16,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import EXACT
-from vinesexp.records.stored.result_columns import Verdict
+from vinesexp.records.stored.result_columns import reading_of_metre
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row, Value
@@ -182,8 +182,6 @@ class Recorded:
     x0, v0 : of the mass there, m and m/s.
     base : from the base channel, where it measures displacement.
     states : of mass and balls near the beginning, as the impacts show them.
-    reads : what the displacement channel shows for 1 m, where the records contradict its
-        sensitivity; `amplitude` is as it shows it.
     """
 
     frequency: float
@@ -194,7 +192,6 @@ class Recorded:
     v0: float
     base: BaseSamples | None
     states: tuple[Begun, ...]
-    reads: float = 1.0
 
 
 def replay_campaign(
@@ -220,14 +217,13 @@ def replay_campaign(
     """
     model = identified_model(identified, tuple(m.value for m in campaign.known.nes_mass))
     by_id = {row["record"]: row for row in regimes}
-    reads = _reads(inputs)
     bases = {row["record"]: row for row in base}
     rows: list[Compared] = []
     cycles: list[dict[str, Value]] = []
     for record in campaign.records:
         if record.test not in TESTS or record.exclude or record.id not in by_id:
             continue
-        seen = _seen(paths, record, reads)
+        seen = _seen(paths, record, reading_of_metre(campaign, record, inputs))
         if seen is None:
             continue
         own = _base(record, bases, identified)
@@ -283,17 +279,8 @@ def _fails(rows: Sequence[Compared]) -> bool:
     return any(row.decisive and row.outcome == "differs" for row in rows)
 
 
-def _reads(inputs: Rows) -> float:
-    """What the displacement channel of all records shows for 1 m, where that is not 1."""
-    found = (
-        float(row["found"]) for row in inputs
-        if row["item"] == "displacement gain" and row["verdict"] == Verdict.OFF.value
-        and not row["record"]
-    )  # fmt: skip
-    return next(found, 1.0)
-
-
 def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
+    """What a record shows, m; its displacement reads so much for 1 m."""
     with open_record(paths.conditioned(record.id)) as view:
         frequency = view.attributes.get("oscillation_hz")
         if view.refused is not None or "displacement" not in view.roles or not frequency:
@@ -301,7 +288,7 @@ def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
         f, rate = float(frequency), view.sample_rate
         # A mass that was held before its release is compared from where it is free.
         free = round(freed(view) * rate)
-        x = view.read("displacement", free, free + _MOST)
+        x = view.read("displacement", free, free + _MOST) / reads
         time, amplitude = cycle_amplitudes(x, rate, f)
         length = (view.n - free) / rate
         begins = view.start + free / rate
@@ -312,7 +299,7 @@ def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
     if record.test in ("periodic", "sweep"):
         with open_record(paths.record(record.id)) as view:
             base = base_samples(view, frequency=f)
-    x0, v0 = (own / reads for own in _beginning(x[: max(int(rate / f), 8)], rate, f))
+    x0, v0 = _beginning(x[: max(int(rate / f), 8)], rate, f)
     states: list[Begun | None] = []
     if record.clearance and record.test in ("periodic", "transient"):
         impacts = read_impacts(paths.impacts(record.id))
@@ -321,11 +308,11 @@ def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
         if record.test == "periodic":
             states = _begun(impacts, record.clearance, x0, v0)
         else:
-            let_go = _from(record, amplitude[known] / reads, x0)
+            let_go = _from(record, amplitude[known], x0)
             states = _let_go(impacts, record.clearance, let_go, 1.0 / f)
     shown = tuple(state for state in states if state is not None)
     cycles = time[known], amplitude[known]
-    return Recorded(f, min(length, _LONGEST), *cycles, x0, v0, base, shown, reads)
+    return Recorded(f, min(length, _LONGEST), *cycles, x0, v0, base, shown)
 
 
 def _begun(
@@ -391,7 +378,7 @@ def _replayed(
     if record.test == "sweep":
         x0, v0 = seen.x0, seen.v0
     elif record.test != "periodic":
-        x0 = _from(record, seen.amplitude / seen.reads, seen.x0)
+        x0 = _from(record, seen.amplitude, seen.x0)
     frequency = seen.frequency
     if drive.base is not None and base is not None and base.frequency is not None:
         frequency = base.frequency.value
@@ -400,9 +387,7 @@ def _replayed(
         still=still,
     )  # fmt: skip
     found = [
-        measures_of(
-            one, test=record.test, frequency=frequency, apart=apart, settles=settles
-        ).as_read(seen.reads)
+        measures_of(one, test=record.test, frequency=frequency, apart=apart, settles=settles)
         for one in stretches
     ]  # fmt: skip
     if not share:

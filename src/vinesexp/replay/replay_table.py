@@ -92,14 +92,6 @@ class Measures:
     largest: float = math.nan
     steady: bool = True
 
-    def as_read(self, reads: float) -> Measures:
-        """As a displacement channel shows them that shows so much for 1 m."""
-        time, amplitude = self.cycles
-        return replace(
-            self, amplitude=reads * self.amplitude, largest=reads * self.largest,
-            cycles=(time, reads * amplitude),
-        )  # fmt: skip
-
 
 def is_steady(time: FloatArray, amplitude: FloatArray, length: float) -> bool:
     """Whether amplitudes of cycles scatter by less than a twentieth, after the first fifth.

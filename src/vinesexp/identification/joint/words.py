@@ -256,9 +256,10 @@ def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
     if cause.records:
         place = f"{place} in {', '.join(cause.records)}"
     what = "shows" if cause.about.endswith("gain") or " gain of" in cause.about else "is truly"
+    shown = " (traces of single records are as it reads)" if "displacement" in cause.about else ""
     return (
         f"{place}: it {what} {with_error(1.0 + share, error)} times what is stated; the analysis "
-        "uses the value found. Check it and correct it"
+        f"uses the value found{shown}. Check it and correct it"
     )
 
 

@@ -5,9 +5,11 @@ Names are a contract with users: they are added to, never changed.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import Enum
 
-from vinesexp.records.stored.tables import Table, columns
+from vinesexp.records.campaign.schema import Campaign, Record
+from vinesexp.records.stored.tables import Row, Table, columns
 
 
 class Verdict(Enum):
@@ -39,6 +41,35 @@ IDENTIFIED = Table(
 
 #: Item of inputs.csv: a test whose base amplitude is another than that of its level.
 BASE_OF_ONE = "base_amplitude of one test"
+
+
+def gain_of(role: str, setup: str) -> str:
+    """Item of inputs.csv: what a channel reads over what is there; `setup` as in records.csv."""
+    return f"{role} gain of {setup}" if setup else f"{role} gain"
+
+
+def reading_of_metre(campaign: Campaign, record: Record, inputs: Iterable[Row]) -> float:
+    """What the displacement of a record shows for 1 m, where the records contradict its channel.
+
+    Without a laser it is the acceleration integrated.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    record : Record
+    inputs : iterable of mappings
+        Rows of inputs.csv.
+    """
+    channels = campaign.setup_of(record).channels
+    integrated = "displacement" not in channels and "acceleration" in channels
+    item = gain_of("acceleration" if integrated else "displacement", record.setup)
+    found = (
+        float(row["found"]) for row in inputs
+        if row["item"] == item and row["verdict"] == Verdict.OFF.value
+    )  # fmt: skip
+    return next(found, 1.0)
+
+
 INPUTS = Table(
     "inputs", "identify", file="inputs.csv",
     answers="Stated values, tested by the records: one row per input.", columns=columns("""

@@ -29,7 +29,7 @@ _SEES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "condition": (("bandpass",), ("frequency", "settings.filter", "settings.channels")),
     "impacts": (("known.nes_mass",), ("test", "clearance", "release", "settings")),
     "estimate": (("known.nes_mass",), ("test", "clearance", "added_mass", "frequency")),
-    "regimes": ((), ("test", "clearance", "base_amplitude")),
+    "regimes": (("channels", "setups"), ("test", "clearance", "base_amplitude", "setup")),
     "checks": (("known.nes_mass",), (*_CELLS, "exclude", "note")),
     "score": ((), ()),
     "pages": (("title", "known"), _ROW),
