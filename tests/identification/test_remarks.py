@@ -70,6 +70,13 @@ def test_one_wrong_sensitivity_is_said_once():
     assert "and in 4 more records" in check.detail
 
 
+def test_a_sign_that_is_wrong_in_all_records_is_said_once():
+    found = [estimate("accelerometer_gain", -1.0, 1e-3, f"r{i}") for i in range(17)]
+    (check,) = remarks(found)
+    assert (check.record, check.check) == ("r0", "sign")
+    assert "opposite signs, and in 16 more records;" in check.detail
+
+
 @pytest.mark.parametrize(("gain", "said"), [(1.002e6, True), (9.81, False), (1e3, False)])
 def test_times_in_ms_make_a_million(gain, said):
     (check,) = remarks([estimate("accelerometer_gain", gain, 1e-3 * gain)])

@@ -52,7 +52,7 @@ from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.theory.boundaries import StableRange, end_of_permanent_response
 from vinesexp.theory.floquet import swing_of
 from vinesexp.theory.orbits import Reduced, family
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, counted
 
 _METHODS = ("log decrement", "likelihood", "envelope", "half power", "sweep")
 _IMPACTS = "impacts"
@@ -118,26 +118,21 @@ def _of_sweeps(found: Sequence[Estimate]) -> list[Check]:
 
 def _channels(found: Sequence[Estimate]) -> list[Check]:
     """Sign and lag of the accelerometer beside the laser, where they are off."""
-    checks = []
-    for e in found:
-        sure = abs(e.value) > 5.0 * e.std_error
-        if e.parameter == "accelerometer_gain" and e.value < 0.0 and sure:
-            detail = (
-                "acceleration and displacement have opposite signs; the sign of the displacement "
-                "is used. Change the sign of one sensitivity"
-            )
-            checks.append(Check(e.records[0], "sign", "warning", detail))
-    far = [
-        e
-        for e in found
-        if e.parameter == "accelerometer_gain"
-        and abs(abs(e.value) - 1.0) > max(5.0 * e.std_error, _OTHER_CHANNEL)
-    ]
+    gains = [e for e in found if e.parameter == "accelerometer_gain"]
+    turned = [e.records[0] for e in gains if e.value < -5.0 * e.std_error]
+    checks = [
+        Check(
+            turned[0], "sign", "warning",
+            f"acceleration and displacement have opposite signs{_in_more(turned)}; the sign of the "
+            "displacement is used. Change the sign of one sensitivity",
+        )
+    ] if turned else []  # fmt: skip
+    far = [e for e in gains if abs(abs(e.value) - 1.0) > max(5.0 * e.std_error, _OTHER_CHANNEL)]
     checks += [
         Check(
             records[0], "gain", "warning",
             f"the acceleration is {gain:.2g} times the second derivative of the displacement"
-            + (f", and in {len(records) - 1} more records" if len(records) > 1 else "")
+            + _in_more(records)
             + (": the times are in ms and not in s, or " if 0.8e6 < gain < 1.25e6 else ": ")
             + "campaign.yaml names the wrong channels, or a sensitivity is far off",
         )
@@ -156,6 +151,11 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
         lags = [e for e in lags if e.records[0] in shown]
     ac = [_corner(corner, len(corners))] if coupled else []
     return [*checks, *ac, *_across(across), *_lags(lags)]
+
+
+def _in_more(records: Sequence[str]) -> str:
+    """That what is said of the first of some records is so in the others."""
+    return f", and in {counted(len(records) - 1, 'more record')}" if len(records) > 1 else ""
 
 
 def _alike(far: Sequence[Estimate]) -> dict[float, list[str]]:

@@ -163,8 +163,8 @@ def grouped(problems: Sequence[Row]) -> list[dict[str, Any]]:
     >>> [(p["records"], p["detail"]) for p in grouped([row, *other])]
     [(['a', 'b'], 'such as 3 %'), (['b'], 'no gain')]
     >>> many = grouped([row | {"record": f"r{i}"} for i in range(200)])
-    >>> [(p["records"], p["more"]) for p in many]
-    [(['r0', 'r1', 'r2', 'r3', 'r4'], 195)]
+    >>> [(p["records"], p["more"], p["detail"]) for p in many]
+    [(['r0', 'r1', 'r2', 'r3', 'r4'], 195, '3 %')]
     """
     for words in (_words, lambda _: ""):
         kinds: dict[tuple[str, str, str], list[Row]] = {}
@@ -176,7 +176,8 @@ def grouped(problems: Sequence[Row]) -> list[dict[str, Any]]:
     found = []
     for rows in kinds.values():
         ids = list(dict.fromkeys(row["record"] for row in rows))
-        detail = rows[0]["detail"] if len(rows) == 1 else f"such as {rows[0]['detail']}"
+        details = {row["detail"] for row in rows}
+        detail = rows[0]["detail"] if len(details) == 1 else f"such as {rows[0]['detail']}"
         shown = ids[:5]
         found.append({**rows[0], "detail": detail, "records": shown, "more": len(ids) - len(shown)})
     return found
@@ -229,7 +230,8 @@ def problem_lists(checks: Sequence[Row]) -> dict[str, Any]:
     -------
     dict
         ``problems`` of records, worst first; ``limits``, problems of no single record; ``notes``,
-        what is worth knowing and no problem; ``refused`` and ``excluded``, how many records.
+        what is worth knowing and no problem, those of no single record first; ``refused`` and
+        ``excluded``, how many records.
 
     Examples
     --------
@@ -237,14 +239,20 @@ def problem_lists(checks: Sequence[Row]) -> dict[str, Any]:
     >>> found = problem_lists([row, row | {"record": "", "outcome": "warning"}])
     >>> found["refused"], len(found["problems"]), len(found["limits"]), found["notes"]
     (1, 1, 1, [])
+    >>> remarks = [row | {"record": name, "outcome": "ok"} for name in ("a", "b", "")]
+    >>> [one["records"] for one in problem_lists(remarks)["notes"]]
+    [[], ['a', 'b']]
     """
     problems = [row for row in checks if row["outcome"] != "ok"]
-    found = [row for row in checks if row["outcome"] == "ok"]
+    found = [row for row in checks if row["outcome"] == "ok" and row["check"] != "ingest"]
     of_records = [row for row in problems if row["record"]]
     return {
         "problems": grouped(sorted(of_records, key=lambda row: SEVERITY[row["outcome"]])),
         "limits": [row for row in problems if not row["record"]],
-        "notes": [row for row in found if row["check"] != "ingest"],
+        "notes": [
+            *(row | {"records": [], "more": 0} for row in found if not row["record"]),
+            *grouped([row for row in found if row["record"]]),
+        ],
         **{
             outcome: len({row["record"] for row in problems if row["outcome"] == outcome})
             for outcome in ("refused", "excluded")
