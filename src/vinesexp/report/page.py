@@ -250,7 +250,7 @@ def problem_lists(checks: Sequence[Row]) -> dict[str, Any]:
         "problems": grouped(sorted(of_records, key=lambda row: SEVERITY[row["outcome"]])),
         "limits": [row for row in problems if not row["record"]],
         "notes": [
-            *(row | {"records": [], "more": 0} for row in found if not row["record"]),
+            *({**row, "records": [], "more": 0} for row in found if not row["record"]),
             *grouped([row for row in found if row["record"]]),
         ],
         **{
