@@ -61,6 +61,11 @@ class Decay:
         """-dA/dt over A: equivalent viscous decay rate at amplitude A, 1/s."""
         return self.gamma / A + self.alpha + self.beta * A
 
+    def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Logarithm of the amplitude and phase at times t, s, none before `start`."""
+        log_A, phase = logs_and_phases(self.vector()[np.newaxis], t, start=self.start)
+        return log_A[0], phase[0]
+
     def frequency(self, A: float) -> float:
         """Angular frequency of the decay at amplitude A, rad/s."""
         return self.w * (1.0 + (self.mu + self.kappa * A) * A)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.identification.damping_law import Decay, logs_and_phases
+from vinesexp.identification.damping_law import Decay
 from vinesexp.identification.estimate import Estimate, counted
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Value
@@ -94,9 +94,8 @@ def decay_by(time: FloatArray, amplitude: FloatArray, law: Sequence[float]) -> F
     alpha, beta, gamma = law
 
     def from_start(A: float) -> FloatArray:
-        vector = Decay(math.log(A), 0.0, 1.0, alpha, beta, gamma).vector()
-        log_A = logs_and_phases(vector[np.newaxis], time, start=float(time[0]))[0][0]
-        return np.asarray(np.exp(log_A))
+        decay = Decay(math.log(A), 0.0, 1.0, alpha, beta, gamma, start=float(time[0]))
+        return np.asarray(np.exp(decay.at(time)[0]))
 
     start = float(amplitude[0])
     for _ in range(_PASSES):

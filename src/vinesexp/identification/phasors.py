@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.errors import AnalysisError
 
 _BREAKS = 10.0  # robust standard deviations
@@ -124,10 +124,7 @@ def _factors(
 
 def _steady_runs(change: FloatArray, near: FloatArray) -> list[tuple[int, int]]:
     """Stretches of periods with nearly the same factor from each to the next."""
-    steady = change < near
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], steady.astype(np.int8), [0]])))
-    runs = [(int(a), int(b) + 2) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    return [run for run in runs if run[1] - run[0] >= _LONG]
+    return [(a, b + 2) for a, b in runs_of(change < near) if b + 2 - a >= _LONG]
 
 
 @dataclass(frozen=True)

@@ -150,9 +150,7 @@ def _lasting(
     rest: FloatArray, t: FloatArray, decay: Decay, sigma: float, size: int, fitted: tuple[int, int]
 ) -> tuple[float, float]:
     """`lasting` of what is left of the samples, in windows of one period."""
-    log_A, phase = (
-        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
-    )
+    log_A, phase = decay.at(t)
     count = t.size // size
     along = (2.0 * rest * np.exp(-1j * phase))[: count * size].reshape(count, size).mean(axis=1)
     A = np.exp(log_A)[: count * size].reshape(count, size).mean(axis=1)
@@ -211,13 +209,13 @@ def _trusted(
 
     A spike stands out from its neighbours; a longer loss from the start's fit.
     """
-    log_A, phase = logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
+    log_A, phase = decay.at(t)
+    A = np.exp(log_A)
     out = standing_out(y, w * np.diff(t))
-    difference = np.where(out, 0.0, y - (np.exp(log_A) * np.cos(phase))[0])
+    difference = np.where(out, 0.0, y - A * np.cos(phase))
     q = np.linalg.qr(slow)[0]
     rest = np.abs(difference - q @ (q.T @ difference))
     # Times that are off leave more where the motion is larger, which is no loss.
-    A = np.exp(log_A[0])
     loud = np.median(A) <= A
     usual = np.maximum(float(np.median(rest)), A * float(np.median(rest[loud] / A[loud]))) / 0.6745
     lost = rest > _OUTLYING * np.maximum(noise, usual)
@@ -293,9 +291,7 @@ def _stirred(rest: FloatArray, t: FloatArray, decay: Decay) -> float:
     flat = float(np.mean(power[far]))
     if np.mean(power[near]) <= flat * (1.0 + CHANCE / math.sqrt(near.sum())):
         return 1.0
-    log_A, phase = (
-        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
-    )
+    log_A, phase = decay.at(t)
     A = np.exp(log_A)
     half = decay.rate(float(A[0])) / (2.0 * math.pi)
     skirt = 1.0 / ((f - f0) ** 2 + half**2 + (_BEGUN * width) ** 2)
@@ -382,9 +378,7 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
         other = settled(followed)
         if found is None or other[2].chi2 < found.chi2:
             decay, free, found = other
-    log_A, phase = (
-        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], p.t, start=start.start)
-    )
+    log_A, phase = decay.at(p.t)
     rest = p.z * np.exp(1j * (p.w * p.t - phase)) - np.exp(log_A)
     left = float(np.linalg.norm(rest))
     noise = left / math.sqrt(max(1, n - len(free)))
@@ -581,9 +575,7 @@ def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> P
         None where there is little more to learn.
     """
     decay = begun_at(found.decay, min(float(whole.t[0]), found.decay.start))
-    log_A, phase = (
-        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], whole.t, start=decay.start)
-    )
+    log_A, phase = decay.at(whole.t)
     model = np.exp(log_A + 1j * (phase - whole.w * whole.t))
     belongs = np.abs(whole.z - model) < _OUTLYING * whole.error
     belongs &= np.exp(log_A) > max(_FAINT * whole.error, resolution)
@@ -604,9 +596,7 @@ def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> P
 def _unexplained(p: Phasors, decay: Decay) -> float:
     """What a decay leaves of the motion, beyond the noise in every period."""
     decay = begun_at(decay, min(float(p.t[0]), decay.start))
-    log_A, phase = (
-        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], p.t, start=decay.start)
-    )
+    log_A, phase = decay.at(p.t)
     rest = np.abs(p.z - np.exp(log_A + 1j * (phase - p.w * p.t))) ** 2
     noise = 2.0 * p.error**2
     return math.sqrt(max(float((rest - noise).sum()), 0.0) / float((np.abs(p.z) ** 2).sum()))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.identification.damping_law import Decay, logs_and_phases
+from vinesexp.identification.damping_law import Decay
 from vinesexp.identification.least_squares import variance_along
 
 _LEAST = 0.05  # of the largest amplitude: below, noise decides
@@ -88,9 +88,7 @@ class RingDown:
 
     def amplitude_at(self, t: FloatArray) -> FloatArray:
         """Fitted amplitude at times t (s from the first sample), m."""
-        row = self.decay.vector()[np.newaxis]
-        later = np.maximum(t, self.decay.start)
-        log_A = logs_and_phases(row, later, start=self.decay.start)[0][0]
+        log_A = self.decay.at(np.maximum(t, self.decay.start))[0]
         # Less than a window before its first centre, the decay is continued at its first rate.
         early = np.minimum(t - self.decay.start, 0.0)
         return np.asarray(np.exp(log_A - self.decay.rate(math.exp(self.decay.log_A)) * early))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 
 from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError
@@ -15,6 +16,7 @@ from vinesexp.identification.least_squares import least_squares
 from vinesexp.identification.oscillation import POINTS, motion_role
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
+from vinesexp.signals.base_motion import ORDER
 from vinesexp.signals.means import channel_means, group_size
 
 _NEIGHBOURS = 4  # Fourier lines on each side that a ratio of spectra is smoothed over
@@ -121,7 +123,7 @@ def transmissibility(
     low, high = _BAND[0] * frequency, _BAND[1] * frequency
     if swept is not None:
         low, high = max(low, 0.97 * min(swept)), min(high, 1.03 * max(swept))
-    n = _smooth_length(x.size)
+    n = next(k for k in range(x.size, 0, -1) if next_fast_len(k, real=True) == k)
     f = np.asarray(np.fft.rfftfreq(n, step), dtype=np.float64)
     chosen = (f >= low) & (f <= high)
     if int(chosen.sum()) < _LINES:
@@ -146,19 +148,6 @@ def _to_displacement(ratio: FloatArray, power: int) -> ComplexArray:
     """What spectra are multiplied by: a velocity runs a quarter of a period ahead, too."""
     turn = -1j if power == 1 else 1.0 + 0.0j
     return np.asarray(turn * ratio ** -float(power), dtype=np.complex128)
-
-
-def _smooth_length(n: int) -> int:
-    """Largest 2^a 3^b 5^c not above n: what a Fourier transform is quick at."""
-    best = 1
-    five = 1
-    while five <= n:
-        three = five
-        while three <= n:
-            best = max(best, three << ((n // three).bit_length() - 1))
-            three *= 3
-        five *= 5
-    return best
 
 
 def _line_noise(
@@ -436,8 +425,7 @@ def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None
 
 def _powers(mass: str, base: str) -> tuple[int, int]:
     """Power of w/w0 by which the spectra of mass and base are divided to be displacements."""
-    order = {"displacement": 0, "velocity": 1, "acceleration": 2}
-    return (0, 0) if mass == base else (order[mass], order[base])
+    return (0, 0) if mass == base else (ORDER[mass], ORDER[base])
 
 
 def _resonance(
@@ -461,8 +449,7 @@ def _resonance(
     coherent = answer**2 > _COHERENT * power * own  # where the base excites nothing it is not
     if swept is None:  # nor does it below what it was swept over, where drift is coherent too
         coherent &= power > _MOVED**2 * power.max()
-    order = {"displacement": 0.0, "velocity": 1.0, "acceleration": 2.0}
-    bend = f[near] ** (order[view.quantity("base")] - order[view.quantity(role)])
+    bend = f[near] ** float(ORDER[view.quantity("base")] - ORDER[view.quantity(role)])
     ratio = np.where(coherent, bend * answer / np.maximum(power, 1e-300), 0.0)
     return float(f[near][int(np.argmax(ratio))])
 
