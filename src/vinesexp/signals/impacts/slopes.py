@@ -712,11 +712,4 @@ def unmoved(
         if (again == knocked).all():
             break
         knocked = again
-    out = knocked[event]
-    # no ball pushes both ways at one wall: of a knock over an impact the spike as large as it stays
-    mixed = ~knocked & (asked > _SURE) & (np.abs(net) < (1.0 - _AREA) * size)
-    for number in np.flatnonzero(mixed):
-        members = np.flatnonzero(event == number)
-        out[members] = True
-        out[members[np.argmin(np.abs(jumps[members] - seen.jump[number]))]] = False
-    return out
+    return np.asarray(knocked[event])
