@@ -72,6 +72,7 @@ def table_of(
         x_m=laser * x + _PLACE * rng.standard_normal(n),
         v_before_m_s=middle - 0.5 * both,
         v_error_m_s=_SPEED * ones,
+        v_shared_m_s=0.0 * ones,
         read_later_s=0.0 * ones,
         late_s=np.nan * ones,  # no displacement is made, of which bends could be read
         late_error_s=np.nan * ones,

@@ -222,7 +222,7 @@ def test_a_coupling_moves_no_bend_and_all_bends_may_be_off_alike():
     )
     late = {"late": 1.0, "own late: a": 1.0, "coupling": -1e-3}
     sums = [({}, 0.0)] * LOCALS.index("late") + [(late, 0.0)]
-    b = _Builder(None, NO_LAW, {})
+    b = _Builder(None, NO_LAW, {}, {})
     b.kinds["coupling"] = {"coupling": ""}
     b.collisions["a", 0], b.sums["a", 0], b.bends = pulse, tuple(sums), {"a": (2e-5, 5e-6)}
     _common_of_records(b)
@@ -236,7 +236,7 @@ def test_the_level_of_a_base_that_yields_is_the_mean_of_its_tests():
     """As if it carried no mass it was 1.25 times what drives the mass, on a table of 20 masses."""
     record = SimpleNamespace(id="a", setup="", base_amplitude=2.5e-4)
     campaign = SimpleNamespace(record=lambda id: record)
-    b = _Builder(campaign, NO_LAW, {"ring": 0.025 - 0.001j})
+    b = _Builder(campaign, NO_LAW, {"ring": 0.025 - 0.001j}, {})
     b.usual[2.5e-4] = -15.0 + 2.0j
     assert b.yields(record, -15.0 + 2.0j) == {"yields": 0.0, "yields ahead": 0.0}
     assert b.yields(record, -16.0 + 1.0j) == pytest.approx({"yields": -1.0, "yields ahead": 1.0})

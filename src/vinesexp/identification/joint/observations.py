@@ -173,6 +173,7 @@ class _Builder:
     campaign: Campaign
     law: Law
     follows: Mapping[str, complex]
+    shared: Mapping[str, float]
     priors: dict[str, Prior] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
@@ -232,7 +233,8 @@ class _Builder:
         """How many times less sure the motion beside an impact is than in a steady test."""
         if not self.has(record, "displacement"):
             return _INTEGRATED
-        return _RELEASED if record.test == "transient" else 1.0
+        usual = _RELEASED if record.test == "transient" else 1.0
+        return max(usual, self.shared.get(record.id, 0.0) / _OWN_R)
 
     def has(self, record: Record, role: str) -> bool:
         return role in self.campaign.setup_of(record).channels
@@ -316,7 +318,8 @@ def observe(
         for name in ("base_follows", "base_follows_ahead")
     }
     follows = {id: complex(*(one[id] for one in parts.values())) for id in parts["base_follows"]}
-    b = _Builder(campaign, law_asked(found, campaign), follows)
+    shared = {r.id: _shared(r, impacts[r.id]) for r in campaign.records if r.id in impacts}
+    b = _Builder(campaign, law_asked(found, campaign), follows, shared)
     _rig(b, found, driven)
     _decays(b, [e for e in found if e.method != "sweep"])
     _start_mass(b, found)
@@ -574,6 +577,18 @@ def _start_tests(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
     if abs(off) > math.exp(b.start["ln_zeta"]):
         b.start["ln_f0"] += off
         b.start["aboard"] = math.exp(b.start["ln_M"]) * math.expm1(2.0 * off)
+
+
+def _shared(record: Record, impacts: Impacts) -> float:
+    """What the speeds of the mass at all impacts of a wall may be off by, over that of the ball.
+
+    A motion that repeats meets the steps of a coarse converter at the same places.
+    """
+    off = impacts.v_shared_m_s[np.isfinite(impacts.v_shared_m_s)]
+    if off.size < _FEWEST or not record.clearance:
+        return 0.0
+    flight = float(np.median(np.diff(impacts.time_s)))
+    return float(np.median(off)) * flight / (2.0 * max(record.clearance))
 
 
 def _flights(b: _Builder, record: Record, impacts: Impacts, driven: DrivenMotion | None) -> None:

@@ -480,6 +480,50 @@ def starts_anew(view: RecordView, role: str) -> IntArray:
     return at if sure else at[:0]
 
 
+#: Levels of a displacement from which on its steps matter little, and share of changes that go back
+#: at once where noise of half a step or more moves it across them.
+_LEVELS, _BACK_AND_FORTH = 64, 0.3
+
+
+def staircase(view: RecordView, role: str) -> str:
+    """That a displacement is a staircase: few levels, and no noise across them; else empty.
+
+    Noise of half a step makes the mean over samples as fine as without steps.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from vinesexp.records.stored.store import RecordWriter, open_record
+    >>> t = np.arange(5000) / 500.0
+    >>> x = np.round(7.4 * np.cos(2.0 * np.pi * 1.3 * t)) * 1e-4
+    >>> path = Path(tempfile.mkdtemp()) / "record.nc"
+    >>> quantities = {"displacement": "displacement"}
+    >>> with RecordWriter(path, sample_rate=500.0, quantities=quantities) as writer:
+    ...     writer.append({"displacement": x})
+    >>> with open_record(path) as view:
+    ...     staircase(view, "displacement").partition(";")[0]
+    'displacement moves over 14 steps of 0.1 mm of the recorder without noise across them'
+    """
+    levels = _levels(view, role)
+    reach = levels.high - levels.low
+    if not 0.0 < levels.least < np.inf or reach > _LEVELS * levels.least:
+        return ""
+    back = moves = 0
+    for _, block in view.blocks(role, size=_BLOCK):
+        steps = np.diff(block)
+        steps = steps[steps != 0.0]
+        back += int(np.count_nonzero(steps[1:] * steps[:-1] < 0.0))
+        moves += steps.size
+    if back > _BACK_AND_FORTH * moves:
+        return ""
+    return (
+        f"{role} moves over {reach / levels.least:.0f} steps of {1e3 * levels.least:.3g} mm of the "
+        "recorder without noise across them; velocities beside an impact are less sure for it: "
+        "choose a smaller range"
+    )
+
+
 def look_over(
     view: RecordView,
     record: Record,
@@ -537,6 +581,8 @@ def _look_over_channel(
         missing += lost
     if reported := samples.overload(role):
         found.append(_judge(record, channel, "saturated", f"{role} {reported}"))
+    if role == "displacement" and record.clearance and (steps := staircase(view, role)):
+        found.append(Check(record.id, "steps", "warning", steps))
     # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
     still = frozen(view, role, period=period if role == "displacement" else None)
     stuck = [run for run in still if not within(run, empty)]

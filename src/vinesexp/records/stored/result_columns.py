@@ -29,7 +29,8 @@ IMPACTS = Table(
         confidence:.9g time_error_s:.9g velocity_jump_error_m_s:.9g jump_acceleration_m_s:.9g
         jump_acceleration_error_m_s:.9g jump_displacement_m_s:.9g
         jump_displacement_error_m_s:.9g x_m:.9g v_before_m_s:.9g v_error_m_s:.9g
-        read_later_s:.9g late_s:.9g late_error_s:.9g nes_confidence:.9g crowded:whole clipped:whole
+        v_shared_m_s:.9g read_later_s:.9g late_s:.9g late_error_s:.9g nes_confidence:.9g
+        crowded:whole clipped:whole
     """))  # fmt: skip
 
 IDENTIFIED = Table(

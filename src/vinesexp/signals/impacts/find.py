@@ -426,7 +426,7 @@ def _by_pulses(
 
 
 #: Of an accelerometer that shows the release and nothing else.
-_NONE = SlopeChanges(*[np.empty(0)] * 7)
+_NONE = SlopeChanges(*[np.empty(0)] * 8)
 
 #: s about the release in which a sensor and its filters ring, and how large this is at most over
 #: the step of the acceleration.
@@ -753,7 +753,7 @@ def _table(
 ) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
-    slopes = slopes or SlopeChanges(*[unknown] * 7)
+    slopes = slopes or SlopeChanges(*[unknown] * 8)
     jump, error = _jumps(found, slopes, sign)
     return Impacts(
         time_s=start + found.time,
@@ -771,6 +771,7 @@ def _table(
         x_m=slopes.x,
         v_before_m_s=slopes.v_before,
         v_error_m_s=slopes.v_error,
+        v_shared_m_s=slopes.v_shared,
         read_later_s=np.full(n, late),
         late_s=slopes.shift,
         late_error_s=slopes.shift_error,

@@ -31,6 +31,7 @@ class Impacts:
     jump_acceleration_m_s, jump_acceleration_error_m_s : area of the template.
     jump_displacement_m_s, jump_displacement_error_m_s : change of slope.
     x_m, v_before_m_s, v_error_m_s : displacement and velocity just before.
+    v_shared_m_s : what of the velocity may be off alike at all impacts of a wall.
     read_later_s : by which these are read after `time_s`, as the displacement is late.
     late_s, late_error_s : by which the displacement bends after that.
     nes_confidence : probability of `nes`.
@@ -52,6 +53,7 @@ class Impacts:
     x_m: FloatArray
     v_before_m_s: FloatArray
     v_error_m_s: FloatArray
+    v_shared_m_s: FloatArray
     read_later_s: FloatArray
     late_s: FloatArray
     late_error_s: FloatArray

@@ -108,10 +108,10 @@ class SlopeChanges:
     ----------
     jump, jump_error : arrays (k,)
         From the displacement alone, m/s.
-    x, v_before, v_error : arrays (k,)
+    x, v_before, v_error, v_shared : arrays (k,)
         m, m/s; with the weighted mean of both jumps where `slope_changes` was given errors,
-        else with the one above. The velocity
-        after is v_before plus that jump.
+        else with the one above. The velocity after is v_before plus that jump. `v_shared` is what
+        may be off alike at all impacts of a wall.
     shift, shift_error : arrays (k,)
         By which the bend of the displacement comes after the time given, s; near that time only.
     """
@@ -121,6 +121,7 @@ class SlopeChanges:
     x: FloatArray
     v_before: FloatArray
     v_error: FloatArray
+    v_shared: FloatArray
     shift: FloatArray
     shift_error: FloatArray
 
@@ -305,7 +306,7 @@ def slope_changes(
     k = times.size
     late = x.late if x.late > _PROMPT else 0.0
     response = JumpResponse(2.0 * math.pi * frequency, late=late)
-    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(7)))
+    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(8)))
     half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
@@ -512,9 +513,9 @@ def _solve(
     noise = math.sqrt(square / (bend.shape[1] - q.shape[1] - 1))
     error = noise / np.sqrt(norm)
     # An error that all jumps share does not average out: each is given its part of it.
-    shared = windows.response.common * np.abs(jump)
-    if jump_errors is not None:  # else whether it is an impact is asked of each alone
-        shared = np.hypot(shared, _repeated(rest, jump) / np.sqrt(norm))
+    # Else whether it is an impact is asked of each alone.
+    alike = np.zeros(jump.size) if jump_errors is None else _repeated(rest, jump)
+    shared = np.hypot(windows.response.common * np.abs(jump), alike / np.sqrt(norm))
     error = np.hypot(error, math.sqrt(jump.size) * shared)
     out.jump[group], out.jump_error[group] = jump, error
     slope = windows.response.since(np.maximum(windows.s, 0.0))[1]
@@ -536,23 +537,30 @@ def _solve(
     ):
         functional = np.linalg.solve(upper.T, (rows / blurred).T).T
         value[group] = (functional * amplitude).sum(axis=1) + others
-    leak = (functional * (bend @ q)).sum(axis=1) * best_error
-    out.v_error[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
+    per_jump = np.abs((functional * (bend @ q)).sum(axis=1))
+    by_sample = np.sqrt((functional**2).sum(axis=1))
+    in_jump = alike / np.sqrt(norm) * (best_error / error) ** 2
+    out.v_shared[group] = np.hypot(alike * by_sample, per_jump * in_jump)
+    out.v_error[group] = np.hypot(noise * by_sample, per_jump * best_error)
 
 
 def _repeated(rest: FloatArray, jump: FloatArray) -> FloatArray:
-    """What is left likewise in all windows of one wall, rms for each window.
+    """What is left likewise in all windows of one wall: the white noise that does as much.
 
     The staircase of a coarse converter, or a model that is not quite right. A motion that repeats
-    shows it at each of its impacts alike; noise is not left in their mean.
+    shows it at each of its impacts alike; noise is not left in their mean. Neighbouring samples lie
+    on one step and are off together.
     """
     out = np.zeros(jump.size)
     for wall in (jump > 0.0, jump <= 0.0):
         n = int(wall.sum())
-        if n > 1:
-            mean = (rest[wall].mean(axis=0) ** 2).mean()
+        if n > 1 and rest[wall].any():
+            mean = rest[wall].mean(axis=0)
             single = rest[wall].var(axis=0, ddof=1).mean()
-            out[wall] = math.sqrt(max(mean - single / n, 0.0))
+            beside = np.correlate(mean, mean, "full")[mean.size - 1 :]
+            together = beside[: int(np.argmax(beside <= 0.0))].sum()  # until neighbours are apart
+            alone = max(1.0 - single / n / (mean**2).mean(), 0.0)
+            out[wall] = math.sqrt(alone * (2.0 * together - beside[0]) / mean.size)
     return out
 
 
