@@ -299,7 +299,8 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
     found.require("inputs")  # what they say is never left out in silence
     names = ("identified", "regimes", "base", "inputs")
     tables = {name: found.rows(name) for name in names}
-    rows, cycles = replay_campaign(found.as_found, **tables, paths=paths)
+    joint = found.rig.joint
+    rows, cycles = replay_campaign(found.as_found, **tables, joint=joint, paths=paths)
     write_replay(paths.replay, paths.replay_cycles, rows, cycles)
     write_checks(paths.replay_checks, replay_checks(rows))
     return rows

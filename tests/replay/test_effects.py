@@ -14,8 +14,9 @@ from vinesexp.clearance.levels import LevelBase
 from vinesexp.clearance.predicted import RollsInPartError
 from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.identification.decay_table import decay_by
+from vinesexp.identification.joint.whole import RigPosterior, RigState
 from vinesexp.records.campaign.schema import Record
-from vinesexp.replay.campaign_replay import Model, identified_model, rig_of
+from vinesexp.replay.campaign_replay import Model, identified_model, model_of, rig_of
 from vinesexp.replay.motions import BaseSamples, drive_of, replays
 from vinesexp.replay.replay_table import measures_of
 from vinesexp.signals.means import cycle_amplitudes
@@ -56,6 +57,21 @@ def test_the_rig_of_a_test_has_the_effects_that_were_chosen(effects, ball):
     assert (found.friction, found.tilt) == (ball.friction, ball.tilt)
     (plain,) = rig_of(record(), model.plain).nes
     assert plain == NES(m=0.032, b=0.031, r=0.6)
+
+
+def test_each_test_is_replayed_with_the_rig_that_it_was_of():
+    """With the mean r of two balls neither's tests were said to be reproduced."""
+    names = ("M", "f0", "zeta", "r", "m")
+    mean, own = np.array([4.7, 7.86, 0.0065, 0.65, 0.03]), np.array([4.7, 7.86, 0.0065, 0.7, 0.04])
+    later = RigState("from b on", ("b",), RigPosterior(names, own, np.eye(5), {}))
+    joint = RigPosterior(names, mean, np.eye(5), {}, states=(later,))
+    model = identified_model(rows_of(VALUES | {"r": 0.65}, {"tilt": 0.2}), (0.03,))
+    of_b = model_of(replace(record(), id="b"), model, joint)
+    (ball,) = rig_of(record(), of_b).nes
+    assert (ball.r, ball.m, ball.tilt) == pytest.approx((0.7, 0.04, 0.2))
+    assert of_b.values["k1"] == pytest.approx(model.values["k1"])
+    assert model_of(replace(record(), id="a"), model, joint) is model
+    assert model_of(record(), model, None) is model
 
 
 def test_a_ball_that_nobody_weighed_is_replayed_as_the_records_show_it():

@@ -299,9 +299,7 @@ def in_state(rig: IdentifiedRig, state: str) -> IdentifiedRig:
     own = next((one.rig for one in whole.states if one.name == state), None) if whole else None
     if whole is None or own is None:
         return rig
-    over = dict(zip(whole.names, (own.values / whole.values).tolist(), strict=True))
-    f0, zeta, m = (over.get(name, 1.0) for name in ("f0", "zeta", "m"))
-    sizes = {"c1": f0 * zeta, "k1": f0**2, "m": m, "r": over.get("r", 1.0)}
+    sizes = over_whole(whole, own)
     values = {name: _times(one, sizes.get(name, 1.0)) for name, one in rig.values.items()}
     if rig.rolling and {"M", "m"} <= set(values):  # a share of the ball is on the mass
         heavier = values["m"].value - rig.values["m"].value
@@ -314,9 +312,16 @@ def in_state(rig: IdentifiedRig, state: str) -> IdentifiedRig:
         balls = tuple(_other_ball(ball, more, heavier) for ball in balls)
     return replace(
         rig, values=values, balls=balls, joint=own,
-        f0=None if rig.f0 is None else _times(rig.f0, f0),
-        zeta=None if rig.zeta is None else _times(rig.zeta, zeta),
+        f0=None if rig.f0 is None else _times(rig.f0, sizes["f0"]),
+        zeta=None if rig.zeta is None else _times(rig.zeta, sizes["zeta"]),
     )  # fmt: skip
+
+
+def over_whole(whole: RigPosterior, own: RigPosterior) -> dict[str, float]:
+    """Values of the rig of some tests over those of all: f0, zeta, c1, k1, m and r."""
+    over = dict(zip(whole.names, (own.values / whole.values).tolist(), strict=True))
+    f0, zeta, m, r = (over.get(name, 1.0) for name in ("f0", "zeta", "m", "r"))
+    return {"f0": f0, "zeta": zeta, "c1": f0 * zeta, "k1": f0**2, "m": m, "r": r}
 
 
 def _times(quantity: Quantity, size: float) -> Quantity:

@@ -6,12 +6,19 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_base
-from vinesexp.clearance.predicted import OF_BALL, RollsInPartError, ball_of, cubic_stiffness
+from vinesexp.clearance.predicted import (
+    OF_BALL,
+    RollsInPartError,
+    ball_of,
+    cubic_stiffness,
+    over_whole,
+)
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -44,6 +51,9 @@ from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.theory.regime_definitions import Regime
+
+if TYPE_CHECKING:
+    from vinesexp.identification.joint.whole import RigPosterior
 
 _MOST = 60_000_000  # samples of a record
 _LONGEST = 300.0  # s of a record that are replayed
@@ -124,6 +134,22 @@ def identified_model(identified: Rows, masses: tuple[float, ...]) -> Model:
     return Model(values, masses or weighed, effects)
 
 
+def model_of(record: Record, model: Model, joint: RigPosterior | None) -> Model:
+    """The rig of one test, where the joint model holds the tests to be of several (`RigState`)."""
+    states = joint.states if joint is not None else ()
+    own = next((one.rig for one in states if record.id in one.records), None)
+    if joint is None or own is None:
+        return model
+    by = over_whole(joint, own)
+    sizes = by | {"damping_linear": by["c1"], "f0_small": by["f0"], "r_effective": by["r"],
+                  "nes_mass_effective": by["m"]}  # fmt: skip
+    values, effects = (
+        {name: value * sizes.get(name, 1.0) for name, value in of.items()}
+        for of in (model.values, model.effects)
+    )
+    return Model(values, tuple(mass * by["m"] for mass in model.masses), effects)
+
+
 def rig_of(record: Record, model: Model) -> Rig:
     """The rig as it was in one test: its added mass, its balls and clearances.
 
@@ -196,7 +222,7 @@ class Recorded:
 
 def replay_campaign(
     campaign: Campaign, *, identified: Rows, regimes: Rows, base: Rows, inputs: Rows = (),
-    paths: ResultPaths,
+    joint: RigPosterior | None = None, paths: ResultPaths,
 ) -> tuple[list[Compared], list[dict[str, Value]]]:  # fmt: skip
     """Replay every record that can be.
 
@@ -205,6 +231,8 @@ def replay_campaign(
     campaign : Campaign
     identified, regimes, base, inputs : sequences of mappings
         Rows of identified.csv, regimes.csv, base.csv and inputs.csv.
+    joint : RigPosterior, optional
+        For the rig of each test, where they are of several.
     paths : ResultPaths
         Where the channels are, measured and bandpassed.
 
@@ -228,7 +256,8 @@ def replay_campaign(
             continue
         own = _base(record, bases, identified)
         try:
-            found, of_record = _beside(campaign, record, model, own, seen, by_id[record.id])
+            rig = model_of(record, model, joint)
+            found, of_record = _beside(campaign, record, rig, own, seen, by_id[record.id])
         except AnalysisError:
             continue
         rows += of_record
