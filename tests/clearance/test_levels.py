@@ -17,6 +17,7 @@ from vinesexp.clearance.levels import (
 from vinesexp.identification.joint.whole import RigPosterior, RigState
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance, Uncertainties
+from vinesexp.settings.stages import Settings, changed_by_text
 from vinesexp.units import Quantity
 
 
@@ -57,9 +58,11 @@ def test_tests_of_two_rigs_are_two_levels():
     assert len(both.tests) == 4
 
 
-def as_tested(**cells: object) -> Tested:
+def as_tested(settings: Settings = Settings(), **cells: object) -> Tested:  # noqa: B008
     """What a level makes of a row of regimes.csv."""
-    record = Record("a", Path("a"), "periodic", (0.033,), 0.25e-3, (7.862, 7.862))
+    record = Record(
+        "a", Path("a"), "periodic", (0.033,), 0.25e-3, (7.862, 7.862), settings=settings
+    )
     row = {"record": "a", "amplitude_mean_m": 0.019, "length_s": 10.0} | cells
     (level,) = periodic_levels(campaign_of((record,)), [row], [])
     return level.tests[0]
@@ -70,6 +73,13 @@ def campaign_of(records: tuple[Record, ...]) -> Campaign:
         folder=Path(), name="c", title="c", known=Known(), channels={}, time=None,
         sample_rate=None, bandpass=None, records=records,
     )  # fmt: skip
+
+
+def test_what_the_base_moved_before_the_record_counts_as_waited():
+    """A lab that waits a minute could not say so: its tests counted for no best clearance."""
+    assert as_tested(regime="strongly modulated").length == 10.0
+    waited = changed_by_text(Settings(), "regimes.waited = 60 s")
+    assert as_tested(waited, regime="strongly modulated").length == 70.0
 
 
 def row(record="a", **changed: float) -> dict[str, object]:

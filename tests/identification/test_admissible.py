@@ -189,3 +189,13 @@ def test_a_mass_that_rests_on_one_added_mass_is_said_to(loads):
     checks = combine(*ring_downs(loads, loads))[1]
     single = [c.outcome for c in checks if "rests on a single added mass" in c.detail]
     assert single == (["ok"] if len(loads) == 2 else [])
+
+
+def test_a_fit_that_comes_to_no_end_is_no_evidence():
+    """A mass weighed in the wrong unit beside one added mass ended in a traceback."""
+    found, where = ring_downs([0.0, 0.0, 0.36, 0.36], [0.0, 0.0, 0.39, 0.39], M=3.381)
+    known = replace(where.known, mass=Quantity(3.381e-3))
+    open_, said = of_mass(found, replace(where, known=known))
+    assert open_.keys() <= {"weighed", "added mass"}
+    assert any(text.startswith("M is not known") for text in said)
+    assert any(text.startswith("k1 and c1 are not known: they need M") for text in said)

@@ -118,8 +118,9 @@ def settling_checks(
     detail = (
         f"{level.name}: {names}: no permanent two impacts per cycle in records of "
         f"{shortest:.3g} s; the free amplitude of this mass falls to 1/e in {_decay_time(rig):.3g} "
-        "s: the tests may not have settled, and do not count for the best clearance; wait longer "
-        "before recording, or record longer"
+        "s: the tests may not have settled, and do not count for the best clearance; record "
+        "longer, or state in the column settings how long the base had moved before, such as "
+        "regimes.waited = 60 s"
     )
     return [Check("", "settling", "warning", detail)]
 

@@ -50,7 +50,8 @@ class Tested:
     """One tested clearance, m, with what is to be made small (m or s) and its regime.
 
     `value` is None where the release never fell to the level within its record; `swing` is that of
-    the phase of its impacts, unknown where they are few; `length` is that of the record, s.
+    the phase of its impacts, unknown where they are few; `length` is that of the record with what
+    the base moved before it, s.
     `waited` is the time from a start at rest, in the record itself, to the first cycle that counts,
     s; infinite where the record begins in motion.
     """
@@ -187,7 +188,7 @@ def _of_one_rig(
                 _regime(row),
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
-                row.get("length_s") or math.inf,
+                record.settings.regimes.waited + (row.get("length_s") or math.inf),
                 row.get("waited_s") or math.inf,
             )
             groups.setdefault(record.base_amplitude, []).append((record, tested))

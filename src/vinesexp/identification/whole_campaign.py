@@ -1026,6 +1026,8 @@ def _absent(
         )
     if answer is not None and campaign is not None and _ways(answer, campaign):
         reasons["M"] = _open_mass(answer)
+    # by one way a value may seem known that all together leave open
+    rows = [e for e in rows if e.method == COMBINED] if answer is not None else rows
     present = {"r" if e.parameter.startswith("r_") else e.parameter for e in rows}
     checks = [
         Check("", "identification", "warning", f"{name} is not known: {reason}")

@@ -277,6 +277,10 @@ class RegimeSettings:
         0.2, "first share of a periodic record that is left out as its start",
         measured="docs/signals.md", low=0.0, high=0.95, of="record",
     )
+    waited: float = number(
+        0.0, "time for which the base moved before the record began, which the record cannot show",
+        measured="tests/clearance/test_levels.py", low=0.0, high=1e6, of="time",
+    )
     first_cycles: int = number(
         12, "first cycles of a release, which give its first regime",
         measured="docs/signals.md", low=2, high=10000, of="cycles",

@@ -590,7 +590,7 @@ def test_what_is_near_the_best_fit_is_fitted_before_what_is_near_others(monkeypa
 
     def fit_of(observed, data, chosen):
         fitted.append(" ".join(sorted(one.key for one in chosen)))
-        return SimpleNamespace(log_likelihood=likely.get(fitted[-1], 0.0))
+        return SimpleNamespace(log_likelihood=likely.get(fitted[-1], 0.0), settled=True)
 
     for name, stub in {
         "proposed": near, "_fitted": fit_of, "believing": lambda _, chosen: chosen,

@@ -194,3 +194,15 @@ def test_a_fit_leaves_a_narrow_valley_that_bends_and_comes_back_to_it():
     wide = Beliefs({"a": Prior(0.0, 1e3), "b": Prior(0.0, 1e3)})
     found = fit([block], ("a", "b"), wide, np.array([-1.2, 1.44]))
     assert found.at == pytest.approx([1.0, 1.0], abs=1e-4)
+    assert found.settled
+
+
+def test_a_fit_says_that_it_came_to_no_end():
+    """As if the evidence held where an expansion leads to, a set of causes of 1e13 was the best."""
+
+    def look(p):
+        """It promises more in ten steps and keeps the opposite."""
+        return np.array([[1.0]]), np.array([10.0]), -float(p[0])
+
+    block = Block("", "promise", (({"a": 1.0}, 0.0),), look)
+    assert not fit([block], ("a",), Beliefs({"a": Prior(0.0, 1e3)}), np.array([200.0])).settled

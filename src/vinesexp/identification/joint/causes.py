@@ -692,6 +692,8 @@ def _averaged(
     here = base.log_evidence + data.log_likelihood
     for rival, other, odds in rivals:
         near = fitted(other)
+        if not near.settled:
+            continue
         odds += evidence_of(near, other) + near.log_likelihood - here
         every.append((whole * math.exp(min(_COUNTS * odds, 5.0)), near, other, rival))
     whole = sum(one[0] for one in every)

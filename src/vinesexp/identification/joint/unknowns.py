@@ -29,6 +29,7 @@ Local = tuple[FloatArray, FloatArray, float]
 IMAGINARY = 1e-30
 _STEPS = 40
 _CLOSE = 1e-2  # last step over a posterior standard deviation: each is a tenth of the one before
+_NEAR = 1.0  # the same of a fit that rounding ends
 _HALVED = 12  # times that a step is halved
 _KEPT = 4  # expansions that a block keeps
 _LARGEST = 3.0  # largest step of a logarithm or a ratio in one iteration
@@ -107,6 +108,7 @@ class Quadratic:
     gradient, information : arrays (n,), (n, n)
         Their sums.
     log_likelihood : at that point.
+    settled : whether a fit ended there because it is where the log-likelihood is largest.
     """
 
     names: tuple[str, ...]
@@ -115,6 +117,7 @@ class Quadratic:
     gradient: FloatArray
     information: FloatArray
     log_likelihood: float = 0.0
+    settled: bool = True
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -377,6 +380,8 @@ def fit(
 ) -> Quadratic:
     """Most probable unknowns by Gauss and Newton, and the log-likelihood expanded there.
 
+    Where it comes to no end, it says so: `Quadratic.settled`.
+
     Parameters
     ----------
     blocks : sequence of Block
@@ -401,6 +406,7 @@ def fit(
     parts, data, here = at(parts)
     for _ in range(_STEPS):
         step, errors = _step(data, beliefs, parts, whole)
+        left = float(np.abs(step / errors).max())
         tried = at(parts + step)
         enough = here - 1e-6 * abs(here)
         # out of a narrow valley that bends: more steps from there lead back into it
@@ -415,11 +421,12 @@ def fit(
             step = 0.5 * step
             tried = at(parts + step)
         else:
-            return data
-        parts, data, here = tried
-        if float(np.abs(step / errors).max()) < _CLOSE:
             break
-    return data
+        parts, data, here = tried
+        left = float(np.abs(step / errors).max())
+        if left < _CLOSE:
+            break
+    return replace(data, settled=left < _NEAR)
 
 
 def _step(

@@ -365,6 +365,8 @@ def _search(
         evidence += sum(cause.log_odds for cause in chosen)
         if not all_possible(posterior_of(data, own), chosen, observed):
             evidence -= _IMPOSSIBLE
+        if not data.settled:  # what an expansion says that is far from where it holds
+            evidence = -math.inf
         fits[key] = evidence, chosen, data
         more = proposed(data, observed, causes, chosen)
         queue.append((evidence, more, data))
