@@ -124,7 +124,7 @@ def record_steps(campaign: Campaign, paths: ResultPaths, *, reuse: bool) -> dict
 
 def campaign_steps(campaign: Campaign, paths: ResultPaths, *, replay: bool) -> dict[str, float]:
     """The steps on all records together; processor seconds of each."""
-    steps = ["collect_regimes", "identify", "compare_clearances"]
+    steps = ["identify", "collect_regimes", "compare_clearances"]
     if replay:
         steps.append("replay_records")
     else:
