@@ -15,7 +15,7 @@ from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.identification.oscillation import motion_role, motion_samples
 from vinesexp.identification.phasors import Phasors, decay_window
 from vinesexp.identification.ringdown import ring_down
-from vinesexp.identification.ringdown_result import RingDown
+from vinesexp.identification.ringdown_result import Oscillation, RingDown
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import resolution_of
@@ -41,13 +41,9 @@ _SURE = 3.0  # standard errors
 
 
 @dataclass(frozen=True)
-class Mode:
-    """f0 (Hz) and zeta of a mode with their errors, and its amplitude at the start of the decay."""
+class Mode(Oscillation):
+    """A mode with its amplitude at the start of the decay."""
 
-    f0: float
-    f0_error: float
-    zeta: float
-    zeta_error: float
     amplitude: float
 
 
@@ -215,12 +211,8 @@ def followed(best: RingDown, view: RecordView, role: str) -> tuple[complex, floa
     """
     if "base" not in view.roles or view.quantity("base") != "displacement":
         return 0j, 0.0
-    k = group_size(view.sample_rate, best.f0, points=_POINTS)
-    begin, end = (max(round(t * view.sample_rate / k), 0) for t in best.window)
-    known = ~(missing_means(view, role, k) | missing_means(view, "base", k))
-    low, high = longest_run(known[begin:end])
-    x, e = (channel_means(view, one, k)[begin:end][low:high] for one in (role, "base"))
-    f = np.fft.rfftfreq(max(x.size, 2), k / view.sample_rate)
+    step, (x, e) = _decaying_part(view, best, role, "base")
+    f = np.fft.rfftfreq(max(x.size, 2), step)
     near = (f > _NEAR[0] * best.f0) & (f < _NEAR[1] * best.f0)
     if near.sum() < _FEWEST:
         return 0j, 0.0
@@ -239,6 +231,16 @@ def followed(best: RingDown, view: RecordView, role: str) -> tuple[complex, floa
             "is not fixed, or a sensitivity is wrong; check the channels in campaign.yaml"
         )
     return rho, error
+
+
+def _decaying_part(view: RecordView, best: RingDown, *roles: str) -> tuple[float, list[FloatArray]]:
+    """s between means, and the means of channels in the longest part of a decay that they show."""
+    k = group_size(view.sample_rate, best.f0, points=_POINTS)
+    begin, end = (max(round(t * view.sample_rate / k), 0) for t in best.window)
+    lost = np.any([missing_means(view, role, k)[begin:end] for role in roles], axis=0)
+    low, high = longest_run(~lost)
+    means = [channel_means(view, role, k)[begin + low : begin + high] for role in roles]
+    return k / view.sample_rate, means
 
 
 def _exponent(best: RingDown) -> complex:
@@ -275,12 +277,7 @@ def _scaled(e: Estimate, factor: float) -> Estimate:
 
 def _others(view: RecordView, role: str, best: RingDown) -> list[Mode]:
     """Further modes, up to many times the frequency of the one that counts."""
-    k = group_size(view.sample_rate, best.f0, points=_POINTS)
-    means = channel_means(view, role, k)
-    step = k / view.sample_rate
-    begin, end = (round(t / step) for t in best.window)
-    begin, end = longest_run(~missing_means(view, role, k)[max(begin, 0) : end])
-    x = means[max(round(best.window[0] / step), 0) :][begin:end]
+    step, (x,) = _decaying_part(view, best, role)
     found = other_modes(x, step, frequency=best.f0, zeta=best.zeta)
     if view.quantity(role) == "acceleration":  # the amplitudes of the decay are displacements
         return [

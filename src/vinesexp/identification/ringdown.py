@@ -523,7 +523,7 @@ def ring_down(
     if best.fallen < _STEADY:
         raise AnalysisError(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
-            f"{100 * abs(best.fallen):.2g} % in {best.end - best.start:.3g} s only: the mass is "
+            f"{100 * abs(best.fallen):.2g} % in {np.ptp(best.window):.3g} s only: the mass is "
             "driven, this is no free decay"
         )
     if (left := min(best.residual, _unexplained(phasors, best.decay))) > _DRIVEN:
@@ -541,7 +541,7 @@ def ring_down(
         raise AnalysisError(
             f"no free decay found: zeta = {best.zeta:.2g} +- {COVERAGE_95 * best.zeta_error:.1g}, "
             f"f0 = {best.f0:.4g} +- {COVERAGE_95 * best.f0_error:.1g} Hz over "
-            f"{best.end - best.start:.3g} s, of which the best fit of a decay leaves "
+            f"{np.ptp(best.window):.3g} s, of which the best fit of a decay leaves "
             f"{100 * best.residual:.2g} %; expected a standard error of zeta of a third of zeta at "
             "most: record more of the decay, and only the decay"
         )

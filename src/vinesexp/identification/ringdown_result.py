@@ -17,7 +17,7 @@ _LEAST = 0.05  # of the largest amplitude: below, noise decides
 
 @dataclass(frozen=True)
 class Oscillation:
-    """f0 (Hz) and zeta of a decay at one amplitude, with their standard errors."""
+    """f0 (Hz) and zeta, with their standard errors."""
 
     f0: float
     f0_error: float
@@ -66,19 +66,9 @@ class RingDown:
     note: str = ""
 
     @property
-    def start(self) -> float:
-        """Beginning of what was fitted, s from the first sample."""
-        return self.window[0]
-
-    @property
-    def end(self) -> float:
-        """End of what was fitted, s from the first sample."""
-        return self.window[1]
-
-    @property
     def amplitude(self) -> float:
-        """Amplitude at `start`, m."""
-        return float(self.amplitude_at(np.array([self.start]))[0])
+        """Amplitude where the window begins, m."""
+        return float(self.amplitude_at(np.array(self.window))[0])
 
     @property
     def fallen(self) -> float:

@@ -14,6 +14,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.least_squares import least_squares
 from vinesexp.identification.oscillation import POINTS, motion_role
+from vinesexp.identification.ringdown_result import Oscillation
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER
@@ -256,19 +257,9 @@ def _misfit(p: FloatArray, lines: _Lines, transient: ComplexArray) -> tuple[Floa
     return out(error), np.stack(columns, axis=1)
 
 
-@dataclass(frozen=True)
-class HalfPower:
-    """f0 (Hz) and zeta with their standard errors."""
-
-    f0: float
-    f0_error: float
-    zeta: float
-    zeta_error: float
-
-
 def half_power(
     base: FloatArray, x: FloatArray, step: float, *, swept: tuple[float, float]
-) -> HalfPower:
+) -> Oscillation:
     """Read peak and half-power width off the ratio of two spectra.
 
     Parameters
@@ -280,7 +271,7 @@ def half_power(
 
     Returns
     -------
-    HalfPower
+    Oscillation
         The errors hold half a Fourier line besides the scatter of the curve that is read.
 
     Raises
@@ -322,12 +313,12 @@ def half_power(
         )
     part = slice(left, right + 1)
     u = (f[part] - f[top]) / (f[right] - f[left])
-    basis = np.stack([np.ones(u.size), u, u * u], axis=1)
-    c, covariance = _fitted(basis, level[part])
-    found = _read(c, covariance, f0=float(f[top]), width=float(f[right] - f[left]))
+    c, covariance = np.polyfit(u, level[part], 2, cov=True)
+    # Tapered lines are not independent: half as many count.
+    found = _read(c, 2.0 * covariance, f0=float(f[top]), width=float(f[right] - f[left]))
     # The taper smears each line over its neighbours; peak and f0 differ in the second order.
     smeared = _SMEARED * float(f[1] - f[0])
-    return HalfPower(
+    return Oscillation(
         found.f0, math.hypot(found.f0_error, smeared, found.zeta**2 * found.f0),
         found.zeta, math.hypot(found.zeta_error, smeared / found.f0),
     )  # fmt: skip
@@ -345,30 +336,22 @@ def _crossing(level: FloatArray, top: int, way: int) -> int:
     return i
 
 
-def _fitted(basis: FloatArray, level: FloatArray) -> tuple[FloatArray, FloatArray]:
-    inverse = np.linalg.inv(basis.T @ basis)
-    c = inverse @ (basis.T @ level)
-    rest = level - basis @ c
-    # Tapered lines are not independent: half as many count.
-    return c, inverse * float(rest @ rest) / max(1, level.size - 3) * 2.0
-
-
-def _read(c: FloatArray, covariance: FloatArray, *, f0: float, width: float) -> HalfPower:
+def _read(c: FloatArray, covariance: FloatArray, *, f0: float, width: float) -> Oscillation:
     """Vertex and half-width at twice the lowest level, in lines of width `width` around f0."""
 
     def values(c: FloatArray) -> FloatArray:
-        middle = -0.5 * c[1] / c[2]
-        lowest = max(c[0] + 0.5 * c[1] * middle, 1e-300)
+        middle = -0.5 * c[1] / c[0]
+        lowest = max(c[2] + 0.5 * c[1] * middle, 1e-300)
         peak = f0 + middle * width
-        return np.array([peak, 0.5 * 2.0 * math.sqrt(lowest / c[2]) * width / peak])
+        return np.array([peak, math.sqrt(lowest / c[0]) * width / peak])
 
-    if c[2] <= 0.0 or c[0] - 0.25 * c[1] ** 2 / c[2] <= 0.0:
+    if c[0] <= 0.0 or c[2] - 0.25 * c[1] ** 2 / c[0] <= 0.0:
         raise AnalysisError("no resonance peak in the sweep")
     found = values(c)
     steps = 1e-6 * np.abs(c).max() * np.eye(3)
     slopes = np.stack([(values(c + s) - found) / s.max() for s in steps], axis=1)
     spread = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
-    return HalfPower(float(found[0]), float(spread[0]), float(found[1]), float(spread[1]))
+    return Oscillation(float(found[0]), float(spread[0]), float(found[1]), float(spread[1]))
 
 
 def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None) -> list[Estimate]:
