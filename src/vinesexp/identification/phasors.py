@@ -26,6 +26,8 @@ _MOST_OUTLIERS = 6  # times that the recursion is fitted
 _FEWEST = 3  # periods that a decay has to show
 #: Of a period that a constant, a slope and a sine are fitted to.
 SAMPLES = 6
+_BESIDE = 8  # windows beside a gap that show how the phase turns
+_FOLLOWED = 2.5  # rad over a gap: less than half a turn is no other number of turns
 _ABOVE_NOISE = 3.0  # standard errors of a complex amplitude
 _REST = 1e-9  # of the largest amplitude
 _ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
@@ -358,16 +360,46 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
 
 
 def one_decay(p: Phasors) -> Phasors:
-    """Of phasors with gaps the part with most motion: across a gap turns are not counted.
+    """The phasors on both sides of gaps as one decay where the phase can be followed across.
+
+    The phase turns over a gap by as much as the frequencies beside it say. Where these leave open
+    how often it went round, the part of the record with most motion counts alone.
 
     Examples
     --------
     >>> t = np.concatenate([np.arange(40.0), np.arange(50.0, 90.0)]) + 0.5
     >>> p = Phasors(t, np.exp((0.05j - 0.01) * t), 1e-4, 1e-4, 2.0 * np.pi, 1.0)
-    >>> one_decay(p).t.size
-    40
+    >>> one_decay(p).t.size, one_decay(replace(p, z=p.z * np.exp(0.4j * t))).t.size
+    (80, 40)
     """
-    begins = np.append(0, np.flatnonzero(np.diff(p.t) > 1.5 * p.span) + 1)
-    most = int(np.argmax(np.add.reduceat(np.abs(p.z) ** 2, begins)))
-    own = slice(*np.append(begins, p.t.size)[most : most + 2].tolist())
-    return replace(p, t=p.t[own], z=p.z[own])
+    breaks = np.flatnonzero(np.diff(p.t) > 1.5 * p.span) + 1
+    if not breaks.size:
+        return p
+    edges = [0, *breaks.tolist(), p.t.size]
+    slopes = [_turning(p, a, b) for a, b in pairwise(edges)]
+    parts = [[0, edges[1]]]
+    for k, b in enumerate(edges[2:]):
+        at = edges[k + 1]
+        gap = float(p.t[at] - p.t[at - 1])
+        (_, before, error), (after, _, other) = slopes[k], slopes[k + 1]
+        turn = 0.5 * (before + after) * gap
+        unsure = (math.hypot(error, other) + 0.25 * abs(after - before)) * gap
+        if abs(turn) + unsure < _FOLLOWED:
+            parts[-1][1] = b
+        else:
+            parts.append([at, b])
+    a, b = max(parts, key=lambda part: float((np.abs(p.z[part[0] : part[1]]) ** 2).sum()))
+    return replace(p, t=p.t[a:b], z=p.z[a:b])
+
+
+def _turning(p: Phasors, begin: int, end: int) -> tuple[float, float, float]:
+    """How fast the phase turns at both ends of a stretch, rad/s, and the error of either."""
+    ends = []
+    for own in (slice(begin, min(begin + _BESIDE, end)), slice(max(end - _BESIDE, begin), end)):
+        t, z = p.t[own], p.z[own]
+        if t.size < _FEWEST:
+            return 0.0, 0.0, math.inf
+        sure = np.abs(z) / max(p.error, 1e-12 * float(np.abs(z).max()))
+        ends.append(np.polyfit(t - t.mean(), np.unwrap(np.angle(z)), 1, w=sure)[0])
+        lever = math.sqrt(float((sure**2 * (t - t.mean()) ** 2).sum()))
+    return float(ends[0]), float(ends[1]), _ABOVE_NOISE / lever
