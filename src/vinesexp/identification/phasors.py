@@ -24,6 +24,8 @@ _SEEN = 5  # samples of a window at least
 _NEAR = 2.5  # rad between the neighbours of a sample: beyond, they do not tell where it should be
 _MOST_OUTLIERS = 6  # times that the recursion is fitted
 _FEWEST = 3  # periods that a decay has to show
+_MOVING = 8  # windows that show how a frequency moves
+_MOVES = 0.01  # of a frequency: it changes over the decay
 #: Of a period that a constant, a slope and a sine are fitted to.
 SAMPLES = 6
 _BESIDE = 8  # windows beside a gap that show how the phase turns
@@ -183,8 +185,9 @@ def windows(t: FloatArray, frequency: float) -> tuple[int, float, int]:
 
 
 def demodulate(
-    x: FloatArray, t: FloatArray | float, frequency: float, *, rate: float = 0.0
-) -> Phasors:
+    x: FloatArray, t: FloatArray | float, frequency: float, *, rate: float = 0.0,
+    local: FloatArray | None = None,
+) -> Phasors:  # fmt: skip
     """Fit constant, slope and a damped sine to consecutive windows of one period.
 
     Samples that stand out (a sensor that lost its target for a moment) are left out, and windows
@@ -200,6 +203,9 @@ def demodulate(
         About that of the oscillation, Hz.
     rate : float
         Decay within a window, 1/s, as far as it is known.
+    local : array (windows,), optional
+        Angular frequency in every window, rad/s, where it moves; z still turns relative to
+        `frequency`.
 
     Raises
     ------
@@ -221,7 +227,7 @@ def demodulate(
     x, times, window = (one[window < count] for one in (x, times, window))
     centre = np.asarray(times[0] + (np.arange(count) + 0.5) * span - 0.5 * step, dtype=np.float64)
     s = times - centre[window]
-    turn = w * s
+    turn = (w if local is None else local[window]) * s
     fall = np.exp(-rate * s)
     basis = np.stack(
         [np.ones_like(s), s / (0.5 * span), fall * np.cos(turn), -fall * np.sin(turn)], axis=1
@@ -270,6 +276,26 @@ def _fitted(
     rms = np.sort(np.sqrt(sums(rest**2) / np.maximum(n - columns, 1))[n > columns])
     fitted[:, 0] += middle
     return fitted, inverse, float(rms[: max(1, rms.size // 2)].mean()) if rms.size else 0.0
+
+
+def local_frequencies(p: Phasors, start: float, count: int) -> FloatArray | None:
+    """Angular frequency in each of the `count` windows from `start` on, where it moves.
+
+    From the phase of the windows that hold the decay, over amplitude (a straight line and a
+    square); None where it moves by less than a hundredth.
+    """
+    if p.t.size < _MOVING:
+        return None
+    size = np.abs(p.z)
+    w = p.w + np.diff(np.unwrap(np.angle(p.z))) / np.diff(p.t)
+    middle = np.sqrt(size[1:] * size[:-1])
+    law = np.polyfit(middle / size.max(), w, 2, w=middle)
+    found = np.polyval(law, size / size.max())
+    if np.ptp(found) < _MOVES * p.w:
+        return None
+    inside = np.clip(np.round((p.t - start) / p.span - 0.5).astype(np.int64), 0, count - 1)
+    low, high = 0.5 * p.w, 2.0 * p.w
+    return np.clip(np.interp(np.arange(count), inside, found), low, high)
 
 
 def standing_out(x: FloatArray, turn: FloatArray | float) -> BoolArray:

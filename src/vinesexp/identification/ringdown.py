@@ -35,9 +35,11 @@ from vinesexp.identification.phasors import (
     Phasors,
     decay_window,
     demodulate,
+    local_frequencies,
     one_decay,
     standing_out,
     times_of,
+    windows,
 )
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 from vinesexp.signals.clipping import resolution_of
@@ -496,6 +498,10 @@ def ring_down(
     if abs(better / frequency - 1.0) < 0.2:  # once more with the frequency and decay found
         whole = demodulate(x, t, better, rate=rate)
         phasors = kept(whole, resolution)
+        local = local_frequencies(phasors, float(t[0]), windows(t, better)[2])
+        if local is not None:
+            whole = demodulate(x, t, better, rate=rate, local=local)
+            phasors = kept(whole, resolution)
     decrement = log_decrement(phasors)
     best = _settled(x, t, phasors, envelope(phasors, decrement.decay), decrement)
     if best.fallen < _STEADY:
