@@ -223,6 +223,28 @@ def test_a_second_recorder_is_brought_onto_the_clock_of_the_others(tmp_path, rat
     assert abs(late - early) < 1e-4
 
 
+@pytest.mark.parametrize("count", [20, 55])
+@pytest.mark.parametrize("test", ["periodic", "ringdown"])
+def test_without_a_base_the_longer_part_is_used(tmp_path, count, test):
+    given = {"displacement": channels(0.036)["displacement"]}
+    if test == "ringdown":
+        t = np.arange(round(SECONDS * RATE)) / RATE
+        noise = 5e-6 * np.random.default_rng(1).standard_normal(t.size)
+        x = 0.01 * np.exp(-0.3 * t) * np.cos(2 * np.pi * F * t)
+        given = {"displacement": x + noise}
+    assert mended(tmp_path, given, test=test)[0] == []
+    said, found = mended(tmp_path, {r: without(x, count) for r, x in given.items()}, test=test)
+    assert len(said) == 1
+    assert "the displacement jumps" in said[0]
+    assert found["displacement"].size == pytest.approx(0.63 * given["displacement"].size, rel=0.01)
+
+
+def test_a_laser_that_is_pushed_loses_no_samples(tmp_path):
+    x = channels(0.036)["displacement"]
+    moved = x + np.where(np.arange(x.size) > 20000, 2e-3, 0.0)
+    assert mended(tmp_path, {"displacement": moved})[0] == []
+
+
 @pytest.mark.parametrize(
     "damage",
     [

@@ -1,5 +1,6 @@
 """Steps of a phase or a lag: found where they are, and not in the scatter of a short record."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -128,6 +129,28 @@ def test_a_shaker_that_starts_slowly_has_lost_no_samples(tmp_path, slow):
     assert fault(tmp_path / "b.nc", base[begin:]) is None
 
 
+@pytest.mark.parametrize("at", [1 << 20, (1 << 20) - 3, 1_500_000])
+def test_a_long_displacement_is_looked_through_by_blocks(tmp_path, at):
+    """A jump is found at the seam of two blocks too, in the memory of a block."""
+    n, rate, f = 2_500_000, 1e4, 7.862
+    t = np.arange(n + 400) / rate
+    x = 3e-3 * np.sin(2.0 * np.pi * f * t)
+    x[at:-400] = x[at + 400 :]
+    with RecordWriter(
+        tmp_path / "r.nc", sample_rate=rate, quantities={"displacement": "displacement"}
+    ) as made:
+        made.append({"displacement": x[:n]})
+    with open_record(tmp_path / "r.nc") as view:
+        record = Record("r", tmp_path, "ringdown")
+        tracemalloc.start()
+        found = fault_of(view, record, f)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert found is not None
+    assert "the displacement jumps" in found.checks[0].detail
+    assert peak < 8.0 * 12 * (1 << 20)
+
+
 @pytest.mark.parametrize("later", [0.0, 1.0])
 @pytest.mark.parametrize("depth", [0.0, 0.4])
 def test_two_clocks_are_no_two_starts(tmp_path, later, depth):
@@ -195,6 +218,23 @@ def test_the_phase_of_a_base_that_beats_is_no_step_where_it_hardly_moves(tmp_pat
     t, rng = np.arange(28_000) / RATE - 0.2, np.random.default_rng(1)
     second = 0.5 * np.sin(2.0 * np.pi * (F + 0.07) * t + rng.uniform(0.0, 6.28))
     assert fault(tmp_path / "a.nc", 1e-4 * (np.sin(2.0 * np.pi * F * t) + second)) is None
+
+
+@pytest.mark.parametrize("wrong", [3, 8])
+def test_some_wrong_samples_are_no_lost_ones(tmp_path, wrong):
+    """They part the parabolas before and after them as a jump does, but not those of many."""
+    t = np.arange(12_000) / 2000.0
+    x = 5e-3 * np.exp(-0.1 * t) * np.sin(2.0 * np.pi * F * t)
+    path = tmp_path / "a.nc"
+    faults = []
+    for change in (0, wrong):
+        x = x + 2e-6 * np.random.default_rng(2).standard_normal(t.size)
+        x[8_600 : 8_600 + change] += 1e-3
+        with RecordWriter(path, sample_rate=2e3, quantities={"displacement": "displacement"}) as to:
+            to.append({"displacement": x})
+        with open_record(path) as view:
+            faults.append(fault_of(view, Record("a", path, "ringdown"), F))
+    assert faults == [None, None]
 
 
 def lags(path, late, n=14_000):

@@ -28,7 +28,7 @@ from vinesexp.signals.base_motion import sine_windows, sines_of_windows
 from vinesexp.signals.channel_agreement import lines_between, second_derivative_beside
 from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.free_from import free_sample
-from vinesexp.signals.means import coarse_channels
+from vinesexp.signals.means import coarse_channels, fill_gaps
 
 #: Tests whose motion shows the clock of a recorder.
 MENDED = ("periodic", "ringdown", "transient")
@@ -52,6 +52,9 @@ _SAME_MOTION = 1e-5  # of the correlation: a cycle that differs by less is the s
 _TOGETHER = 0.04  # periods: less may be a lag, or a filter
 _STARTED = "start of recorders"  # check
 _LONG = 0.5  # periods: a motion is not known across a longer gap
+_JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
+_MOST_SAMPLES = 60_000_000  # of a record
+_BLOCK = 1 << 20  # samples read at once
 
 
 @dataclass(frozen=True)
@@ -335,7 +338,7 @@ def fault_of(
     driven = record.test == "periodic" and "base" in view.roles
     looked_for = (
         _long_gaps, *[_start_of_recorders] * (not together),
-        *(_driven_part, _lost_by_all) * driven, _between_channels,
+        *(_driven_part, _lost_by_all) * driven, _between_channels, _jump,
     )  # fmt: skip
     found = (look(view, record, frequency) for look in looked_for)
     return next((one for one in found if one is not None), None)
@@ -574,6 +577,64 @@ def _lost_by_all(view: RecordView, record: Record, frequency: float) -> Correcti
         return None
     seen = f"the phase of the drive steps by {abs(law.step):.3g} rad"
     return _lost_at(view, record, law.at * rate, 1.5 * found[0].every * rate, seen)
+
+
+def _jump(view: RecordView, record: Record, frequency: float) -> Correction | None:
+    """Where a displacement jumps and goes on about the same middle: nothing that moves does.
+
+    The parabolas through a few samples before and after each sample part there by several times
+    more than anywhere else, and by as much where they are drawn through three times as many: an
+    impact bends the motion, and a wrong sample is alone. A sensor that was moved has another
+    middle afterwards.
+    """
+    if "displacement" not in view.roles:
+        return None
+    n, period = min(view.n, _MOST_SAMPLES), round(view.sample_rate / frequency)
+    if n < 8 * period or period < 12 * _JUMP:
+        return None
+
+    def read(begin: int, end: int) -> FloatArray:
+        return fill_gaps(view.read("displacement", max(begin, 0), min(end, n)))
+
+    def parting(begin: int, end: int, m: int) -> FloatArray:
+        first = begin - max(begin - 2 * period, 0)
+        return _parting(read(begin - 2 * period, end + 2 * period), m)[first:][: end - begin]
+
+    blocks = [(begin, min(begin + _BLOCK, n)) for begin in range(0, n, _BLOCK)]
+    place, size = 0, 0.0
+    for begin, end in blocks:
+        near = parting(begin, end, _JUMP)
+        top = int(np.argmax(np.abs(near)))
+        if abs(near[top]) > abs(size):
+            place, size = begin + top, float(near[top])
+    far = float(parting(place, place + 1, 3 * _JUMP)[0])
+    if abs(far - size) > 0.3 * abs(size) or min(place, n - place) < 2 * period:
+        return None
+    sides = (place - 2 * period, place), (place, place + 2 * period)
+    middle = [float(read(*own).mean()) for own in sides]
+    if abs(middle[1] - middle[0]) > 0.5 * abs(size):
+        return None
+    for begin, end in blocks:
+        elsewhere = np.abs(np.arange(begin, end) - place) > 2 * _JUMP
+        largest = np.abs(parting(begin, end, _JUMP)[elsewhere]).max(initial=0.0)
+        if abs(size) < _STANDS_OUT * largest:
+            return None
+    seen = "the displacement jumps and continues around the same mean"
+    return _lost_at(view, record, place, 0.0, seen)
+
+
+def _parting(x: FloatArray, m: int) -> FloatArray:
+    """Parabola through the m samples from each on, at it, less that through the m before it."""
+
+    def weights(ahead: int) -> FloatArray:
+        s = np.arange(ahead, m + ahead) / m
+        return np.asarray(np.linalg.pinv(np.stack([np.ones(m), s, s * s], axis=1))[0])
+
+    after = np.convolve(x, weights(0)[::-1], mode="valid")[m:]
+    before = np.convolve(x, weights(1), mode="valid")[: after.size]
+    out = np.zeros(x.size)
+    out[m : m + after.size] = after - before
+    return out
 
 
 def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
