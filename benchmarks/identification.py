@@ -25,7 +25,6 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
-from vinesexp.errors import AnalysisError
 from vinesexp.figures.style import COLOURS, label, new_figure, save
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decrement import log_decrement
@@ -33,8 +32,7 @@ from vinesexp.identification.flights import flights_of, mass_ratio
 from vinesexp.identification.oscillation import POINTS
 from vinesexp.identification.phasors import demodulate
 from vinesexp.identification.ringdown import envelope, kept, likelihood, ring_down
-from vinesexp.identification.ringdown_result import Oscillation
-from vinesexp.identification.sweep_record import transmissibility
+from vinesexp.identification.sweep_record import half_power, transmissibility
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.stored.store import RecordWriter
@@ -250,102 +248,6 @@ def sweeps(seeds: range) -> list[Row]:
             ):
                 rows += summary("sweep", method, name, seconds, np.array(found), bounds, cost)
     return rows
-
-
-# f0 and zeta from the width of a resonance: the cheapest method on a sweep.
-#
-# Where the transmissibility has its peak, and where it has fallen to 1/sqrt(2) of it. For a base
-# that moves, peak and width of a lightly damped oscillator are f0 and 2 zeta f0 to first order in
-# zeta.
-_SMEARED = 0.5  # of a line: error of peak and width, however quiet the record
-_LINES_A_WIDTH = 6.0  # Fourier lines that the half-power width has to hold
-
-
-def half_power(
-    base: FloatArray, x: FloatArray, step: float, *, swept: tuple[float, float]
-) -> Oscillation:
-    """Read peak and half-power width off the ratio of two spectra.
-
-    Parameters
-    ----------
-    base, x : arrays (n,)
-        m, `step` s apart.
-    swept : (low, high)
-        Frequencies that the base went through, Hz.
-
-    Returns
-    -------
-    Oscillation
-        The errors hold half a Fourier line besides the scatter of the curve that is read.
-
-    Raises
-    ------
-    AnalysisError
-        The curve does not fall to 1/sqrt(2) on both sides, or too few Fourier lines are in between.
-
-    """
-    low, high = min(swept), max(swept)
-    taper = np.hanning(x.size)
-    f = np.fft.rfftfreq(x.size, step)
-    chosen = (f > low) & (f < high)
-    X = np.fft.rfft((x - x.mean()) * taper)[chosen]
-    B = np.fft.rfft((base - base.mean()) * taper)[chosen]
-    f = f[chosen]
-    if f.size < 3 * _LINES_A_WIDTH:
-        raise AnalysisError(
-            f"{f.size} Fourier lines from {low:.4g} to {high:.4g} Hz; record a longer sweep"
-        )
-    gain = np.abs(X) / np.maximum(np.abs(B), 1e-6 * np.abs(B).max())
-    # Near a peak 1/gain^2 is a parabola of the frequency: fitted, not read, it averages the noise.
-    level = 1.0 / gain**2
-    top = int(np.argmax(gain))
-    left, right = _crossing(level, top, -1), _crossing(level, top, 1)
-    if right - left < _LINES_A_WIDTH:
-        raise AnalysisError(
-            f"the resonance is {right - left} Fourier lines wide, expected {_LINES_A_WIDTH:g} or "
-            "more; record a longer sweep"
-        )
-    part = slice(left, right + 1)
-    u = (f[part] - f[top]) / (f[right] - f[left])
-    c, covariance = np.polyfit(u, level[part], 2, cov=True)
-    # Tapered lines are not independent: half as many count.
-    found = _read(c, 2.0 * covariance, f0=float(f[top]), width=float(f[right] - f[left]))
-    # The taper smears each line over its neighbours; peak and f0 differ in the second order.
-    smeared = _SMEARED * float(f[1] - f[0])
-    return Oscillation(
-        found.f0, math.hypot(found.f0_error, smeared, found.zeta**2 * found.f0),
-        found.zeta, math.hypot(found.zeta_error, smeared / found.f0),
-    )  # fmt: skip
-
-
-def _crossing(level: FloatArray, top: int, way: int) -> int:
-    """Index where the level has doubled, on one side of the peak."""
-    i = top
-    while 0 < i < level.size - 1 and level[i] < 2.0 * level[top]:
-        i += way
-    if level[i] < 2.0 * level[top]:
-        raise AnalysisError(
-            "the sweep ends before the resonance has fallen to half of its power; sweep wider"
-        )
-    return i
-
-
-def _read(c: FloatArray, covariance: FloatArray, *, f0: float, width: float) -> Oscillation:
-    """Vertex and half-width at twice the lowest level, in lines of width `width` around f0."""
-
-    def values(c: FloatArray) -> FloatArray:
-        middle = -0.5 * c[1] / c[0]
-        lowest = max(c[2] + 0.5 * c[1] * middle, 1e-300)
-        peak = f0 + middle * width
-        return np.array([peak, math.sqrt(lowest / c[0]) * width / peak])
-
-    if c[0] <= 0.0 or c[2] - 0.25 * c[1] ** 2 / c[0] <= 0.0:
-        raise AnalysisError("no resonance peak in the sweep")
-    found = values(c)
-    steps = 1e-6 * np.abs(c).max() * np.eye(3)
-    slopes = np.stack([(values(c + s) - found) / s.max() for s in steps], axis=1)
-    spread = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
-    return Oscillation(float(found[0]), float(spread[0]), float(found[1]), float(spread[1]))
 
 
 #: Drop test: true impact times of a ball with r = 0.6, and the contact pulse's standard error.

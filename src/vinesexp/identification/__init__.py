@@ -7,7 +7,7 @@ __all__, __getattr__, __dir__ = lazy(
     {
         "estimate": ["Estimate"],
         "ringdown": ["fit_ringdown"],
-        "sweep_record": ["transmissibility"],
+        "sweep_record": ["transmissibility", "half_power"],
         "bounces": ["restitution_of_bounces"],
         "whole_campaign": ["identify_campaign"],
     },

@@ -36,7 +36,7 @@ W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 @lru_cache
 def bounces(
     pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0, touch=0.0,
-    roll=0.0, rub=0.0, swing=A, hertz=1.5, below=False, worn=0.0, duller=0.0, oil=0.0,
+    roll=0.0, rub=0.0, swing=A, hertz=1.5, below=False, worn=0.0, duller=0.0, oil=0.0, turns=0.0,
 ):  # fmt: skip
     """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2).
 
@@ -50,7 +50,8 @@ def bounces(
 
     Its restitution scatters from impact to impact by the share `scatter`, to below alone if it is
     said so, and falls by the share `worn` in the course of them; of a share `edge` of them, which
-    hit an edge, it is half as large. It goes with a `power` of the relative speed, and is R at
+    hit an edge, it is half as large. It differs by the share `turns` around a ball that turns by a
+    fifth of a turn an impact. It goes with a `power` of the relative speed, and is R at
     0.8 m/s; at a `soft` wall with a damper (s/m) it falls from one at no speed. There a contact of
     0.8 m/s lasts for `touch` (s), of a spring whose force goes with the power `hertz`.
     """
@@ -84,6 +85,7 @@ def bounces(
         off = rng.standard_normal()
         r = R * (1.0 + scatter * (off if not below else -abs(off)))
         r *= 1.0 - worn * len(rows) / count
+        r *= 1.0 + turns * np.cos(1.3 * len(rows))
         r *= 0.5 if edge and rng.random() < edge else 1.0
         r *= (abs(u - v) / 0.8) ** power
         r = 1.0 / (1.0 + soft * abs(u - v)) if soft else r
@@ -521,6 +523,20 @@ def test_impacts_are_not_grouped_by_what_their_own_restitution_did():
     rest = grouped.means[0] @ c.rest(p[:, np.newaxis])[0]
     z = rest[used] / grouped.sigma[0][used]
     assert used.sum() >= 6
+    assert np.sqrt(np.mean(z**2)) < 1.6
+
+
+@pytest.mark.parametrize("turns", [0.0, 0.01])
+def test_impacts_of_a_ball_that_turns_are_not_grouped_by_their_flights(turns):
+    """Its r at an impact goes with that at the ones before, and so with how long it flew."""
+    c = collisions(0.0, count=300, beat=0.3, scatter=2e-3, turns=turns)
+    p = np.zeros(len(LOCALS))
+    p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = R, B, -30.0
+    grouped = with_errors(c, p, time_error=1e-6)
+    used = np.isfinite(grouped.sigma[0])
+    assert (used.sum() > 4) == (not turns)  # else two walls in two halves
+    rest = grouped.means[0] @ c.rest(p[:, np.newaxis])[0]
+    z = rest[used] / grouped.sigma[0][used]
     assert np.sqrt(np.mean(z**2)) < 1.6
 
 

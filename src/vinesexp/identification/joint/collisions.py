@@ -531,7 +531,7 @@ def with_errors(
         all of them.
     """
     rest = np.where(c.known, c.rest(p[:, np.newaxis]), np.nan)
-    groups = _alike(c, time_error)
+    groups = _alike(c, time_error, by_durations=not _echoes(c, rest[0]))
     count = int(groups.max()) + 1
     if plain is not None and _pairs(groups[c.known[0]]).sum() < _FEWEST:
         rest[0] = np.where(c.known[0], c.rest(plain[:, np.newaxis])[0], np.nan)
@@ -647,7 +647,29 @@ def bounced(c: Collisions, p: FloatArray) -> tuple[FloatArray, FloatArray]:
     return middle, np.array([median_of(np.abs(r - m)) for r, m in zip(single, middle, strict=True)])
 
 
-def _alike(c: Collisions, time_error: float) -> IntArray:
+_ECHO, _LAGS = 5.0, (2, 3, 4)  # standard errors; impacts apart, that share no flight
+
+
+def _echoes(c: Collisions, rest: FloatArray) -> bool:
+    """Whether what r is at an impact goes with what it was some impacts before.
+
+    A ball that turns by a part of a turn an impact, and is not the same all round. How long a
+    flight lasts then says what r will be.
+    """
+    known = np.isfinite(rest)
+    if known.sum() < _FEWEST:
+        return False
+    speed = c.flights.v_before - c.flights.u_before
+    laws = np.stack([np.ones(rest.size), c.flights.side, speed, np.abs(speed)])  # another mean r
+    z = np.where(known, rest, 0.0)
+    z -= known * (np.linalg.lstsq(laws[:, known].T, z[known], rcond=None)[0] @ laws)
+    wide = 1.4826 * median_of(np.abs(z[known]))
+    z = np.clip(z, -3.0 * wide, 3.0 * wide)
+    least = _ECHO * float(z @ z) / math.sqrt(known.sum())
+    return any(abs(float(z[:-lag] @ z[lag:])) > least > 0.0 for lag in _LAGS)
+
+
+def _alike(c: Collisions, time_error: float, *, by_durations: bool) -> IntArray:
     """Number of the group of each collision: one wall, flights of like duration.
 
     Durations part collisions only where they differ by much more than their errors. How long the
@@ -661,7 +683,8 @@ def _alike(c: Collisions, time_error: float) -> IntArray:
     expected = np.empty(count)
     for k in range(_FOLDS):
         expected[fold == k] = _expected(c, fold == k)
-    for durations, among in ((c.flights.time_before, np.zeros(count)), (expected, fold)):
+    parted = ((c.flights.time_before, np.zeros(count)), (expected, fold))
+    for durations, among in parted if by_durations else ():
         low, high = np.percentile(durations, [5.0, 95.0])
         parts = int(np.clip((high - low) / (_APART * max(time_error, 1e-9)), 1, _PARTS))
         label = label * _PARTS
