@@ -106,7 +106,12 @@ def test_a_plan_counts_the_tests_that_the_report_counts(campaign, capsys):
     assert dict(plan.tested) == {0.030: 6e-3}
     assert (plan.left_out, plan.width_now) == (2, None)
     levels = [(level, results.rig_at(level)) for level in results.periodic]
-    _, checks, _ = compare(results.as_found, results.rig, levels, results.releases)
+    _, checks, _ = compare(
+        results.as_found,
+        results.rig,
+        levels,
+        [(one, results.rig_at(one)) for one in results.releases],
+    )
     said = "1 clearance tried, expected 3 or more to have one between two (not of 2 that had not"
     assert any(said in check.detail for check in checks)
     assert main(["plan", str(campaign), "--results", str(campaign / "out")]) == 0

@@ -128,7 +128,9 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
     _replay(campaign, results, {str(r["record"]): r for r in regimes})
     all_of = CampaignResults(results, campaign)
     levels = [(level, all_of.rig_at(level)) for level in all_of.periodic]
-    rows, found, _ = compare(campaign, all_of.rig, levels, all_of.releases)
+    rows, found, _ = compare(
+        campaign, all_of.rig, levels, [(one, all_of.rig_at(one)) for one in all_of.releases]
+    )
     write_rows(results / "clearances.csv", CLEARANCES, rows)
     write_checks(results / "checks.csv", [*checks, *found])
 
