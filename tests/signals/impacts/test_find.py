@@ -1,6 +1,7 @@
 """Impact tables against the truth of simulated records."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,8 @@ from vinesexp.signals.impacts.detection import detection_at
 from vinesexp.signals.impacts.find import (
     _beside,
     _let_go,
+    _seen,
+    _slopes,
     impacts_of_record,
     struck,
 )
@@ -399,3 +402,22 @@ def test_only_spikes_at_the_release_and_no_larger_than_its_step_are_the_release(
     found = detection_at(0.2 + np.array([1e-3, 5e-3, 6e-3, 2e-2]), peak=peak)
     assert _let_go(found, x, free=0.2, frequency=f).tolist() == [True, True, False, False]
     assert not _let_go(found, x, free=0.0, frequency=f).any()
+
+
+def two_jumps(first, second, *, apart):
+    """A displacement with two jumps of velocity, `apart` periods from one another; their times."""
+    f, w = 8.0, 16.0 * np.pi
+    t, at = np.arange(2000) / 1600.0, np.array([0.6, 0.6 + apart / f])
+    motion = 5e-3 * np.cos(w * t)
+    for when, jump in zip(at, (first, second), strict=True):
+        motion = motion + jump * np.sin(w * np.maximum(t - when, 0.0)) / w
+    return Coarse(motion, 1.0 / 1600.0, 0.0), at
+
+
+def test_a_spike_that_may_be_a_knock_says_nothing_of_the_impact_beside_it():
+    """Its area, taken off the displacement, would be missing in the jump of the impact."""
+    x, at = two_jumps(0.03, 0.0, apart=0.2)
+    found = detection_at(at, jump=np.array([0.03, -0.02]), jump_error=np.full(2, 1e-4))
+    fit = partial(_slopes, x=x, sign=1.0, lag=0.0, frequency=8.0)
+    assert abs(fit(found).jump[0] - 0.03) > 1e-3
+    assert _seen(found, fit, np.array([False, True])).jump[0] == pytest.approx(0.03, rel=0.01)

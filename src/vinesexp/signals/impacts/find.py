@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from itertools import combinations, product
 from pathlib import Path
@@ -479,7 +479,7 @@ def _of_the_ball(
     doubt = np.zeros(found.time.size, dtype=bool)
     if doubtful is not None:
         found, doubt = found.beside(doubtful)
-    slopes, others = fit(found), [np.empty(0)]
+    slopes, others = _seen(found, fit, doubt), [np.empty(0)]
     while slopes is not None and found.time.size:
         kept = ~doubt
         if len(clearance) == 1:
@@ -493,8 +493,21 @@ def _of_the_ball(
             break
         others.append(found.time[~kept])
         found, doubt = found.keep(kept), doubt[kept]
+        slopes = _seen(found, fit, doubt)
+    if doubt.any():  # as impacts they are found
         slopes = fit(found)
     return found, slopes, np.sort(np.concatenate(others))
+
+
+def _seen(found: Detection, fit: _Fit, doubt: BoolArray) -> SlopeChanges | None:
+    """Slopes at all impacts; at sure ones as if no other were there: it may be a knock."""
+    slopes = fit(found)
+    sure = fit(found.keep(~doubt)) if doubt.any() else None
+    if slopes is None or sure is None:
+        return slopes
+    for field in fields(slopes):
+        getattr(slopes, field.name)[~doubt] = getattr(sure, field.name)
+    return slopes
 
 
 def _where_it_bends(
