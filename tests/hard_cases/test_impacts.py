@@ -16,11 +16,11 @@ from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.detection import detect_by_template
+from vinesexp.signals.impacts.detection import Detection, detect_by_template
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.matching import State, less, seen_lags, settle
-from vinesexp.signals.impacts.slopes import slope_changes
+from vinesexp.signals.impacts.slopes import Coarse, joined, slope_changes
 from vinesexp.signals.impacts.template import Shape, template_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -265,3 +265,15 @@ def test_times_between_two_samples_are_as_unsure_as_they_are() -> None:
     off = found.time - times[np.abs(found.time[:, np.newaxis] - times).argmin(axis=1)]
     off -= np.median(off)
     assert off.std() < 3.0 * np.median(found.time_error)
+
+
+def test_two_balls_that_take_turns_are_no_single_contact() -> None:
+    """Of 180 impacts one was left, and the motion was chaos."""
+    times = np.sort(np.concatenate([np.arange(40) * 0.1 + 0.02, np.arange(40) * 0.1 + 0.04]))
+    size = np.where(np.arange(80) % 2, 0.0227, 0.003)
+    jump = size * np.where(np.arange(80) // 2 % 2, 1.0, -1.0)
+    flags = np.zeros(80, dtype=bool)
+    one = np.full(80, 1e-4)
+    found = Detection(times, one, jump, one, one, one, one, flags, flags)
+    x = Coarse(9.7e-3 * np.sin(2.0 * np.pi * 4.978 * np.arange(4100) * 1e-3), 1e-3, 0.0)
+    assert joined(found, x, frequency=4.978, clearance=0.0544).time.size == 80

@@ -414,6 +414,14 @@ def two_jumps(first, second, *, apart):
     return Coarse(motion, 1.0 / 1600.0, 0.0), at
 
 
+def test_a_contact_in_parts_is_taken_from_its_neighbours_as_the_displacement_shows_it():
+    """What its parts add up to is not known; as nothing it made its neighbour a fifth too small."""
+    x, at = two_jumps(0.03, -0.02, apart=0.2)
+    found = detection_at(at, jump=np.array([np.nan, -0.02]), jump_error=np.array([np.nan, 1e-4]))
+    slopes = _slopes(found, x=x, sign=1.0, lag=0.0, frequency=8.0)
+    assert slopes.jump == pytest.approx([0.03, -0.02], rel=0.02)
+
+
 def test_a_spike_that_may_be_a_knock_says_nothing_of_the_impact_beside_it():
     """Its area, taken off the displacement, would be missing in the jump of the impact."""
     x, at = two_jumps(0.03, 0.0, apart=0.2)

@@ -38,6 +38,7 @@ from vinesexp.signals.impacts.slopes import (
     Coarse,
     SlopeChanges,
     coarse_displacement,
+    joined,
     slope_changes,
     unmoved,
     weighted,
@@ -407,6 +408,8 @@ def _by_pulses(
     if len(clearance) == 1:
         knocked = unmoved(found, x, frequency=motion, sign=sign, lag=lag)
     doubtful, found = found.keep(knocked), found.keep(~knocked)
+    if len(clearance) == 1:
+        found = joined(found, x, frequency=motion, clearance=clearance[0])
     fit = partial(_slopes, x=x, sign=sign, lag=lag, frequency=motion)
     found, slopes, others = _of_the_ball(found, fit, clearance, sign=sign, doubtful=doubtful)
     if others.size:
@@ -462,10 +465,14 @@ def _slopes(
     found: Detection, *, x: Coarse, sign: float, lag: float, frequency: float
 ) -> SlopeChanges:  # fmt: skip
     """What the displacement shows at the impacts that the pulses show."""
-    return slope_changes(
-        x, found.time + lag, found.jump / sign, frequency=frequency,
-        jump_errors=found.jump_error / abs(sign),
-    )  # fmt: skip
+    jumps, parts = found.jump / sign, np.isnan(found.jump)
+    errors = np.where(parts, np.inf, found.jump_error / abs(sign))
+    for _ in range(3 if parts.any() else 1):  # of those that only the displacement shows
+        slopes = slope_changes(
+            x, found.time + lag, np.nan_to_num(jumps), frequency=frequency, jump_errors=errors,
+        )  # fmt: skip
+        jumps = np.where(parts, slopes.jump, jumps)
+    return slopes
 
 
 def _of_the_ball(
@@ -690,6 +697,7 @@ _UNRESOLVED = (
     "than they are, or it is loose, or contacts that last overlap"
 )
 _CALIBRATED = 1.2  # a sensitivity may be off by as much
+_CUT_UP = 0.05  # of the contacts of either wall, that are in parts
 _SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
 _FEWEST, _SHOWN_JUMP = 10, 5.0  # jumps; standard errors of one that the displacement shows
 
@@ -698,13 +706,22 @@ def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
     """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth.
 
     Off by as much, all alike, they may be a local mode's, which the displacement shows wrong, too.
-    Only jumps that it surely shows count.
+    Only jumps that it surely shows count. Contacts in parts (NaN) are a soft wall where they are at
+    one wall, else pulses that scatter.
     """
-    known = np.abs(slopes.jump) > _SHOWN_JUMP * slopes.jump_error
-    if known.sum() < _FEWEST:
+    jumps = slopes.jump
+    known, parts = np.abs(jumps) > _SHOWN_JUMP * slopes.jump_error, np.isnan(pulses)
+    walls = [parts[known & (side * jumps > 0.0)] for side in (1.0, -1.0)]
+    cut = min(float(own.mean()) if own.size else 0.0 for own in walls)
+    both = known & (~parts | (cut > _CUT_UP))
+    if both.sum() < _FEWEST:
         return False
-    ratio = pulses[known] / slopes.jump[known]
-    return bool(np.median(np.abs(ratio / np.median(ratio) - 1.0)) > _SCATTERS)
+    if parts[both].all():
+        return True
+    ratio = pulses[both] / jumps[both]
+    middle = float(np.nanmedian(ratio))
+    scatter = np.where(parts[both], np.inf, np.abs(ratio / middle - 1.0))
+    return bool(np.median(scatter) > _SCATTERS)
 
 
 def _by_displacement(

@@ -39,6 +39,7 @@ _AREA = 0.15  # share by which the area of a pulse may be off
 _STILL, _SURE = 9.0, 25.0  # chi^2 of no jump; difference in chi^2: five standard deviations
 _MOST = 64  # impacts in a window: what is more crowded shows no single one of them
 _TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the displacement
+_SOONER, _LEAST_R = 0.25, 0.3  # of the time in which a ball of so small an r comes back to a wall
 
 
 @dataclass(frozen=True)
@@ -625,6 +626,64 @@ def events_of(times: FloatArray, *, frequency: float) -> IntArray:
     """
     apart = np.diff(times, prepend=times[:1]) > _TOGETHER / frequency
     return np.asarray(np.cumsum(apart), dtype=np.int64)
+
+
+def joined(found: Detection, x: Coarse, *, frequency: float, clearance: float) -> Detection:
+    """Contacts of a single ball that are parts of one longer contact, as one.
+
+    A ball that left a wall comes back to it after 2 r v/a, a being the largest acceleration of the
+    mass, and reaches the other one later still. What follows much sooner is the same contact, of a
+    wall that is softer than the one whose contacts the template was learnt from. Its area is not
+    known: the template is no measure of it.
+
+    Parameters
+    ----------
+    found : Detection
+        In order of time.
+    x : Coarse
+        Displacement, m.
+    frequency : float
+        Of the oscillation, Hz.
+    clearance : float
+        m.
+
+    Returns
+    -------
+    Detection
+        The jump of one that has parts is NaN, and so is its error.
+    """
+    n = found.time.size
+    if n < 2:
+        return found
+    size = np.abs(found.jump)
+    event = events_of(found.time, frequency=frequency)
+    usual = float(np.median(np.bincount(event, size)))
+    largest = (2.0 * math.pi * frequency) ** 2 * 0.5 * float(np.ptp(x.values))
+    # Two impacts a cycle: four clearances, and the mass comes towards the ball.
+    speed = 5.0 * clearance * frequency * np.maximum(size[1:], size[:-1]) / max(usual, 1e-300)
+    apart = np.diff(found.time) > _SOONER * 2.0 * _LEAST_R * speed / max(largest, 1e-300)
+    apart |= np.diff(event) > 0  # a contact of a twelfth of a period is none
+    begins = np.flatnonzero(np.append(True, apart))
+    if begins.size == n:
+        return found
+    whole = np.diff(begins, append=n) == 1
+    total = np.maximum(np.add.reduceat(size, begins), 1e-300)
+
+    def largest_of(values: FloatArray) -> FloatArray:
+        return np.asarray(np.maximum.reduceat(values, begins))
+
+    return replace(
+        found,
+        time=np.add.reduceat(size * found.time, begins) / total,
+        time_error=np.add.reduceat(size * found.time_error, begins) / total,
+        jump=np.where(whole, found.jump[begins], np.nan),
+        jump_error=np.where(whole, found.jump_error[begins], np.nan),
+        peak=largest_of(found.peak),
+        strength=largest_of(found.strength),
+        confidence=largest_of(found.confidence),
+        crowded=~whole | found.crowded[begins],
+        clipped=np.logical_or.reduceat(found.clipped, begins),
+    )
 
 
 def unmoved(
