@@ -29,6 +29,7 @@ from vinesexp.identification.damping_law import (
 )
 from vinesexp.identification.decrement import log_decrement, straight_line, telling_amplitude
 from vinesexp.identification.estimate import is_known
+from vinesexp.identification.least_squares import Solution
 from vinesexp.identification.oscillation import POINTS, fewer
 from vinesexp.identification.persistence import CHANCE, OF_PHASE, counts, grown, lasting
 from vinesexp.identification.phasors import (
@@ -68,6 +69,7 @@ _LOOK = 1 << 16  # samples that show the converter's step
 # law.
 _LAW = 3e-4  # relative
 _EVIDENCE = 10.0  # units of BIC that a richer form has to gain: strong evidence
+_TURNED = 9e-4  # of the power: a law that leaves more may have lost the phase
 _Misfit = Callable[[FloatArray], FloatArray]
 #: Evidence, decay, free parameters.
 _Tried = tuple[float, Decay, tuple[str, ...]]
@@ -325,6 +327,14 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
     coarse = np.hypot(p.error, _LAW * np.abs(p.z))
     # Which law is settled; its values come from the amplitudes as sure as they are.
     fine = np.full(p.t.size, max(p.error, 1e-9 * float(np.abs(p.z).max())))
+    size = np.log(np.abs(p.z))
+    turned = np.unwrap(np.angle(p.z)) + p.w * p.t  # followed from each period to the next
+
+    def followed(rows: FloatArray) -> FloatArray:
+        """Along and across every phasor: a phase that is turns away still leads back to it."""
+        log_A, phase = logs_and_phases(rows, p.t, start=start.start)
+        weight = np.abs(p.z) / coarse
+        return np.concatenate([(log_A - size) * weight, (phase - turned) * weight], axis=1)
 
     def straight(error: FloatArray) -> _Misfit:
         def misfit(rows: FloatArray) -> FloatArray:
@@ -353,9 +363,21 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
         """Of parameters: as in BIC; of viscous damping, taken for granted, as in AIC."""
         return sum(2.0 if name == "alpha" else math.log(n) for name in free)
 
-    _, decay, free = _selected(partial(tried, straight(coarse)), least=cost((*_ALWAYS, "alpha")))
-    vector, _ = fitted_decay(decay.vector(), free, straight(fine), span=float(np.ptp(p.t)))
-    decay = decay_of(vector, decay.form, start.start)
+    def settled(misfit: _Misfit) -> tuple[Decay, tuple[str, ...], Solution]:
+        _, decay, free = _selected(partial(tried, misfit), least=cost((*_ALWAYS, "alpha")))
+        vector, found = fitted_decay(
+            decay.vector(), free, straight(fine), span=float(p.t[-1] - p.t[0])
+        )
+        return decay_of(vector, decay.form, start.start), free, found
+
+    found = None
+    with suppress(AnalysisError):
+        decay, free, found = settled(straight(coarse))
+    if found is None or found.chi2 * fine[0] ** 2 > _TURNED * float((np.abs(p.z) ** 2).sum()):
+        # The phase may have turned away from every start: followed, it leads back.
+        other = settled(followed)
+        if found is None or other[2].chi2 < found.chi2:
+            decay, free, found = other
     log_A, phase = decay.at(p.t)
     rest = p.z * np.exp(1j * (p.w * p.t - phase)) - np.exp(log_A)
     left = float(np.linalg.norm(rest))
