@@ -329,18 +329,45 @@ def continued_sine(
 def _pole(x: FloatArray, step: float, near: float, span: float) -> complex:
     """Decay and angular frequency of the sine in x: linear prediction, kept near `near`."""
     centre = x - x.mean()
-    # x[i+l] = c x[i] - g x[i-l] + d, l about a quarter period: a long baseline beats the noise.
+    # x[i-l] + x[i+l] = c x[i] + d, l about a quarter period: a long baseline beats the noise.
     lag = max(1, round(0.25 * 2.0 * math.pi / (near * step)))
     if centre.size < 2 * lag + 6:
         return complex(0.0, near)
-    basis = np.stack([centre[lag:-lag], -centre[: -2 * lag], np.ones(centre.size - 2 * lag)], 1)
-    c, g, _ = np.linalg.lstsq(basis, centre[2 * lag :], rcond=None)[0]
-    grows = math.sqrt(max(g, 1e-12))
-    omega = math.acos(min(max(0.5 * c / grows, -1.0), 1.0)) / (lag * step)
+    middle = centre[lag:-lag]
+    basis = np.stack([middle, np.ones(middle.size)], axis=1)
+    c = np.linalg.lstsq(basis, centre[: -2 * lag] + centre[2 * lag :], rcond=None)[0][0]
+    omega = math.acos(min(max(0.5 * c, -1.0), 1.0)) / (lag * step)
     if not 0.6 * near < omega < 1.7 * near:
         omega = near
+    half = centre.size // 2
+    first, second = np.std(centre[:half]), np.std(centre[half:])
+    rate = 0.0
+    if first > 0.0 and second > 0.0:
+        rate = math.log(second / first) / (half * step)
     limit = math.log(_GROWTH) / max(span, step)
-    return complex(min(max(math.log(grows) / (lag * step), -limit), limit), omega)
+    return _refined(x, step, complex(min(max(rate, -limit), limit), omega), limit)
+
+
+def _refined(x: FloatArray, step: float, s: complex, limit: float) -> complex:
+    """A few steps of least squares on the pole, amplitudes and constant projected out."""
+    t = step * (np.arange(x.size) - x.size + 0.5)
+    start = s
+    for _ in range(4):
+        wave = np.exp(s * t)
+        basis = np.stack([np.ones(t.size), wave.real, wave.imag], axis=1)
+        q = np.linalg.qr(basis)[0]
+        c = np.linalg.lstsq(basis, x, rcond=None)[0]
+        rest = x - basis @ c
+        change = t * np.stack(
+            [c[1] * wave.real + c[2] * wave.imag, c[2] * wave.real - c[1] * wave.imag]
+        )
+        columns = (change - (change @ q) @ q.T).T
+        d = np.linalg.lstsq(columns, rest, rcond=1e-6)[0]
+        omega = s.imag + float(d[1])
+        if not 0.7 * start.imag < omega < 1.4 * start.imag:
+            return start
+        s = complex(min(max(s.real + float(d[0]), -limit), limit), omega)
+    return s
 
 
 def continued_line(edge: FloatArray, n: int, *, length: int) -> FloatArray:
