@@ -132,6 +132,21 @@ def test_masses_put_on_top_of_one_another_are_found_from_what_was_added_each_tim
     assert any("what came on top of the masses of the rows above" in text for text in said)
 
 
+@pytest.mark.parametrize(
+    ("loads", "typed"),
+    [
+        ([0.0, 0.1, 0.2, 0.4], [0.0, 0.1, 0.1, 0.2]),
+        ([0.0, 0.0, 0.1, 0.1, 0.2, 0.2, 0.3, 0.3], [0.0, 0.0] + 6 * [0.1]),
+    ],
+)
+def test_equal_masses_put_on_top_of_one_another_are_told_by_the_frequency(loads, typed):
+    """M was 1.42 +- 0.07 kg for 2.85, and one of two masses of 100 g was said to be half of it."""
+    known, said = of_mass(*ring_downs(loads, typed, M=2.85))
+    value, error = known["combined"]
+    assert abs(value - 2.85) < 3.0 * error < 0.06
+    assert any("what came on top of the masses of the rows above" in text for text in said)
+
+
 def test_rows_of_two_masses_exchanged_are_one_mistake_however_often_they_were_measured():
     """M was 26.14 +- 0.06 kg for 14.5: increments, and an f0 that changed."""
     true, typed = [0.0, 0.0, 1.0, 1.0, 1.8, 1.8, 4.1, 4.1], [0.0, 0.0, 1.8, 1.8, 1.0, 1.0, 4.1, 4.1]

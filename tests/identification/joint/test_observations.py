@@ -10,11 +10,11 @@ from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.joint.collisions import LOCALS
 from vinesexp.identification.joint.observations import (
+    Decay,
     _Answer,
     _base,
     _Builder,
     _common_of_records,
-    _Decay,
     _inertia,
     _of_response,
     _picked_up,
@@ -95,7 +95,7 @@ def test_what_the_mass_carries_in_ring_downs_lowers_their_frequency(load):
     """A ball of 0.1 kg in its cavity, beside a mass of 5 kg and an added one of `load`."""
     M, f0, aboard = 5.0, 8.0, 0.1
     lowered = math.log(f0 * math.sqrt(M / (M + load + aboard)))
-    decay = _Decay("f0", np.array([lowered]), np.eye(1), load, np.array([1e-3]), NO_LAW)
+    decay = Decay("f0", np.array([lowered]), np.eye(1), load, np.array([1e-3]), NO_LAW)
     true = np.array(
         [math.log(f0), math.log(M), 0.0, aboard, math.log(5e-3), *([0.0] * (1 + len(TERMS)))]
     )

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from vinesexp.arrays import FloatArray, median_of
-from vinesexp.identification.joint.observations import Observed, off_stated
+from vinesexp.identification.joint.observations import Decay, Observed, off_stated
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
     Direction,
@@ -866,8 +866,9 @@ def of_some_rows(o: Observed, data: Quadratic) -> list[Cause]:
         for id, (name, load) in cells
     ]  # fmt: skip
     found = [*_in_rings("clearance", cavities), *_by_factor("clearance", cavities, _LENGTH)]
+    apart = _own_mountings(o)
     for items in ([*weights.values()], rows):  # all rows of one mass, or one of them
-        found += _in_rings("added mass", items, _own_mountings(o))
+        found += _in_rings("added mass", items, apart)
         found += _by_factor("added mass", items, _MASS)
     return [*{cause.key: cause for cause in found}.values()]
 
@@ -1028,12 +1029,12 @@ def _of_masses(o: Observed) -> list[Cause]:
                 ("", 0.2 * load, 1), (", any", _UNTYPED * max(o.loads), 5 if load else 1))
             if width
         ]  # fmt: skip
-        if len(o.loads) > 1:  # what came on top of what was there, in the order of the rows
-            above = np.cumsum([0.0, *o.loads])[:-1].tolist()
-            moves = {name: more for name, more in zip(o.loads.values(), above, strict=True) if more}
+        if more := _on_top(o):
             found.append(
-                Cause("increments", "mistake", "added mass", Direction(moves, Prior(1.0, 1e-3)))
-            )
+                Cause("increments", "mistake", "added mass", Direction(more, Prior(1.0, 1e-3)),
+                      wider={own: error for name in more
+                             for own, error in apart.get(name, {}).items()})
+            )  # fmt: skip
         # a carrier that was not weighed, or totals: the oscillator with what was screwed on
         found += [
             Cause(f"load offset {sign}", "mistake", "added mass",
@@ -1041,6 +1042,38 @@ def _of_masses(o: Observed) -> list[Cause]:
             for sign, width in (("+", 0.05), ("any", min(o.loads)))
         ]  # fmt: skip
     return found
+
+
+def _on_top(o: Observed) -> dict[str, float]:
+    """By what added masses are more than typed if each was put on top of those of the rows above.
+
+    A ring-down as the one before, typed alike and of the same frequency, has the same masses.
+    """
+    decays = {
+        block.record: (block.look.load, float(block.look.values[0])) for block in o.blocks
+        if isinstance(block.look, Decay) and block.look.name == "f0"
+    }  # fmt: skip
+    more: dict[float, dict[str, float]] = {load: {} for load in o.loads}
+    total, before = 0.0, (0.0, 0.0)
+    for record in filter(decays.__contains__, o.order):
+        load, frequency = decays[record]
+        if not load:  # all was taken off
+            total = 0.0
+        elif load != before[0] or abs(frequency - before[1]) > _SAME_MASSES:
+            total += load
+        before = load, frequency
+        if load:
+            more[load][record] = total - load
+    moves: dict[str, float] = {}
+    for load, own in more.items():
+        if len(set(own.values())) == 1:  # all rows of one mass alike
+            moves[o.loads[load]] = next(iter(own.values()))
+        else:
+            moves |= {o.cells[record][0]: off for record, off in own.items()}
+    return {name: off for name, off in moves.items() if off}
+
+
+_SAME_MASSES = 1e-3  # of f0: by what it differs less after separate mountings, and more by a mass
 
 
 def _of_gains(o: Observed) -> list[Cause]:

@@ -432,7 +432,8 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
         return
     inputs = b.campaign.known.uncertainties
     records = {record.id: record for record in b.campaign.records}
-    masses = [one.added_mass or 0.0 for one in records.values() if one.test == "ringdown"]
+    decaying = {e.records[0] for e in found if e.parameter in ("f0", "f0_added")}
+    masses = [records[id].added_mass or 0.0 for id in decaying]
     for kind in ("f0", "zeta"):
         own = [
             e for e in found
@@ -471,7 +472,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                 *({term: 1.0} for term in TERMS.values()),
             ]
             inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
-            look = _Decay(kind, values, inverse, load, amplitude, b.law)
+            look = Decay(kind, values, inverse, load, amplitude, b.law)
             b.blocks.append(
                 Block(record.id, "loaded" if load else "decay", tuple((s, 0.0) for s in sums), look)
             )
@@ -497,7 +498,7 @@ def _over_amplitude(
 
 
 @dataclass(frozen=True)
-class _Decay:
+class Decay:
     """ln f or ln zeta of a decay at some amplitudes; f goes with (M + added)^-1/2."""
 
     name: str
