@@ -80,6 +80,8 @@ def test_what_the_base_moved_before_the_record_counts_as_waited():
     assert as_tested(regime="strongly modulated").length == 10.0
     waited = changed_by_text(Settings(), "regimes.waited = 60 s")
     assert as_tested(waited, regime="strongly modulated").length == 70.0
+    # a record that shows the base begin to move shows how long it waited
+    assert as_tested(waited, regime="strongly modulated", waited_s=1.5).length == 10.0
 
 
 def row(record="a", **changed: float) -> dict[str, object]:

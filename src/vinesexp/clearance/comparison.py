@@ -17,6 +17,7 @@ from vinesexp.clearance.levels import (
     Rows,
     Tested,
     base_checks,
+    of_state,
 )
 from vinesexp.clearance.optimum import (
     UNSEEN,
@@ -252,8 +253,7 @@ def compare(
         predicted = _predicted(
             checks, release.name, partial(predicted_b_t, own, release=release.release)
         )
-        state = f", {release.state}" if release.state else ""
-        predictions[f"b_t, {1e3 * release.x0:.6g} mm{state}"] = predicted
+        predictions[f"b_t, {1e3 * release.x0:.6g} mm{of_state(release.state)}"] = predicted
         # Without f0 the time between two samples of the amplitude is unknown: no ties.
         resolution = 0.5 / own.f0.value if own.f0 else 0.0
         optimum = _measured(

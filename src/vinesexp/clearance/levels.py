@@ -111,7 +111,7 @@ class PeriodicLevel:
     @property
     def name(self) -> str:
         """As in clearances.csv."""
-        return f"G = {1e3 * self.nominal:.6g} mm{_of_state(self.state)}"
+        return f"G = {1e3 * self.nominal:.6g} mm{of_state(self.state)}"
 
 
 @dataclass(frozen=True)
@@ -131,10 +131,11 @@ class ReleaseLevel:
     @property
     def name(self) -> str:
         """As in clearances.csv."""
-        return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm{_of_state(self.state)}"
+        return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm{of_state(self.state)}"
 
 
-def _of_state(state: str) -> str:
+def of_state(state: str) -> str:
+    """What follows the name of what holds for tests of one state of the rig alone."""
     return f", {state}" if state else ""
 
 
@@ -188,7 +189,7 @@ def _of_one_rig(
                 _regime(row),
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
-                record.settings.regimes.waited + (row.get("length_s") or math.inf),
+                _length(record, row),
                 row.get("waited_s") or math.inf,
             )
             groups.setdefault(record.base_amplitude, []).append((record, tested))
@@ -203,6 +204,12 @@ def _of_one_rig(
             found=found_base(identified, {record.id for record in records}),
         )
         yield PeriodicLevel(G, moved, tuple(sorted(tests, key=lambda t: t.clearance)), state)
+
+
+def _length(record: Record, row: Row) -> float:
+    """s of a record, with what the base is said to have moved before it begins in motion."""
+    before = 0.0 if row.get("waited_s") else record.settings.regimes.waited
+    return before + (row.get("length_s") or math.inf)
 
 
 def _regime(row: Row) -> str:

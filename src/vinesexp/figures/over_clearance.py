@@ -11,7 +11,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.comparison import END
-from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
+from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel, of_state
 from vinesexp.clearance.predicted import amplitude_curve, decay_curves
 from vinesexp.figures.style import (
     COLOURS,
@@ -334,7 +334,7 @@ def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         own = [one for one in levels if (one.x0, one.state) == (x0, state) and len(one.tests) > 1]
         if not own:
             continue
-        rig, of = results.rig_at(own[0]), f", {state}" if state else ""
+        rig, of = results.rig_at(own[0]), of_state(state)
         b = np.linspace(own[0].tests[0].clearance, own[0].tests[-1].clearance, 80)
         times = decay_curves(rig, x0=x0, targets=[level.target for level in own], clearances=b)
         none = [(np.empty(0), np.empty(0))] * len(own)

@@ -417,28 +417,11 @@ def identify_campaign(
     Identified
         Parameters that cannot be known are absent; a check says which and why.
     """
-    excluded = {record.id for record in campaign.records if record.exclude}
-    used = [e for e in found if not excluded & set(e.records)]
-    used, checks = without_copies(used, campaign)
-    checks += [*_silent(used, campaign), *_begun_later(used, campaign)]
-    switched = list(_switched(used, campaign))
-    left = {check.record for check in checks if check.check == "copy"}
-    other = {check.record for check in switched}
-    checks += switched
-    used = [e for e in used if not left & set(e.records)]
-    # of another range: f0 and zeta are in no unit of the channel
-    used = [
-        replace(e, data=None) if e.records[0] in other else e
-        for e in used
-        if not other & set(e.records) or e.parameter.removesuffix("_added") in ("f0", "zeta")
-    ]
-    left |= other
-    used, impossible = possible([e for e in used if e.parameter != NOTHING])
-    checks += impossible
+    used, left, checks = _usable(found, campaign)
     driven = {e.records[0]: driven_from(e.data) for e in used if e.parameter == DRIVEN and e.data}
     campaign, filled = as_shown(campaign, [*used, *_unseen_bases(used, driven)])
     checks += filled
-    own = {name: table for name, table in impacts.items() if name not in left | excluded}
+    own = {name: table for name, table in impacts.items() if name not in left}
     answer = answer_of(used, campaign, own, driven)
     rows = _by_method(used, answer.observed.law if answer else NO_LAW)
     if answer is None:
@@ -456,21 +439,30 @@ def identify_campaign(
     rows += of_law
     checks += said_of_law
     stated = _inputs(answer, campaign)
-    said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(stated, answer)]
-    return Identified(
-        rows,
-        [
-            *checks,
-            *said,
-            *_absent(rows, answer, campaign),
-            *_trust_in_mass(sources, answer, campaign),
-            *remarks(_left(used, answer)),
-        ],
-        sources,
-        levels,
-        tuple(row for row, _ in stated),
-        rig,
-    )
+    checks += [*cause_checks(answer.judged), *odd_checks(answer.odd)]
+    checks += [*_contradicted(stated, answer), *_absent(rows, answer, campaign)]
+    checks += [*_trust_in_mass(sources, answer, campaign), *remarks(_left(used, answer))]
+    return Identified(rows, checks, sources, levels, tuple(row for row, _ in stated), rig)
+
+
+def _usable(
+    found: Sequence[Estimate], campaign: Campaign
+) -> tuple[list[Estimate], set[str], list[Check]]:
+    """Estimates that count, ids of the records whose impacts do not, and what is said of both."""
+    excluded = {record.id for record in campaign.records if record.exclude}
+    used, checks = without_copies([e for e in found if not excluded & set(e.records)], campaign)
+    copies = {check.record for check in checks}
+    checks += [*_silent(used, campaign), *_begun_later(used, campaign)]
+    switched = list(_switched(used, campaign))
+    other = {check.record for check in switched}
+    # of another range: f0 and zeta are in no unit of the channel
+    used = [
+        replace(e, data=None) if e.records[0] in other else e
+        for e in used
+        if not other & set(e.records) or e.parameter.removesuffix("_added") in ("f0", "zeta")
+    ]
+    used, impossible = possible([e for e in used if e.parameter != NOTHING])
+    return used, excluded | copies | other, [*checks, *switched, *impossible]
 
 
 def _over_amplitude(

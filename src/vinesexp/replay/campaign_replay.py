@@ -418,7 +418,7 @@ def _replayed(
     found = [
         measures_of(one, test=record.test, frequency=frequency, apart=apart, settles=settles)
         for one in stretches
-    ]  # fmt: skip
+    ]
     if not share:
         return found
     words = f"clearance {100.0 * abs(share):.2g} % {'larger' if share > 0.0 else 'smaller'}"

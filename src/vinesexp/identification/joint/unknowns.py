@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -396,47 +397,52 @@ def fit(
     def whole(parts: FloatArray) -> FloatArray:
         return np.asarray(parts[:n] + D @ parts[n:])
 
-    def at(parts: FloatArray) -> tuple[FloatArray, Quadratic, float]:
-        """Parts, the log-likelihood there, and its value with the priors."""
+    def at(parts: FloatArray) -> _Tried:
         data = expand(blocks, names, whole(parts))
-        return parts, data, data.log_likelihood - 0.5 * float((((parts - mean) / width) ** 2).sum())
+        prior = -0.5 * float((((parts - mean) / width) ** 2).sum())
+        return _Tried(parts, data, data.log_likelihood + prior)
 
-    parts = mean.copy()
-    parts[:n] += start - whole(mean)
-    parts, data, here = at(parts)
+    begin = mean.copy()
+    begin[:n] += start - whole(mean)
+    here = at(begin)
     for _ in range(_STEPS):
-        step, errors = _step(data, beliefs, parts, whole)
+        step, errors = _step(here, beliefs, whole)
         left = float(np.abs(step / errors).max())
-        tried = at(parts + step)
-        enough = here - 1e-6 * abs(here)
+        tried = at(here.parts + step)
+        enough = here.value - 1e-6 * abs(here.value)
         # out of a narrow valley that bends: more steps from there lead back into it
-        while not tried[2] >= enough and np.isfinite(tried[1].information).all():
-            further = at(tried[0] + _step(tried[1], beliefs, tried[0], whole)[0])
-            if not further[2] > tried[2]:
+        while not tried.value >= enough and np.isfinite(tried.data.information).all():
+            further = at(tried.parts + _step(tried, beliefs, whole)[0])
+            if not further.value > tried.value:
                 break
-            tried, step = further, further[0] - parts
+            tried, step = further, further.parts - here.parts
         for _ in range(_HALVED):
-            if tried[2] >= enough:
+            if tried.value >= enough:
                 break
             step = 0.5 * step
-            tried = at(parts + step)
+            tried = at(here.parts + step)
         else:
             break
-        parts, data, here = tried
+        here = tried
         left = float(np.abs(step / errors).max())
         if left < _CLOSE:
             break
-    return replace(data, settled=left < _NEAR)
+    return replace(here.data, settled=left < _NEAR)
+
+
+class _Tried(NamedTuple):
+    """Own parts of unknowns and causes, the log-likelihood there, and it with the priors."""
+
+    parts: FloatArray
+    data: Quadratic
+    value: float
 
 
 def _step(
-    data: Quadratic,
-    beliefs: Beliefs,
-    parts: FloatArray,
-    whole: Callable[[FloatArray], FloatArray],
+    here: _Tried, beliefs: Beliefs, whole: Callable[[FloatArray], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """From some parts towards where the expansion is largest, and their errors there."""
-    aim = posterior_of(data, beliefs)
-    step = aim.values - parts
+    aim = posterior_of(here.data, beliefs)
+    step = aim.values - here.parts
     share = min(1.0, _LARGEST / max(float(np.abs(whole(step)).max()), 1e-300))
     return share * step, np.sqrt(np.maximum(np.diag(aim.covariance), 1e-300))

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -329,10 +329,7 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
         chosen, data = merged, _fitted(observed, data, believing(observed.beliefs, merged))
     while (kept := needed(data, observed, chosen)) != chosen:
         chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
-
-    def fitted(beliefs: Beliefs) -> Quadratic:
-        return _fitted(observed, data, beliefs)
-
+    fitted = partial(_fitted, observed, data)
     return weighed(data, observed, causes, chosen, fitted=fitted), data
 
 
@@ -418,7 +415,7 @@ def _bouncing(observed: Observed, frictions: FloatArray) -> dict[str, float]:
 
 
 def _fitted(observed: Observed, data: Quadratic, beliefs: Beliefs) -> Quadratic:
-    """The fit with other beliefs, from that with some."""
+    """The fit with other beliefs, from where one with some ended."""
     return fit(observed.blocks, observed.names, beliefs, data.at)
 
 
