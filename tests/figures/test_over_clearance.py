@@ -1,7 +1,10 @@
 """Amplitude over clearance: what its points and bars stand for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from tests.report.test_overlaps import overlapping, texts
 
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.figures.over_clearance import DrawnLevel, amplitude_over_clearance
@@ -43,3 +46,19 @@ def test_the_legend_names_what_is_drawn_and_nothing_else(predicted):
     named = [text.get_text() for text in legend.get_texts()]
     line = ["predicted for two impacts per cycle"] * predicted
     assert named == ["mean, two symmetric", "largest", *line]
+
+
+@pytest.mark.parametrize("published", [19.4, 21.5])
+def test_names_of_long_records_and_of_both_predictions_lie_beside_one_another(published):
+    """Titles of two panels lay over each other, and both b_c where the published one is less."""
+    tests = [Tested(1e-3 * b, 5e-3, "two symmetric", "a") for b in (10.0, 17.0, 20.0, 29.0)]
+    level = drawn(tests, errors=(1e-5,) * 4)
+    lowest = {"exact_mm": 21.25, "predicted_low_mm": 21.1, "predicted_high_mm": 21.4,
+              "published_mm": published}  # fmt: skip
+    states = "before essai2_sinus_12Hz_G_1mm_jeu_10_3", "from essai2_sinus_12Hz_G_1mm_jeu_10_3 on"
+    figure = amplitude_over_clearance(
+        [replace(level, level=replace(level.level, state=s), lowest=lowest) for s in states]
+    )
+    found = texts(figure)
+    assert overlapping(found) == []
+    assert max(end for _, _, _, end, _ in found) < 72.0 * figure.get_size_inches()[0]

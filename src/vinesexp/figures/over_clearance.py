@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,10 +76,14 @@ def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
     figure, axes, columns = panels(len(valleys), 3, above=0.7, each=3.1)
     for axis, valley in zip(axes, valleys, strict=True):
         _panel(axis, valley)
+        axis.set_title("\n".join(wrap(valley.level.name, _LETTERS // columns)))
     for axis in axes[::columns]:
         axis.set_ylabel("amplitude of the mass (mm)")
     _key(figure, axes[0], valleys)
     return figure
+
+
+_LETTERS = 90  # of a title that a row of panels has room for
 
 
 def _panel(axis: Axes, valley: DrawnLevel) -> None:
@@ -99,8 +104,7 @@ def _panel(axis: Axes, valley: DrawnLevel) -> None:
         )
         link(point, test.record, f"{words}, {test.regime}")
     top = 1.3e3 * max(row["amplitude_max_m"] for row in valley.rows)
-    name = valley.level.name
-    axis.set(title=name, xlabel="clearance b (mm)", xmargin=0.08, ylim=(0.0, top))
+    axis.set(xlabel="clearance b (mm)", xmargin=0.08, ylim=(0.0, top))
     _predicted(axis, valley.lowest, top)
     axis.set_xlim(axis.get_xlim())  # brackets do not widen it
     for row, share, name, colour in (
@@ -113,17 +117,16 @@ def _panel(axis: Axes, valley: DrawnLevel) -> None:
 
 def _predicted(axis: Axes, row: Row, top: float) -> None:
     """Both b_c as lines; their names on either side, so that near ones do not overlap."""
-    ink = COLOURS["exact"]
+    known = {name: row[f"{name}_mm"] for name in ("exact", "published") if row.get(f"{name}_mm")}
     if exact := _interval(row, "predicted", "exact_mm"):
-        value, low, high = exact
-        axis.axvspan(low, high, color=ink, alpha=0.25, linewidth=0, zorder=0)
-        axis.axvline(value, color=ink, linewidth=1.0, zorder=0)
-        words, at = f"exact $b_c$\n{value:.1f}", (value, 0.99 * top)
-        label(axis, words, at, "exact", (-3, 0), ha="right", va="top")
-    if (formula := row.get("published_mm")) is not None:
-        axis.axvline(formula, color=COLOURS["published"], linewidth=1.0, linestyle="--", zorder=0)
-        words, at = f"published\n{formula:.1f}", (formula, 0.99 * top)
-        label(axis, words, at, "published", (3, 0), va="top")
+        axis.axvspan(*exact[1:], color=COLOURS["exact"], alpha=0.25, linewidth=0, zorder=0)
+    lesser = min(known, key=known.__getitem__) if "exact" in known else ""
+    for name, value in known.items():
+        style, words = ("-", "exact $b_c$") if name == "exact" else ("--", name)
+        axis.axvline(value, color=COLOURS[name], linewidth=1.0, linestyle=style, zorder=0)
+        shift, side = (-3, "right") if name == lesser else (3, "left")
+        at = value, 0.99 * top
+        label(axis, f"{words}\n{value:.1f}", at, name, (shift, 0), ha=side, va="top")
 
 
 def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: str) -> None:
