@@ -298,7 +298,8 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     drawn = Drawn("clearance_periodic", "clearance", title, text)
     yield amplitude_over_clearance(valleys), drawn
     predicted = [valley for valley in valleys if valley.lowest.get("exact_mm") is not None]
-    if len(predicted) > 1:
+    # of two rigs at one base amplitude the points would lie over each other
+    if len(predicted) > 1 and len({valley.G for valley in predicted}) == len(predicted):
         title = (
             "How far the measured clearances are from the exact b_c, over base amplitude; bars "
             "reach to the clearances tried on either side"
