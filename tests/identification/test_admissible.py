@@ -137,6 +137,7 @@ def test_masses_put_on_top_of_one_another_are_found_from_what_was_added_each_tim
     [
         ([0.0, 0.1, 0.2, 0.4], [0.0, 0.1, 0.1, 0.2]),
         ([0.0, 0.0, 0.1, 0.1, 0.2, 0.2, 0.3, 0.3], [0.0, 0.0] + 6 * [0.1]),
+        ([0.0, 0.1, 0.3, 0.0, 0.2, 0.5], [0.0, 0.1, 0.2, 0.0, 0.2, 0.3]),
     ],
 )
 def test_equal_masses_put_on_top_of_one_another_are_told_by_the_frequency(loads, typed):

@@ -1047,21 +1047,21 @@ def _of_masses(o: Observed) -> list[Cause]:
 def _on_top(o: Observed) -> dict[str, float]:
     """By what added masses are more than typed if each was put on top of those of the rows above.
 
-    A ring-down as the one before, typed alike and of the same frequency, has the same masses.
+    A ring-down of the same frequency as the one before has the same masses.
     """
     decays = {
         block.record: (block.look.load, float(block.look.values[0])) for block in o.blocks
         if isinstance(block.look, Decay) and block.look.name == "f0"
     }  # fmt: skip
     more: dict[float, dict[str, float]] = {load: {} for load in o.loads}
-    total, before = 0.0, (0.0, 0.0)
+    total, before = 0.0, 0.0
     for record in filter(decays.__contains__, o.order):
         load, frequency = decays[record]
         if not load:  # all was taken off
             total = 0.0
-        elif load != before[0] or abs(frequency - before[1]) > _SAME_MASSES:
+        elif abs(frequency - before) > _SAME_MASSES:
             total += load
-        before = load, frequency
+        before = frequency
         if load:
             more[load][record] = total - load
     moves: dict[str, float] = {}
