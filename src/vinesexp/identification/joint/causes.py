@@ -10,7 +10,7 @@ out better than its rivals and than none; else its values are averaged over, and
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -888,6 +888,11 @@ def _own_mountings(o: Observed) -> dict[str, dict[str, float]]:
     }
 
 
+def _own_of(apart: Mapping[str, Mapping[str, float]], names: Iterable[str]) -> dict[str, float]:
+    """What some cells of `_own_mountings` have for themselves."""
+    return {own: error for name in names for own, error in apart.get(name, {}).items()}
+
+
 def _cell(load: float, record: str) -> str:
     return f"{1e3 * load:g} g of {record}" if load else f"the empty cell of {record}"
 
@@ -919,8 +924,7 @@ def _in_rings(
                       members=math.perm(len(items), len(ring)) // len(ring),
                       records=sum((items[i][3] for i in ring), ()),
                       stated=sum((items[i][4] for i in ring), ()),
-                      wider={name: error for i in ring
-                             for name, error in (apart or {}).get(items[i][0], {}).items()})
+                      wider=_own_of(apart or {}, moves))
             )  # fmt: skip
     return causes
 
@@ -1032,8 +1036,7 @@ def _of_masses(o: Observed) -> list[Cause]:
         if more := _on_top(o):
             found.append(
                 Cause("increments", "mistake", "added mass", Direction(more, Prior(1.0, 1e-3)),
-                      wider={own: error for name in more
-                             for own, error in apart.get(name, {}).items()})
+                      wider=_own_of(apart, more))
             )  # fmt: skip
         # a carrier that was not weighed, or totals: the oscillator with what was screwed on
         found += [
