@@ -172,6 +172,6 @@ def test_impacts_between_too_few_samples_are_a_lower_bound(
     record = Record("r", tmp_path / "r.csv", "periodic", clearance=(0.03,))
     impacts = ball_that_is_caught(list(np.arange(0.25, 100, 0.5)[::every] / F))
     with open_record(tmp_path / "c.nc") as view:
-        for aliased in (False, True):
-            shown = shown_by_record(record, conditioned=view, impacts=impacts, aliased=aliased)
-            assert shown["regime"][0]["regime"] == (regime if aliased else regime or "chaos")
+        for lost in (False, True):
+            shown = shown_by_record(record, conditioned=view, impacts=impacts, lost=lost)
+            assert shown["regime"][0]["regime"] == (regime if lost else regime or "chaos")

@@ -9,11 +9,12 @@ import pytest
 
 from vinesexp import Harmonic
 from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.impacts.find import IN_GAPS, impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
-from vinesexp.signals.regimes import _some_hidden, shown_by_record
+from vinesexp.signals.regimes import _some_hidden, rows_or_refuse, shown_by_record
 
 F0 = 7.862
 
@@ -151,3 +152,33 @@ def test_impacts_are_hidden_where_many_near_the_limit_are_as_large_as_the_rest(
         confidence=np.where(near, 0.7, 1.0),
     )  # fmt: skip
     assert _some_hidden(given, 0.0, 10.0, fewest=fewest) == hidden
+
+
+@pytest.mark.parametrize(
+    ("roles", "length", "regimes"),
+    [
+        (("displacement",), 40, None),
+        (("displacement",), 2, "two symmetric"),
+        (("displacement", "acceleration"), 40, "two symmetric"),
+    ],
+)
+def test_impacts_that_gaps_hide_are_not_counted_as_none(
+    roles: tuple[str, ...], length: int, regimes: str | None, heard, measure, tmp_path: Path
+) -> None:
+    """A laser that loses its target at every third impact, for 4 ms or for two samples."""
+    channels, paths = driven(measure), ResultPaths(tmp_path)
+    channels["displacement"] = channels["displacement"].copy()
+    for at in np.round(1e4 * heard[1].time_s[::3]).astype(int).tolist():
+        channels["displacement"][at : at + length] = np.nan
+    with RecordWriter(
+        paths.record("r"), sample_rate=1e4, quantities={role: role for role in roles}
+    ) as writer:
+        writer.append({role: channels[role] for role in roles})
+    condition(paths.record("r"), paths.conditioned("r"), f0_hint=F0)
+    record = Record("r", tmp_path / "r.csv", "periodic", clearance=(0.03,), base_amplitude=0.25e-3)
+    _, rows = rows_or_refuse(record, [0.032], paths=paths, strict=True)
+    row = rows["regime"][0]
+    assert row["regime"] == regimes
+    assert (row["impacts_per_cycle"] is None) == (regimes is None)
+    assert (IN_GAPS in [check for check, _, _ in rows["checks"]]) == (regimes is None)
+    assert row["amplitude_mean_m"] == pytest.approx(5.8e-3, rel=0.03)

@@ -113,9 +113,16 @@ def coarse_channels(
     return k, k / record.sample_rate, [channel_means(record, role, k) for role in roles]
 
 
-def missing_means(record: RecordView, role: str, k: int) -> BoolArray:
-    """Which of the means of `channel_means` hold a sample that is missing."""
+def missing_means(record: RecordView, role: str, k: int, *, bridged: int = 0) -> BoolArray:
+    """Which of the means of `channel_means` hold a sample that is missing.
+
+    A gap of fewer than `bridged` samples is none: what fills it is as good.
+    """
+    from scipy.ndimage import binary_opening
+
     lost = np.concatenate([~np.isfinite(x) for _, x in record.blocks(role)])
+    if bridged > 1:
+        lost = binary_opening(lost, np.ones(bridged))
     return np.asarray(lost[: lost.size // k * k].reshape(-1, k).any(axis=1))
 
 

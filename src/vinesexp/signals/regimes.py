@@ -32,7 +32,7 @@ from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.free_from import freed, let_go
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
-from vinesexp.signals.impacts.find import count_impacts, impacts_of_record, struck
+from vinesexp.signals.impacts.find import IN_GAPS, count_impacts, impacts_of_record, struck
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.means import cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
@@ -362,7 +362,7 @@ def largest_running_mean(
 
 
 def shown_by_record(
-    record: Record, *, conditioned: RecordView, impacts: Impacts, aliased: bool = False
+    record: Record, *, conditioned: RecordView, impacts: Impacts, lost: bool = False
 ) -> dict[str, list[Any]]:
     """Regime and amplitude of a record; of a sweep its bands, of a release where balls are lost.
 
@@ -373,8 +373,8 @@ def shown_by_record(
         Bandpassed.
     impacts : Impacts
         Of the record.
-    aliased : bool
-        Samples are too few for the pulses of its impacts, and lose some.
+    lost : bool
+        Some of its impacts are not found: samples are too few for their pulses, or lack there.
 
     Returns
     -------
@@ -439,7 +439,7 @@ def shown_by_record(
     few = settings.seen_share * (end - begin) / period  # of which nothing is to be told
     hidden = _some_hidden(impacts, start + begin, start + end, fewest=few)
     lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
-    if not lasting and (hidden or aliased):
+    if not lasting and (hidden or lost):
         checks += [_SOME_HIDDEN] if hidden else []
         return shown
     row |= found
@@ -707,8 +707,8 @@ def rows_or_refuse(
             settings=record.settings, said=said,
         )  # fmt: skip
         with open_record(measured) as raw, open_record(conditioned) as view:
-            lost = any(check == "aliased" for check, _, _ in said)
-            rows.update(shown_by_record(record, conditioned=view, impacts=impacts, aliased=lost))
+            lost = any(check in ("aliased", IN_GAPS) for check, _, _ in said)
+            rows.update(shown_by_record(record, conditioned=view, impacts=impacts, lost=lost))
             counted = rows["regime"][0].get("steady_from_s")
             out_at = let_go(raw, view) if record.test == "transient" else None
             rows["regime"][0]["released_m"] = None if out_at is None else abs(out_at.x)

@@ -65,6 +65,8 @@ _EQUAL, _HELD = 3, 3  # samples: a gap is as long, and as so many values of a sl
 _QUANTA = 8.0  # usual steps
 _LONE, _MOST_LONE = 30.0, 3  # usual bends, or steps, of a sample far off; of them in a row
 _RARE, _BACK = 0.01, 0.3  # of the samples, that are far off; of their bends, that may be left
+_CHANCE = 1e-3  # of so long a stretch anywhere in the record, where the noise goes on
+_BENDS = 4.0  # usual bends: one that no crest has, whose quanta are all that bends
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
 
 #: A counter that starts anew jumps across so much of the range, and no other step is half as large.
@@ -327,7 +329,8 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
 
     A gap is a stretch of equal samples that the channel enters and leaves by a step larger
     than any that its motion takes elsewhere; of a stretch that is known to be frozen, where it
-    enters or leaves so. A record may begin or end within a gap. A sample far off alone is one.
+    enters or leaves so. A record may begin or end within a gap. A sample far off alone is one, and
+    so is a displacement that keeps its value while its noise would go on.
 
     Parameters
     ----------
@@ -352,7 +355,9 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     ((3000, 3060),)
     """
     starts, ends = _still(view, role)
-    alone = lone_samples(view, role)  # their steps are none of the motion
+    alone = list(lone_samples(view, role))  # their steps are none of the motion
+    if role == "displacement":
+        alone += _kept_values(view, role, starts, ends)
     odd = np.concatenate([np.stack([starts, ends]), np.reshape(alone, (-1, 2)).T], axis=1)
     far = _far_steps(view, role, *odd.astype(np.int64))
     # The first far step at or before its beginning, the last one at or after its end.
@@ -405,6 +410,37 @@ def lone_samples(view: RecordView, role: str) -> Stretches:
             if 0 < end - first <= _MOST_LONE and alone:
                 found.append((low + first, low + end))
     return _joined(found)
+
+
+def _kept_values(
+    view: RecordView, role: str, starts: IntArray, ends: IntArray
+) -> Iterator[Stretch]:
+    """Stretches of equal samples in which a sensor shows its last value: noise does not stop.
+
+    They are longer than chance makes one anywhere, by how often samples beside them are equal. And
+    the motion, which went on, bends at an end as it does nowhere near: a crest without noise stays
+    in its top quantum, too.
+    """
+    levels = _levels(view, role)
+    equal = sum(int(np.count_nonzero(np.diff(x) == 0.0)) for _, x in view.blocks(role, more=1))
+
+    def by_chance(like: int, of: int) -> FloatArray:
+        """Expected number of stretches as long as each where so many samples are like others."""
+        return np.asarray(view.n * ((like + 1.0) / (of + 2.0)) ** (ends - starts - 1.0))
+
+    for i in np.flatnonzero(by_chance(equal, view.n) < _CHANCE):
+        first, end = int(starts[i]), int(ends[i])
+        if first < _ALIVE or end + _ALIVE > view.n:
+            continue
+        sides = view.read(role, first - _ALIVE, first + 1), view.read(role, end - 1, end + _ALIVE)
+        kept, beside = sides[1][0], np.concatenate([sides[0][:-1], sides[1][1:]])
+        like = max(np.sum(beside == kept), np.sum(np.diff(beside) == 0.0))
+        bends = [np.abs(np.diff(side, 2)) for side in sides]
+        usual = max(float(np.median(np.concatenate(bends))), levels.fine)
+        leaps = max(bends[0][-1], bends[1][0]) > _BENDS * usual
+        clipped = kept in (levels.low, levels.high)
+        if leaps and not clipped and by_chance(int(like), beside.size)[i] < _CHANCE:
+            yield first, end
 
 
 def _still(view: RecordView, role: str) -> IntArray:
@@ -590,6 +626,7 @@ def _look_over_channel(
     if role in _TARGETS:
         _refuse_a_new_start(view, role, samples)
         gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
+        gaps = [one for one in gaps if not within(one, empty)]
         stuck = [run for run in stuck if not within(run, gaps)]
     clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
     stuck = [run for run in stuck if run not in clipped]
@@ -644,7 +681,9 @@ def _share(stretches: Sequence[Stretch], view: RecordView) -> float:
 _EVERY_HIT = "a drop test needs every hit; cut the record there"
 _STANDS = "it stands still in the midst of its motion or its noise, as a sensor that is off"
 _CLIPPED = "it is clipped at the end of its range; measure with a wider range"
-_JUMPS = "it jumps away from its motion and back, as a laser that loses its target"
+_JUMPS = (
+    "it keeps its value, or jumps away from its motion and back, as a laser that loses its target"
+)
 
 
 def _paused(

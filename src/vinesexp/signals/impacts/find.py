@@ -7,7 +7,7 @@ jumps are combined by their variances. Nothing here knows the masses.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from itertools import combinations, product
@@ -35,6 +35,7 @@ from vinesexp.signals.impacts.impact_table import (
 from vinesexp.signals.impacts.one_ball import of_the_ball
 from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
+    POINTS,
     Coarse,
     SlopeChanges,
     coarse_displacement,
@@ -43,6 +44,7 @@ from vinesexp.signals.impacts.slopes import (
     unmoved,
     weighted,
 )
+from vinesexp.signals.means import group_size, missing_means
 from vinesexp.units import first_of
 
 _AS_BY_DEFAULT = Settings()
@@ -354,18 +356,48 @@ def _struck(
     nes_mass: Sequence[float], test: str, settings: Settings, said: list[tuple[str, str, str]],
 ) -> Impacts:  # fmt: skip
     """Impacts of balls in an open record; none where no channel of the mass shows them."""
-    motion, sign = conditioned.oscillation, 1.0
+    motion, sign, role = conditioned.oscillation, 1.0, "acceleration"
     found, slopes, late = detection_at(np.empty(0)), None, 0.0
-    if "acceleration" in record.roles:
+    if role in record.roles:
         found, slopes, sign, late = _by_pulses(
             record, conditioned, motion, clearance, test, settings, said
         )
     shown = "displacement" in record.roles and settings.slopes.use
     # a mount that rings hides the spikes; one that shows a release would show impacts
     if shown and motion and not found.time.size and slopes is not _NONE:
+        role = "displacement"
         found, slopes = _where_it_bends(record, motion, clearance, said, free=freed(conditioned))
+    if motion and role in record.roles:
+        said += _in_gaps(record, role, motion, contact=settings.impacts.contact)
     impacts = _table(found, slopes, sign=sign, start=record.start, late=late)
     return attribute(impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion)
+
+
+#: Name of the check of impacts that gaps may hide.
+IN_GAPS = "impacts in gaps"
+_MANY_WITH_GAPS = 0.1  # of the cycles
+
+
+def _in_gaps(
+    record: RecordView, role: str, frequency: float, *, contact: float
+) -> Iterator[tuple[str, str, str]]:
+    """What checks.csv says of a channel with gaps in many cycles, in which impacts are looked for.
+
+    What is found beside gaps is a ball that hits more seldom than it does. No gap hides one that is
+    shorter than a `contact`, s, or than the means of a displacement.
+    """
+    rate = record.sample_rate
+    mean = group_size(rate, frequency, points=POINTS)
+    least = mean if role == "displacement" else round(contact * rate)
+    cycles = missing_means(record, role, round(rate / frequency), bridged=least)
+    share = float(cycles.mean()) if cycles.size else 0.0
+    if share > _MANY_WITH_GAPS:
+        detail = (
+            f"the {role}, in which impacts are looked for, has gaps in {share:.0%} of the cycles, "
+            "and no impact is found in a gap: how often the ball hits is not known. The test has "
+            "no regime unless two impacts per cycle last beside the gaps"
+        )
+        yield IN_GAPS, "warning", detail
 
 
 #: Slopes of the displacement at impacts, fitted anew when some of them are left out.
@@ -731,7 +763,7 @@ def _by_displacement(
     unknown = np.full(found.time.size, np.nan)
     time, error = found.time, found.time_error
     for _ in range(_TURNS):
-        shown = np.isfinite(slopes.shift)
+        shown = np.abs(slopes.shift) < _ANNOUNCED * x.step  # a line knows no more; NaN: not shown
         time = time + np.where(shown, slopes.shift, 0.0)
         error = np.where(shown, slopes.shift_error, error)
         slopes = slope_changes(x, time + lag, np.nan_to_num(slopes.jump), frequency=frequency)
@@ -740,6 +772,7 @@ def _by_displacement(
 
 
 _TURNS = 4
+_ANNOUNCED = 4.0  # means: what tells of an impact is as near to it
 _SURE_LATE = 3.0  # standard errors
 
 
