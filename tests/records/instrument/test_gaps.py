@@ -35,6 +35,12 @@ def dropped(x, count, seed, *, value=0.01, least=5, most=100):
     return np.where(lost, value, x), lost
 
 
+def gaps_of(view, *, f=F, rate=RATE):
+    """All stretches of a displacement that are left out."""
+    still = findings.frozen(view, "displacement", period=rate / f)
+    return [*gaps_of_target(view, "displacement", frozen=still), *still]
+
+
 def missing_in(gaps, n):
     lost = np.zeros(n, dtype=bool)
     for first, end in gaps:
@@ -47,7 +53,7 @@ def missing_in(gaps, n):
 def test_every_stretch_without_a_target_is_found_and_nothing_else(tmp_path, value, bits):
     x, lost = dropped(swing(bits=bits), 40, 1, value=value)
     with stored(tmp_path, x) as view:
-        found = missing_in(gaps_of_target(view, "displacement"), x.size)
+        found = missing_in(gaps_of(view), x.size)
     if value:
         assert (found == lost).all()
     else:  # the middle of the range, which the motion passes: only that the noise stops tells it
@@ -141,7 +147,7 @@ def test_a_value_kept_over_an_impact_is_a_gap_however_little_the_mass_moved(tmp_
         x[first : first + length] = x[first - 1]
         lost[first : first + length] = True
     with stored(tmp_path, x) as view:
-        found = missing_in(gaps_of_target(view, "displacement"), x.size)
+        found = missing_in(gaps_of(view), x.size)
         assert not (found & ~lost & (x == whole) & ~np.roll(lost, -1)).any()
     left = ~found & (np.abs(x - whole) > 10 * noise)
     assert left.sum() < 0.02 * lost.sum()
@@ -160,4 +166,4 @@ def test_an_honest_record_keeps_no_value(tmp_path, bits, noise, every):
     rest = np.full(x.size // 2, x[0])
     for whole in (np.append(rest, x), decay):
         with stored(tmp_path, whole) as view:
-            assert gaps_of_target(view, "displacement") == ()
+            assert gaps_of(view, rate=RATE / every) == []

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.arrays import FloatArray, IntArray, add_run, usually_held
 from vinesexp.errors import RecordError
@@ -65,6 +65,7 @@ _EQUAL, _HELD = 3, 3  # samples: a gap is as long, and as so many values of a sl
 _QUANTA = 8.0  # usual steps
 _LONE, _MOST_LONE = 30.0, 3  # usual bends, or steps, of a sample far off; of them in a row
 _RARE, _BACK = 0.01, 0.3  # of the samples, that are far off; of their bends, that may be left
+_FEW = 8  # samples: of fewer nothing is said
 _CHANCE = 1e-3  # of so long a stretch anywhere in the record, where the noise goes on
 _BENDS = 4.0  # usual bends: one that no crest has, whose quanta are all that bends
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
@@ -164,18 +165,24 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     of the oscillator in samples, its motion stops dead: half a period or more without change,
     after a period in which it travelled eight times its usual step. A motion that shrinks towards
     the value it then keeps, and does not leap away from it, has come to rest, and is no defect.
+    A shorter one shows a value that was kept: the noise stopped, and the motion bends at an end.
     """
     levels = _levels(view, role)
     if levels.low == levels.high:
         return [(0, view.n)]
     found = []
-    least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, 8.0)))
-    for runs in equal_runs(view, role, least=least):
-        columns = (runs.starts.tolist(), runs.ends.tolist(), runs.values.tolist())
-        for first, end, value in zip(*columns, strict=True):
-            if first < _ALIVE:  # before it there is nothing to judge by
+    least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, _FEW)))
+    alike = sum(int(np.count_nonzero(np.diff(x) == 0.0)) for _, x in view.blocks(role, more=1))
+    for runs in equal_runs(view, role, least=_FEW):
+        odd = period is not None and _by_chance(runs.lengths, alike, of=view.n, n=view.n) < _CHANCE
+        # before the first samples there is nothing to judge by
+        chosen = (odd | (runs.lengths >= least)) & (runs.starts >= _ALIVE)
+        for first, end in runs.stretches(chosen):
+            if period is not None and _keeps_its_value(view, role, first, end, levels):
+                found.append((first, end))
                 continue
             before = view.read(role, first - _ALIVE, first)
+            value = float(view.read(role, first, first + 1)[0])
             changes = np.mean(np.diff(before) != 0.0)
             # A slow decay without noise comes to rest from one or two quanta, noise from several.
             leaps = _leaps_away(view, role, end, value, levels)  # nothing at rest does
@@ -188,6 +195,28 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
             if still and (leaps or not _dies_out(view, role, first, value, period, levels)):
                 found.append((first, end))
     return found
+
+
+def _by_chance(length: ArrayLike, alike: int, *, of: int, n: int) -> FloatArray:
+    """Expected number of stretches as long in n samples where `alike` `of` them are like others."""
+    return np.asarray(n * ((alike + 1.0) / (of + 2.0)) ** (np.asarray(length) - 1.0))
+
+
+def _keeps_its_value(view: RecordView, role: str, first: int, end: int, levels: _Levels) -> bool:
+    """Whether a sensor shows its last value, by how often samples beside a stretch are alike.
+
+    The motion, which went on, bends at an end as it does nowhere near: a crest without noise stays
+    in its top quantum, too. At the end of the range it is clipped, which is something else.
+    """
+    sides = view.read(role, first - _ALIVE, first + 1), view.read(role, end - 1, end + _ALIVE)
+    kept, beside = sides[1][0], np.concatenate([sides[0][:-1], sides[1][1:]])
+    alike = int(max(np.sum(beside == kept), np.sum(np.diff(beside) == 0.0)))
+    if not _by_chance(end - first, alike, of=beside.size, n=view.n) < _CHANCE:
+        return False
+    bends = [np.append(np.abs(np.diff(side, 2)), 0.0) for side in sides]
+    usual = max(float(np.median(np.concatenate(bends))), levels.fine)
+    leaps = max(bends[0][-2], bends[1][0]) > _BENDS * usual
+    return bool(leaps and kept not in (levels.low, levels.high))
 
 
 def _leaps_away(view: RecordView, role: str, end: int, value: float, levels: _Levels) -> bool:
@@ -329,8 +358,7 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
 
     A gap is a stretch of equal samples that the channel enters and leaves by a step larger
     than any that its motion takes elsewhere; of a stretch that is known to be frozen, where it
-    enters or leaves so. A record may begin or end within a gap. A sample far off alone is one, and
-    so is a displacement that keeps its value while its noise would go on.
+    enters or leaves so. A record may begin or end within a gap. A sample far off alone is one.
 
     Parameters
     ----------
@@ -355,9 +383,7 @@ def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = (
     ((3000, 3060),)
     """
     starts, ends = _still(view, role)
-    alone = list(lone_samples(view, role))  # their steps are none of the motion
-    if role == "displacement":
-        alone += _kept_values(view, role, starts, ends)
+    alone = lone_samples(view, role)  # their steps are none of the motion
     odd = np.concatenate([np.stack([starts, ends]), np.reshape(alone, (-1, 2)).T], axis=1)
     far = _far_steps(view, role, *odd.astype(np.int64))
     # The first far step at or before its beginning, the last one at or after its end.
@@ -410,37 +436,6 @@ def lone_samples(view: RecordView, role: str) -> Stretches:
             if 0 < end - first <= _MOST_LONE and alone:
                 found.append((low + first, low + end))
     return _joined(found)
-
-
-def _kept_values(
-    view: RecordView, role: str, starts: IntArray, ends: IntArray
-) -> Iterator[Stretch]:
-    """Stretches of equal samples in which a sensor shows its last value: noise does not stop.
-
-    They are longer than chance makes one anywhere, by how often samples beside them are equal. And
-    the motion, which went on, bends at an end as it does nowhere near: a crest without noise stays
-    in its top quantum, too.
-    """
-    levels = _levels(view, role)
-    equal = sum(int(np.count_nonzero(np.diff(x) == 0.0)) for _, x in view.blocks(role, more=1))
-
-    def by_chance(like: int, of: int) -> FloatArray:
-        """Expected number of stretches as long as each where so many samples are like others."""
-        return np.asarray(view.n * ((like + 1.0) / (of + 2.0)) ** (ends - starts - 1.0))
-
-    for i in np.flatnonzero(by_chance(equal, view.n) < _CHANCE):
-        first, end = int(starts[i]), int(ends[i])
-        if first < _ALIVE or end + _ALIVE > view.n:
-            continue
-        sides = view.read(role, first - _ALIVE, first + 1), view.read(role, end - 1, end + _ALIVE)
-        kept, beside = sides[1][0], np.concatenate([sides[0][:-1], sides[1][1:]])
-        like = max(np.sum(beside == kept), np.sum(np.diff(beside) == 0.0))
-        bends = [np.abs(np.diff(side, 2)) for side in sides]
-        usual = max(float(np.median(np.concatenate(bends))), levels.fine)
-        leaps = max(bends[0][-1], bends[1][0]) > _BENDS * usual
-        clipped = kept in (levels.low, levels.high)
-        if leaps and not clipped and by_chance(int(like), beside.size)[i] < _CHANCE:
-            yield first, end
 
 
 def _still(view: RecordView, role: str) -> IntArray:
@@ -626,7 +621,6 @@ def _look_over_channel(
     if role in _TARGETS:
         _refuse_a_new_start(view, role, samples)
         gaps = gaps_of_target(view, role, frozen=stuck if role == "displacement" else ())
-        gaps = [one for one in gaps if not within(one, empty)]
         stuck = [run for run in stuck if not within(run, gaps)]
     clipped = [run for run in saturated(view, role) if not within(run, (*gaps, *empty))]
     stuck = [run for run in stuck if run not in clipped]
@@ -679,11 +673,12 @@ def _share(stretches: Sequence[Stretch], view: RecordView) -> float:
 
 
 _EVERY_HIT = "a drop test needs every hit; cut the record there"
-_STANDS = "it stands still in the midst of its motion or its noise, as a sensor that is off"
-_CLIPPED = "it is clipped at the end of its range; measure with a wider range"
-_JUMPS = (
-    "it keeps its value, or jumps away from its motion and back, as a laser that loses its target"
+_STANDS = (
+    "it stands still in the midst of its motion or its noise, as a sensor that is off or shows its "
+    "last value"
 )
+_CLIPPED = "it is clipped at the end of its range; measure with a wider range"
+_JUMPS = "it jumps away from its motion and back, as a laser that loses its target"
 
 
 def _paused(
