@@ -75,10 +75,8 @@ with its impact arrays. The target is five times the plain rig.
 
 WHY_DEPARTURES = """
 Flights in which a ball slides on in its direction are in closed form like those of the plain rig.
-Where it stops on its floor, sticks or chatters, they are power series, event by event, and so are
-all flights of an oscillator with quadratic damping or a cubic spring: a run is a fraction of a
-millisecond longer, a design with quadratic damping by a twentieth, and a polynomial that bends the
-closed form would need two hundred lines.
+Where it stops on its floor, sticks or chatters, they are power series, event by event. A spring or
+a damping that is a little nonlinear is the closed form and a polynomial that bends it (`bent.py`).
 """
 
 SAMPLED = """\

@@ -131,14 +131,14 @@ def has_closed_form(
 def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
     """Table of the closed form where there is a good one, else None: power series then.
 
-    Not for a base that is not harmonic, an oscillator that is not linear but for Coulomb friction,
-    or near or beyond critical damping, or a resonance so sharp that the particular response would
-    dwarf the motion.
+    Not for a base that is not harmonic, an oscillator near or beyond critical damping, or a
+    resonance so sharp that the particular response would dwarf the motion. For quadratic damping
+    or cubic stiffness with what `bent.py` needs.
     """
     from vinesexp.solver.response import prepare
 
     o = rig.oscillator
-    if not isinstance(base, Harmonic | None) or damping.quadratic != 0.0 or o.k3 != 0.0:
+    if not isinstance(base, Harmonic | None):
         return None
     amplitude, frequency, phase = 0.0, o.f0, 0.0
     if isinstance(base, Harmonic) and base.amplitude > 0.0:
@@ -146,7 +146,12 @@ def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray
     rates = (np.array(one) for one in (o.w0, o.zeta, 2.0 * math.pi * frequency, amplitude > 0.0))
     if not has_closed_form(*rates):
         return None
-    return prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
+    table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
+    if damping.quadratic != 0.0 or o.k3 != 0.0:
+        from vinesexp.solver.bent import bent_table
+
+        table = bent_table(table)
+    return table
 
 
 def scratch(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray:

@@ -64,8 +64,9 @@ SLIDE = 4  # friction begins to act, or turns about
 L_APART, L_A, L_FORCE, L_MASS = 6, 7, 8, 9
 LOG_COLUMNS = 10
 
-# Rows of the scratch space: three for series, and the phasor of the closed form.
-PHASOR, WORK = 3, 4
+# Rows of the scratch space: series and a flight that is bent, the phasor of the closed form, and of
+# the last such flights, by the way of the oscillator and where the ball heads, four rows each.
+PHASOR, ALIKE_ROWS, WORK = 6, 7, 31
 
 # Evaluations after which a compiled loop returns, finished or not: an interrupt is heard after a
 # fraction of a second, and no loop runs for ever (`effort.py`).
