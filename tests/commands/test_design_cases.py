@@ -50,7 +50,7 @@ def found_for(options: dict[str, str]) -> Answer:
     symbols = {option.flag: option.symbol for option in OPTIONS}
     folder = options.get("--identified")
     given = gather(
-        {symbols[flag]: [text] for flag, text in options.items() if flag in symbols},
+        {symbols[flag]: text for flag, text in options.items() if flag in symbols},
         None if folder is None else Path(folder),
     )
     return design(given)

@@ -68,7 +68,7 @@ def test_basins_as_table_json_and_picture(
     ("more", "said"),
     [
         (["--clearance", "5:60 mm"], "--clearance: given 2 times"),
-        (["--cells", "4", "--cells", "5"], "--cells: given more than once"),
+        (["--cells", "4", "--cells", "5"], "--cells: given 2 times (4, 5)"),
         (["--cells", "4x5x6"], "--cells: found '4x5x6', expected 40 or 60x40"),
         (["--cells", "1x5"], "2 or more along an axis"),
         (["--starts", "none"], "--starts: found 'none'"),
@@ -109,7 +109,7 @@ def test_values_that_cannot_be(symbol: str, text: str, said: str) -> None:
     from vinesexp.errors import ParameterError
 
     with pytest.raises(ParameterError, match=said):
-        gather_values({symbol: [text]})
+        gather_values({symbol: text})
 
 
 def test_missing_values_are_asked_for_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:

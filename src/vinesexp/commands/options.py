@@ -119,13 +119,13 @@ def add_options(parser: argparse.ArgumentParser, *options: tuple[str, str], **mo
 def add_values(
     parser: argparse.ArgumentParser, options: Iterable[Option], *, before: str = ""
 ) -> None:
-    """An option for each value, written with its unit; each text is kept, so that two show."""
+    """An option for each value, written with its unit."""
     for option in options:
         parser.add_argument(
             option.flag,
             dest=option.symbol,
             metavar="VALUE",
-            action="append",
+            action=Once,
             help=f"{before}such as '{option.example}'{option.note}".replace("%", "%%"),
         )
 
@@ -179,8 +179,11 @@ class Once(argparse.Action):
         values: Any,
         option_string: str | None = None,
     ) -> None:
-        if getattr(namespace, self.dest) is not self.default:
-            raise ParameterError("given more than once; give it once", where=option_string)
+        before = getattr(namespace, self.dest)
+        if before is not self.default:
+            raise ParameterError(
+                f"given 2 times ({before}, {values}); give it once", where=option_string
+            )
         setattr(namespace, self.dest, values)
 
 

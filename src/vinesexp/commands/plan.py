@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the plan; write its records.csv where one is asked for."""
     texts = {option.symbol: getattr(args, option.symbol) for option in _OPTIONS}
-    given = [option.flag for option in _OPTIONS if texts[option.symbol]]
+    given = [option.flag for option in _OPTIONS if texts[option.symbol] is not None]
     if args.campaign is not None and given:
         raise ParameterError("a campaign has its own rig; leave this out", where=given[0])
     if args.campaign is None and not given:
@@ -178,9 +178,9 @@ def _needs_lines(needs: planned.Needs) -> list[str]:
     return lines
 
 
-def _of_values(texts: dict[str, Sequence[str] | None]) -> list[planned.PlannedTest]:
+def _of_values(texts: dict[str, str | None]) -> list[planned.PlannedTest]:
     """A first campaign; values without an error count as known to 2 %."""
-    given = gather({symbol: said or () for symbol, said in texts.items()})
+    given = gather(texts)
     missing = [o.flag for o in (*RIG, EXCITATION[0]) if o.symbol not in given]
     if missing:
         raise ParameterError(f"a plan needs {', '.join(missing)} too")

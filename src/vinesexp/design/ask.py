@@ -225,6 +225,6 @@ def design(
             x if isinstance(x, str) else f"{as_number(x, name)!r} {option.unit}".strip()
             for x in several(value)
         ]
-        texts[option.symbol] = [(":" if option.symbol in ("G", "frequency") else "; ").join(words)]
+        texts[option.symbol] = (":" if option.symbol in ("G", "frequency") else "; ").join(words)
     given = gather(texts, recorded=base is not None)
     return answered(given, simulate=simulate, seed=seed, base=base, effort=effort)

@@ -105,14 +105,14 @@ class Given:
 
 
 def gather(
-    texts: Mapping[str, Sequence[str]], identified: Path | None = None, *, recorded: bool = False
+    texts: Mapping[str, str | None], identified: Path | None = None, *, recorded: bool = False
 ) -> Given:
     """Read what was written for each symbol; an option wins over the file.
 
     Parameters
     ----------
     texts : mapping
-        For each symbol the texts given for it, one per time the option was used.
+        For each symbol what was written for it, None for nothing.
     identified : path, optional
         An identified.csv, or the results folder it is in.
     recorded : bool
@@ -121,8 +121,7 @@ def gather(
     Raises
     ------
     ParameterError
-        An option given twice, a value that cannot be read, or what is still missing, all of it in
-        one line.
+        A value that cannot be read, or what is still missing, all of it in one line.
     """
     read = read_identified(identified) if identified is not None else {}
     given: dict[str, tuple[Quantity, ...]] = {name: (value,) for name, value in read.items()}
@@ -148,13 +147,13 @@ def gather(
 
 def read_options(
     options: Sequence[Option],
-    texts: Mapping[str, Sequence[str] | None],
+    texts: Mapping[str, str | None],
     parse: Callable[[str, Option], tuple[Quantity, ...]],
 ) -> dict[str, tuple[Quantity, ...]]:
     """What was written for each option, as `parse` reads it; mistakes name the option."""
     found = {}
     for option in options:
-        text = text_of(option, texts)
+        text = texts.get(option.symbol)
         if text is None:
             continue
         try:
@@ -180,16 +179,6 @@ def _refuse_unlike(given: Mapping[str, tuple[Quantity, ...]]) -> None:
         raise ParameterError(
             f"{len(given['b'])} clearances {of} in the order of --nes-mass", where="--clearance"
         )
-
-
-def text_of(option: Option, texts: Mapping[str, Sequence[str] | None]) -> str | None:
-    """What was written for an option, None for nothing; given twice it is an error."""
-    said = texts.get(option.symbol) or ()
-    if len(said) > 1:
-        raise ParameterError(
-            f"given {len(said)} times ({', '.join(said)}); give it once", where=option.flag
-        )
-    return said[0] if said else None
 
 
 def ends_of(text: str) -> tuple[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,22 +29,22 @@ Ends = tuple[float, float]
 
 
 def gather_values(
-    texts: Mapping[str, Sequence[str] | None], identified: Path | None = None
+    texts: Mapping[str, str | None], identified: Path | None = None
 ) -> tuple[dict[str, float], dict[str, Ends]]:
     """Values and ranges (SI) of what was written; an option wins over the file.
 
     Parameters
     ----------
     texts : mapping
-        For each symbol the texts given for it, one per time the option was used.
+        For each symbol what was written for it, None for nothing.
     identified : path, optional
         An identified.csv, or the results folder it is in.
 
     Raises
     ------
     ParameterError
-        An option given twice, a value that cannot be read or cannot be, or one that is missing
-        (the frequency is the natural one by default); all that is missing in one line.
+        A value that cannot be read or cannot be, or one that is missing (the frequency is the
+        natural one by default); all that is missing in one line.
     """
     values: dict[str, float] = {}
     if identified is not None:
