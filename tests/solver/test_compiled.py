@@ -14,7 +14,7 @@ def test_only_the_text_of_a_compiled_module_counts(tmp_path, monkeypatch):
     shutil.copytree(Path(compiled.__file__).parent, solver, copy_function=shutil.copyfile)
     monkeypatch.setattr(compiled, "__file__", str(solver / "compiled.py"))
     assert compiled._stamp() == compiled._STAMP
-    edited = solver / "flight.py"
+    edited = solver / "kernel.py"
     edited.write_text(edited.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     assert compiled._stamp() != compiled._STAMP
 

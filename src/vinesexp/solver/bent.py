@@ -11,7 +11,7 @@ the last flight that was alike on, or from u = 0, every repetition brings u near
 the force that is not linear, a hundred to a thousand times, until nothing changes any more
 (Picard). Then u is a polynomial over the whole
 flight, where a power series about its start would need three: contacts are found and proved as in
-the plain rig (`flight.cross`), with u and its derivatives added, and a bound on them.
+the plain rig (`kernel.cross`), with u and its derivatives added, and a bound on them.
 
 Where N is too large for that, or not a polynomial of this degree to rounding, `bend` says so and
 the power series (`series.py`) take over, which know nothing of this and are its test.

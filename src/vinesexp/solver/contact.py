@@ -326,7 +326,7 @@ def close_chatter(
 
 ALIKE = 0.1  # of a period, by which a contact may be off the time of one a period ago
 STEADY = 0.005  # of a period: flights that differ by less count as alike
-BRIEF = 0.05  # of a period: 0.3 rad, the reach of `flight.hop`
+BRIEF = 0.05  # of a period: 0.3 rad, the reach of `kernel.hop`
 
 
 @compiled

@@ -1,28 +1,64 @@
-"""The event loop, and its fast ways: harmonic base (or none), in closed form between events.
+"""From contact to contact in closed form, and the event loop around it.
 
-Flights between walls are covered in a few evaluations of the closed form (`response.py`), found by
-a guess and then proved to pass no contact, the bounces of a chatter by a series each (`flight.py`).
-Flights in which every ball slides on in its direction are so too (`glide`): a constant force moves
-the place of rest of the oscillator, and what is not linear bends the flight (`bent.py`). What is
-neither, that is the end of a chatter, rest, release, several balls at once, starts on a wall and
-what cannot be proved, is one turn of the general loop (`events.py`), which holds those rules alone.
-The general loop, which knows nothing of this one, is its test.
+Under a harmonic base (or none) the motion between walls is known in closed form (`response.py`): a
+constant force moves the place of rest of the oscillator, and what is not linear bends the flight
+(`bent.py`). In a regular response one flight lasts about as long as the last one, so its contact is
+found with one evaluation of the closed form, in a chaotic one with two. That would be a gamble on
+its own. The proof comes afterwards (`nothing_before`). If it fails, nothing has been done, and the
+motion is looked at a radian apart (`look_and_cross`); so it is where Newton's rule stops at no
+root. The bounces of a chatter are a series each (`hop`). What is neither, that is the end of a
+chatter, rest, release, several balls at once, starts on a wall and what cannot be proved, is one
+turn of the general loop (`events.py`), which holds those rules alone. The general loop, which knows
+nothing of this one, is its test.
+
+The proof that nothing came before looks at both ends of a stretch of flight: with the gaps and
+their rates known there, and a bound on the fourth derivative in between, a cubic says whether a
+gap stays open (`search.clear_between`). A flight is one stretch, or several where one does not do.
+
+A constant force on the oscillator moves its place of rest by `shift`, and a ball may have a
+constant acceleration A: so balls that rub and floors that are not level (`events.py`) fly by the
+same rules (`glide`). A ball that rubs keeps its direction if its rate relative to the floor, whose
+fourth derivative is that of x's rate, stays clear of zero in the same way. So does an oscillator
+with Coulomb friction: z' = x' - x_e' keeps its sign `way` (0: there is no such friction), or the
+flight ends where z' comes to zero.
+
+`hop`: short flights back to the wall that was just left, the bounces of a chatter.
+
+The ball leaves the wall with the speed w > 0 while the wall follows it. With the Taylor series of x
+at the bounce, X_n = x^(n)/n!, and z = +1 or -1 the side, the gap is s q(s),
+
+    q(s) = w - z (X_2 s + X_3 s^2 + X_4 s^3 + ...),
+
+and nothing large is subtracted, however short the flight. If z X_2 > 2 |X_3| s + 3 |X_4| s^2 + ...
+at a root s, q falls all the way to it: it is the only one up to there, so any rule may find it
+(Newton's here). The other wall is out of reach if w s < b, because the gap is at most w s. The
+other balls are proved to meet no wall before (`search.open_until`). If a proof fails nothing has
+been done, and the general loop takes over.
+
+Flights last up to SHORT radians; the series is cut at order TOP, its remainder is below
+0.3^13/13! = 3e-17 of the amplitude.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vinesexp.arrays import FloatArray
+from vinesexp.solver.bent import FIFTH, FOURTH, SECOND, TURN_OFF, bend, bent_at
 from vinesexp.solver.bent import START as BENT
-from vinesexp.solver.bent import TURN_OFF, bend
-from vinesexp.solver.compiled import apart, compiled, entry
-from vinesexp.solver.contact import closing_now, go_through
+from vinesexp.solver.compiled import apart, compiled, entry, fused
+from vinesexp.solver.contact import closing_now, expect, go_through, remaining
 from vinesexp.solver.events import collide, complete, loads, may_hold, turn, write
-from vinesexp.solver.flight import SHORT, bounce, cross, first_expected, hop, look_and_cross, second
 from vinesexp.solver.response import (
     ENTRIES,
+    H_BASE,
+    H_BASE_C,
+    H_BASE_S,
     H_FREQUENCY,
+    H_MISFIT,
+    H_P,
     H_RATE,
     H_SPACING,
     H_TWOALPHA,
@@ -30,9 +66,11 @@ from vinesexp.solver.response import (
     H_W0SQ,
     after,
     base_at,
+    free_derivatives,
     phasor,
+    turned,
 )
-from vinesexp.solver.search import EPS
+from vinesexp.solver.search import EPS, clear_between, open_until, root_of_cubic
 from vinesexp.solver.series import (
     P_C,
     P_COULOMB,
@@ -40,6 +78,7 @@ from vinesexp.solver.series import (
     P_K,
     P_M,
     P_QUADRATIC,
+    PER,
     moving_way,
     piece_at,
     spring_force,
@@ -47,14 +86,22 @@ from vinesexp.solver.series import (
 from vinesexp.solver.state import (
     ALIKE_ROWS,
     ALLOWANCE,
+    CLEARANCE,
     EXPECTED,
     FREE,
+    GAP,
     HEADING,
     HIT,
+    IMPACT,
+    L_APART,
+    L_MASS,
     LEFT,
     LOGGED,
+    MASS,
     PERIOD,
     PHASOR,
+    RATE,
+    RESTITUTION,
     RHO,
     RUB,
     SIDE,
@@ -67,12 +114,563 @@ from vinesexp.solver.state import (
     V_NOW,
     WAY,
     X_NOW,
+    A,
     D,
     Given,
     Log,
+    U,
     advance_clock,
     carry,
+    write_event,
+    x_minus_y,
 )
+
+LONG = 4.0  # rad: longer flights are proved in two parts at once
+PARTS = 8
+
+
+@compiled
+def bound(response: FloatArray, c0: float, c1: float, xh: float, vh: float, T: float) -> float:
+    """S, no less than the fourth derivative within T seconds from there (`search.py`)."""
+    w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
+    w4 = w * w * w * w
+    _, _, fh, gh = free_derivatives(two_alpha, w0sq, xh, vh)
+    f, df = fused(w4, c0, fh), gh / w - w4 * c1
+    free = math.sqrt(fused(fh, fh, gh * gh / w0sq))
+    return min(
+        fused(T * free, response[H_MISFIT], math.sqrt(fused(f, f, df * df))),
+        fused(w4, response[H_P], free),
+    )
+
+
+@compiled
+def nothing_before(
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
+    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
+    bent: FloatArray | None,
+) -> bool:  # fmt: skip
+    """Whether no ball meets a wall within the T seconds in which ball k goes to the wall `to`.
+
+    k = -1: in which z' goes to zero. The state is that of the start; x, v and the phasor (cr, ci)
+    are those of the landing. A long flight is proved in parts, between points at which the motion
+    is evaluated.
+    """
+    parts = 1
+    if T * response[H_RATE] > LONG:
+        parts = 2
+    while parts <= PARTS:
+        found = parts_are_clear(
+            response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way, parts, bent
+        )
+        if found != 0:
+            return found > 0
+        parts *= 2
+    return False
+
+
+@compiled
+def second(response: FloatArray, cr: float, xh: float, vh: float) -> float:
+    """Second derivative of x, of the phasor and the free motion together."""
+    w = response[H_W]
+    free = fused(-response[H_TWOALPHA], vh, -response[H_W0SQ] * xh)
+    a: float = fused(-w * w, cr, free)
+    return a
+
+
+@compiled
+def parts_are_clear(
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
+    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
+    parts: int, bent: FloatArray | None,
+) -> int:  # fmt: skip
+    """1: no ball meets a wall before; -1: one is beyond a wall; 0: more parts are needed."""
+    w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
+    xh0, vh0, h = x0 - shift - c[0], v0 + w * c[1], T / parts
+    s0, bend0, gain0, a0 = 0.0, 0.0, 0.0, second(response, c[0], xh0, vh0)
+    if bent is not None:
+        a0 += bent[SECOND]
+    _, base_v, base_a = base_at(response, c[0], c[1])
+    # Friction acts by `way`: what is below zero at the start is rounding.
+    u0, b0 = max(way * (v0 - base_v), 0.0), way * (a0 - base_a)
+    for part in range(1, parts + 1):
+        s, last = part * h, part == parts
+        re, im, xs, vs = cr, ci, x, v
+        if last:
+            s = T
+        else:
+            re, im, xs, vs = after(response, c[0], c[1], xh0, vh0, s)
+            xs, vs = shift + (re + xs), vs - w * im
+        if bent is None:
+            a = second(response, re, xs - shift - re, vs + w * im)
+        else:
+            u, du, ddu, _, _, _, _ = bent_at(bent, s)
+            if not last:
+                xs, vs = xs + u, vs + du
+            a = second(response, re, xs - u - shift - re, vs - du + w * im) + ddu
+        bend, gain = xs - x0 - v0 * s, vs - v0
+        if way != 0.0:
+            _, base_v, base_a = base_at(response, re, im)
+            u1, b1 = way * (vs - base_v), way * (a - base_a)
+            if last and k < 0:
+                u1 = 0.0
+            elif not u1 > 0.0:
+                return -1
+            S1 = response[H_RATE] * (S + w * w * w * w * response[H_BASE])
+            S1 += 0.0 if bent is None else bent[FIFTH]
+            if not clear_between(u0, b0, u1, b1, h, S1):
+                return 0
+            u0, b0 = u1, b1
+        rate = S * response[H_RATE] + (0.0 if bent is None else bent[FIFTH])
+        for i in range(balls.shape[0]):
+            landed, now = last and i == k, state[T_HIGH] + T if last else -1.0
+            clear = ball_is_clear(
+                balls, i, s0, bend0, gain0, a0, s, bend, gain, a, S, rate, landed, to, now
+            )
+            if clear <= 0:
+                return clear
+        s0, bend0, gain0, a0 = s, bend, gain, a
+    return 1
+
+
+@compiled
+def ball_is_clear(
+    balls: FloatArray, i: int, s0: float, bend0: float, gain0: float, a0: float, s: float,
+    bend: float, gain: float, a: float, S: float, rate: float, landed: bool, to: float, now: float,
+) -> int:  # fmt: skip
+    """`parts_are_clear` for one ball, from s0 to s.
+
+    `rate` is a bound on the fifth derivative of x; `landed`: it is at the wall `to` in the end;
+    `now` is the time there, below zero where the flight goes on.
+    """
+    z, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
+    own, h = balls[i, A], s - s0
+    g0 = d - z * (r * s0 + (bend0 - 0.5 * own * s0 * s0))
+    g1 = d - z * (r * s + (bend - 0.5 * own * s * s))
+    if landed:  # exactly at the wall it was heading for
+        g1 = 0.0 if to == z else full
+    elif not 0.0 < g1 < full:
+        return -1
+    r0, r1 = r + (gain0 - own * s0), r + (gain - own * s)
+    proved = clear_between(g0, -z * r0, g1, -z * r1, h, S) & clear_between(
+        full - g0, z * r0, full - g1, z * r1, h, S
+    )
+    if balls[i, RUB] > 0.0:
+        z = balls[i, WAY]
+        slides = (z * r0 > 0.0) & (z * r1 > 0.0)
+        proved = (
+            proved
+            and slides
+            and clear_between(z * r0, z * (a0 - own), z * r1, z * (a - own), h, rate)
+        )
+    # Contacts within the resolution of time and lengths may be one, for the general rule.
+    tie = 4.0 * EPS * (now * abs(r1) + full)
+    if not proved or (now >= 0.0 and not landed and (g1 <= tie or full - g1 <= tie)):
+        return 0
+    return 1
+
+
+CLOSE = 0.01  # rad: from here the Taylor polynomial of degree 6 is exact (0.01^7/5040 = 2e-18)
+TRIES = 4
+STEPS = 5  # of Newton's rule at most
+ROUNDED = 0.01 * EPS  # share of the lengths that a gap counts as zero by: well below its rounding
+
+
+@compiled
+def first_expected(balls: FloatArray, now: float) -> int:
+    """The ball whose contact is expected first after `now`; -1 if one is overdue or unknown."""
+    first = 0
+    for i in range(balls.shape[0]):
+        if balls[i, EXPECTED] <= now or balls[i, STATE] != FREE:
+            return -1
+        if balls[i, EXPECTED] < balls[first, EXPECTED]:
+            first = i
+    return first
+
+
+@compiled
+def forced_derivatives(
+    response: FloatArray, cr: float, ci: float, xh: float, vh: float
+) -> tuple[float, float, float, float, float]:
+    """Second to sixth derivative of x, of the phasor and the free motion together."""
+    w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
+    w2 = w * w
+    ah, jh, fh, gh = free_derivatives(two_alpha, w0sq, xh, vh)
+    hh = fused(-two_alpha, gh, -w0sq * fh)
+    up, down = w2 * cr, w2 * w * ci
+    return ah - up, jh + down, fused(w2, up, fh), fused(-w2, down, gh), fused(-w2 * w2, up, hh)
+
+
+@compiled
+def until_it_turns(
+    response: FloatArray, cr: float, ci: float, xh: float, vh: float, s: float, v: float,
+    way: float, bent: FloatArray | None,
+) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
+    """z' in the direction `way` and its derivatives to the fifth; the speeds it is between."""
+    base_v = base_at(response, cr, ci)[1]
+    less, lag = 1.0 - response[H_BASE_C], response[H_BASE_S]
+    a, j, f, p, q = forced_derivatives(response, less * cr - lag * ci, less * ci + lag * cr, xh, vh)
+    if bent is not None:
+        _, _, u2, u3, u4, u5, u6 = bent_at(bent, s)
+        a, j, f, p, q = a + u2, j + u3, f + u4, p + u5, q + u6
+    size = abs(v) + abs(base_v)
+    return way * (v - base_v), way * a, way * j, way * f, way * p, way * q, size
+
+
+@compiled
+def a_little_later(
+    d: float, x: float, v: float, a: float, j: float, f: float, p: float, q: float
+) -> tuple[float, float]:
+    """x and x' after d seconds, from the derivatives up to the sixth."""
+    rise = fused(d, fused(d, q * (1.0 / 720.0), p * (1.0 / 120.0)), f * (1.0 / 24.0))
+    x += d * fused(d, fused(d, fused(d, rise, j * (1.0 / 6.0)), 0.5 * a), v)
+    rise = fused(d, fused(d, q * (1.0 / 120.0), p * (1.0 / 24.0)), f * (1.0 / 6.0))
+    return x, v + d * fused(d, fused(d, rise, 0.5 * j), a)
+
+
+@compiled
+def cross(
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int, s: float,
+    longest: float, shift: float, way: float, bent: FloatArray | None,
+) -> tuple[float, int]:  # fmt: skip
+    """Carry everything to the next contact, thought to be of ball k in s seconds.
+
+    k = -1: to the place where the oscillator, which moves the way `way` against its base, turns.
+    `bent` (`bent.py`) is what an oscillator that is not linear adds.
+    Returns the duration (0: not proved, and nothing is changed) and the evaluations used. On
+    success clock, oscillator, phasor `c` and balls are there.
+    """
+    w, rate, one = response[H_W], response[H_RATE], max(k, 0)
+    near = CLOSE if k >= 0 else 0.25 * CLOSE  # a derivative less is known
+    rho, to, own = balls[one, RHO], balls[one, HEADING], balls[one, A]
+    # The gap to the wall for which the ball is heading, in the direction `to`.
+    far = balls[one, D]
+    if to != balls[one, SIDE]:
+        far = 2.0 * balls[one, CLEARANCE] - far
+    x0, v0, c0, c1 = state[X_NOW], state[V_NOW], c[0], c[1]
+    xh0, vh0, tries = x0 - shift - c0, v0 + w * c1, 0
+    while True:
+        if not (0.0 < s < longest) or tries == TRIES:
+            return 0.0, tries
+        tries += 1
+        cr, ci, xh, vh = after(response, c0, c1, xh0, vh0, s)
+        x, v = shift + (cr + xh), vh - w * ci
+        a, j, f, p, q = forced_derivatives(response, cr, ci, xh, vh)
+        if bent is not None:
+            u, u1, u2, u3, u4, u5, u6 = bent_at(bent, s)
+            x, v, a, j, f, p, q = x + u, v + u1, a + u2, j + u3, f + u4, p + u5, q + u6
+        if k >= 0:
+            g = far - to * (rho * s + ((x - x0 - v0 * s) - 0.5 * own * s * s))
+            g1, g2 = -to * (rho + ((v - v0) - own * s)), -to * (a - own)
+            g3, g4, g5, g6 = -to * j, -to * f, -to * p, -to * q
+            size = far + abs(rho) * s + abs(x) + abs(x0)
+        else:
+            g, g1, g2, g3, g4, g5, size = until_it_turns(response, cr, ci, xh, vh, s, v, way, bent)
+            g6, size = 0.0, size + abs(v0)
+        if g1 >= 0.0:
+            return 0.0, tries
+        d, left, slope = nearest_root(g, g1, g2, g3, g4, g5, g6, ROUNDED * size)
+        if abs(d) * rate < near:
+            # Where the gap has no root near by, Newton's rule can stop at nothing: what its last
+            # step leaves of the gap has to be rounding.
+            if not (slope < 0.0 and left <= 8.0 * EPS * size):
+                return 0.0, tries
+            break
+        s += d
+    # The state at the contact.
+    T = s + d
+    if T <= 0.0:
+        return 0.0, tries
+    x, v = a_little_later(d, x, v, a, j, f, p, q)
+    cr, ci = turned(cr, ci, w * d)
+    S = bound(response, c0, c1, xh0, vh0, T)
+    if bent is not None:
+        S += bent[FOURTH]
+    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, way, bent):
+        return 0.0, tries
+    if k < 0:
+        v = base_at(response, cr, ci)[1]
+    arrive(state, balls, x, v, T, x - x0 - v0 * T, v - v0, k, to)
+    c[0], c[1] = cr, ci
+    return T, tries
+
+
+LOOK = 1.0  # rad: so far apart is looked at a motion that resembles no other
+
+
+@apart
+def look_and_cross(
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, longest: float
+) -> int:
+    """Carry everything to the first contact, or `longest` seconds on; 0: nothing is changed.
+
+    The contact is looked for at points a radian apart; then it is found, and proved, as others.
+    """
+    w, w0sq, h = response[H_W], response[H_W0SQ], LOOK / response[H_RATE]
+    x0, v0, n = state[X_NOW], state[V_NOW], balls.shape[0]
+    xh0, vh0, s, count = x0 - c[0], v0 + w * c[1], 0.0, 0
+    free = math.sqrt(xh0 * xh0 + vh0 * vh0 / w0sq)
+    near = math.sqrt(x0 * x0 + v0 * v0 / (w * w)) + longest * free * response[H_MISFIT]
+    most = min(response[H_P] + free, near)
+    for i in range(n):
+        balls[i, GAP], balls[i, RATE] = balls[i, D], -balls[i, SIDE] * balls[i, RHO]
+    while True:
+        skip = longest
+        for i in range(n):
+            skip = min(skip, out_of_reach(balls, i, x0, most, s))
+        last, s, k, soon = s, min(s + max(skip, h), longest), -1, math.inf
+        re, im, xh, vh = after(response, c[0], c[1], xh0, vh0, s)
+        x, v = re + xh, vh - w * im
+        count += 1
+        for i in range(n):
+            when, heading = seen(balls, i, last, s, (x - x0) - v0 * s, v - v0, skip <= h)
+            if when < soon:
+                k, soon, balls[i, HEADING] = i, when, heading
+        if k >= 0:
+            T, tries = cross(response, state, balls, c, k, soon, longest, 0.0, 0.0, None)
+            return count + tries if T > 0.0 else 0
+        if s >= longest:
+            break
+    S = bound(response, c[0], c[1], xh0, vh0, s)
+    if not nothing_before(response, state, balls, c, x, v, re, im, s, S, -1, 0.0, 0.0, 0.0, None):
+        return 0
+    arrive(state, balls, x, v, s, x - x0 - v0 * s, v - v0, -1, 0.0)
+    c[0], c[1] = re, im
+    return count
+
+
+@compiled
+def seen(
+    balls: FloatArray, i: int, last: float, s: float, bend: float, gain: float, close: bool
+) -> tuple[float, float]:
+    """About when ball i meets a wall before s (inf: not), and which; fills in GAP and RATE.
+
+    `bend` is x - x0 - v0 s and `gain` v - v0; GAP and RATE are those at `last`. `close`: so near
+    that a gap that opens again is seen in the cubic between.
+    """
+    z, wide, g0, r0 = balls[i, SIDE], 2.0 * balls[i, CLEARANCE], balls[i, GAP], balls[i, RATE]
+    g, r = balls[i, D] - z * (balls[i, RHO] * s + bend), -z * (balls[i, RHO] + gain)
+    balls[i, GAP], balls[i, RATE], h = g, r, s - last
+    if g <= 0.0:
+        return last + closing(g0, r0, g, r, h), z
+    if g >= wide:
+        return last + closing(wide - g0, -r0, wide - g, -r, h), -z
+    middle = 0.5 * (g + g0) + 0.125 * h * (r0 - r)
+    if close and not 0.0 < middle < wide:
+        return last + 0.5 * h, z if middle <= 0.0 else -z
+    return math.inf, z
+
+
+@compiled
+def closing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
+    """About when a gap closes that is open, or opens, at first and not h seconds later."""
+    fall = (g1 - g0) / h
+    c2, c3 = (3.0 * fall - 2.0 * r0 - r1) / h, (r0 + r1 - 2.0 * fall) / (h * h)
+    if g0 > 0.0:
+        return root_of_cubic(g0, r0, c2, c3, h)
+    square = c2 * c2 - 4.0 * c3 * r0
+    return 2.0 * r0 / (math.sqrt(max(square, 0.0)) - c2)
+
+
+@compiled
+def out_of_reach(balls: FloatArray, i: int, x0: float, most: float, s: float) -> float:
+    """How long from s on no wall can reach ball i, with |x| <= `most`, s."""
+    ahead = balls[i, CLEARANCE] - most
+    place = x0 - balls[i, SIDE] * (balls[i, CLEARANCE] - balls[i, D]) + balls[i, U] * s
+    if abs(place) >= ahead:
+        return 0.0
+    left: float = (ahead - math.copysign(1.0, balls[i, U]) * place) / abs(balls[i, U])
+    return left
+
+
+@compiled
+def nearest_root(
+    g: float, g1: float, g2: float, g3: float, g4: float, g5: float, g6: float, enough: float
+) -> tuple[float, float, float]:
+    """Root of the gap near by from its derivatives, gap left there, rate there: no proof yet.
+
+    A slow contact needs more steps of Newton's rule than a fast one: until less than `enough` of
+    the gap is left.
+    """
+    c2, c3, c4 = 0.5 * g2, g3 * (1.0 / 6.0), g4 * (1.0 / 24.0)
+    c5, c6 = g5 * (1.0 / 120.0), g6 * (1.0 / 720.0)
+    inverse = 1.0 / g1
+    d = -g * inverse
+    d = d * fused(-d, c2 * inverse, 1.0)  # the quadratic to second order
+    left, slope = 0.0, g1
+    for _ in range(STEPS):
+        value = fused(d, fused(d, fused(d, fused(d, fused(d, c6, c5), c4), c3), c2), g1)
+        slope = fused(d, fused(d, fused(d, 6.0 * c6, 5.0 * c5), 4.0 * c4), 3.0 * c3)
+        slope = fused(d, fused(d, slope, 2.0 * c2), g1)
+        step = fused(d, value, g) / slope
+        d -= step
+        left = step * step * (abs(c2) + abs(3.0 * c3 * d))
+        if left <= enough:
+            break
+    return d, left, slope
+
+
+@compiled
+def arrive(
+    state: FloatArray, balls: FloatArray, x: float, v: float, T: float, bend: float, gain: float,
+    k: int, to: float,
+) -> None:  # fmt: skip
+    """Set clock, oscillator and balls to T seconds on, ball k at the wall `to`.
+
+    `bend` is x - x0 - v0 T, `gain` is v - v0.
+    """
+    advance_clock(state, T)
+    state[X_NOW], state[V_NOW] = x, v
+    for i in range(balls.shape[0]):
+        gap = carry(balls, i, v, T, bend, gain)
+        if i == k:
+            balls[i, SIDE], gap = to, 0.0
+        elif gap > balls[i, CLEARANCE]:
+            balls[i, SIDE] = -balls[i, SIDE]
+            gap = 2.0 * balls[i, CLEARANCE] - gap
+        balls[i, D] = max(gap, 0.0)
+
+
+@compiled
+def bounce(state: FloatArray, balls: FloatArray, k: int, M: float, log: Log) -> None:
+    """The impact of ball k alone, lighter than the oscillator, none resting (`contact.impact`)."""
+    m, r, rho, v = balls[k, MASS], balls[k, RESTITUTION], balls[k, RHO], state[V_NOW]
+    dv = -m * (1.0 + r) * rho / (M + m)
+    for i in range(balls.shape[0]):
+        balls[i, RHO] += dv
+    balls[k, RHO] = -r * rho
+    state[V_NOW] = v + dv
+    balls[k, U] = state[V_NOW] + r * rho
+    expect(balls, k, state[T_HIGH])
+    row = np.uint64(state[LOGGED])
+    log.numbers[row, L_APART], log.numbers[row, L_MASS] = x_minus_y(balls, k), M
+    write_event(state, log, IMPACT, k, balls[k, SIDE], v, state[V_NOW], v - rho, balls[k, U])
+
+
+SHORT = 0.3  # rad: flights shorter than this are hops
+TOP = 12
+HOP_BRIEF, HOP_BRIEF_TOP = 0.01, 6  # rad: 0.01^7/7! = 2e-18
+#: Steps of Newton's rule; of s, its last step, whose square is the error left.
+HOP_TRIES, SETTLED = 10, 1e-9
+
+
+@compiled
+def expand_motion(
+    head: FloatArray, cr: float, ci: float, xh: float, vh: float, top: int, X: FloatArray
+) -> None:
+    """Taylor coefficients of x, of the phasor (cr, ci) and the free motion (xh, vh) together."""
+    w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
+    xp, vp, w2, scale = cr, -w * ci, w * w, 1.0
+    X[0], X[1] = xp + xh, vp + vh
+    for n in range(2, top + 1):
+        # One derivative up: (x, x') becomes (x', x'').
+        xp, vp = vp, -w2 * xp
+        xh, vh = vh, fused(-two_alpha, vh, -w0sq * xh)
+        scale *= PER[n - 1]
+        X[n] = scale * (vp + vh)
+
+
+@compiled
+def returning(balls: FloatArray, a: float, rate: float) -> int:
+    """The ball that comes back first to the wall it is leaving, within SHORT; -1 if none does."""
+    first, soonest = -1, SHORT
+    for i in range(balls.shape[0]):
+        if balls[i, STATE] != FREE:
+            return -1
+        away, push = -balls[i, SIDE] * balls[i, RHO], balls[i, SIDE] * a
+        if balls[i, D] <= 0.0 and away > 0.0 and push > 0.0:
+            back = 2.0 * away * rate / push
+            if back < soonest:
+                first, soonest = i, back
+    return first
+
+
+@apart
+def hop(
+    head: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray,
+    a: float, longest: float, slowest: float, remainder: float,
+) -> bool:  # fmt: skip
+    """Carry everything to the end of a short flight; False: nothing is changed.
+
+    `c` is the phasor of the particular response, `a` is x'', X (TOP + 1 or longer) scratch space.
+    A chatter whose rest of bounces is to be summed (`contact.close_chatter`) is left alone;
+    `slowest` is the least rate it is measured by.
+    """
+    w, w0sq, rate = head[H_W], head[H_W0SQ], head[H_RATE]
+    k = returning(balls, a, rate)
+    if k < 0:
+        return False
+    xh, vh = state[X_NOW] - c[0], state[V_NOW] + w * c[1]
+    top = HOP_BRIEF_TOP if 2.0 * abs(balls[k, RHO]) * rate < HOP_BRIEF * abs(a) else TOP
+    expand_motion(head, c[0], c[1], xh, vh, top, X)
+    z, away = balls[k, SIDE], -balls[k, SIDE] * balls[k, RHO]
+    own = math.sqrt(w0sq)
+    measure = max(max(own, slowest), abs(3.0 * X[3] / X[2]))
+    if remaining(balls, k, 2.0 * z * X[2], 1.0, own)[0] * measure <= 2.0 * remainder:
+        return False
+    s, step = away / (z * X[2]), math.inf
+    for _ in range(HOP_TRIES):
+        value, slope = X[top], 0.0
+        for n in range(top - 1, 1, -1):
+            slope, value = fused(slope, s, value), fused(value, s, X[n])
+        step = (away - z * value * s) / (z * fused(slope, s, value))
+        s += step
+        if not abs(step) > SETTLED * s:
+            break
+    if not abs(step) <= SETTLED * s:
+        return False
+    fall = 0.0
+    for n in range(top, 2, -1):
+        fall = fused(n - 1, abs(X[n]), fall) * s
+    if not (0.0 < s < longest and s * rate < 1.2 * SHORT and fall < 0.999 * z * X[2]):
+        return False
+    if away * s >= balls[k, CLEARANCE] or not others_stay_clear(head, balls, c, X, xh, vh, k, s):
+        return False
+    return_to_wall(state, balls, c, X, top, w, k, s)
+    return True
+
+
+@compiled
+def others_stay_clear(
+    head: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray, xh: float, vh: float,
+    k: int, s: float,
+) -> bool:  # fmt: skip
+    """Whether no ball but k meets a wall within s seconds, or a moment after."""
+    if balls.shape[0] == 1:
+        return True
+    w0sq = head[H_W0SQ]
+    a, j = 2.0 * X[2], 6.0 * X[3]
+    # The free motion's fourth derivative and its rate, which never grows together.
+    _, _, fh, gh = free_derivatives(head[H_TWOALPHA], w0sq, xh, vh)
+    S = head[H_W] ** 4 * head[H_P] + math.sqrt(fh * fh + gh * gh / w0sq)
+    until = 1.001 * s  # impacts within the resolution of time are one event, for the general rule
+    for i in range(balls.shape[0]):
+        z, g, wide = balls[i, SIDE], balls[i, D], 2.0 * balls[i, CLEARANCE] - balls[i, D]
+        r = balls[i, RHO]
+        clear = open_until(g, -z * r, -z * a, -z * j, S, until)
+        clear = clear and open_until(wide, z * r, z * a, z * j, S, until)
+        if i != k and not clear:
+            return False
+    return True
+
+
+@compiled
+def return_to_wall(
+    state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray, top: int, w: float,
+    k: int, s: float,
+) -> None:  # fmt: skip
+    """Set clock, oscillator, phasor and balls to s seconds on, ball k back at its wall."""
+    bend, gain = X[top], top * X[top]  # x - x0 - v0 s over s^2, x' - v0 over s
+    for n in range(top - 1, 1, -1):
+        bend, gain = fused(bend, s, X[n]), fused(gain, s, n * X[n])
+    bend, gain = bend * s * s, gain * s
+    x, v = state[X_NOW] + (state[V_NOW] * s + bend), state[V_NOW] + gain
+    if w * s < HOP_BRIEF:
+        c[0], c[1] = turned(c[0], c[1], w * s)
+    else:
+        cosine, sine = math.cos(w * s), math.sin(w * s)
+        c[0], c[1] = c[0] * cosine - c[1] * sine, c[0] * sine + c[1] * cosine
+    arrive(state, balls, x, v, s, bend, gain, k, balls[k, SIDE])
+
 
 TURNED = 64.0 * EPS  # z' over the speeds it is the difference of, where it has just come to zero
 REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
@@ -133,7 +731,7 @@ def cross_bent(
     response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
     k: int, s: float, longest: float, shift: float, way: float, turns: float, work: FloatArray,
 ) -> tuple[bool, bool]:  # fmt: skip
-    """`flight.cross` of an oscillator that is not linear: whether it is at the contact, or turned.
+    """`cross` of an oscillator that is not linear: whether it is at the contact, or turned.
 
     `turns` is when it may turn before the contact.
     """

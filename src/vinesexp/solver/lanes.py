@@ -7,7 +7,7 @@ bounded below by quartics from either end (`search.py`); if both stay open the s
 pass no contact, and the amplitude at the node enters the statistics. If not, the lane waits until
 as many steps are missed as a landing is worth, and the contacts of all that wait are found at once:
 Newton's rule on the Taylor polynomial from the nearer node, the closed form evaluated there, one
-last step that is exact to rounding, and the proof that nothing came before (`flight.py` says why it
+last step that is exact to rounding, and the proof that nothing came before (`kernel.py` says why it
 is one).
 
 What the proofs do not cover leaves the lane and is finished by one turn of the scalar loop
