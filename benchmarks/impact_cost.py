@@ -22,7 +22,7 @@ from vinesexp import NES, Harmonic, Measured, Release, Rig, simulate
 from vinesexp.arrays import FloatArray
 from vinesexp.excitation import WeakDamping
 from vinesexp.solver.arrays import ball_table, closed_form, drive_table, parameters
-from vinesexp.solver.contact import REMAINDER
+from vinesexp.solver.events import REMAINDER
 from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import amplitudes
 from vinesexp.solver.series import ORDER

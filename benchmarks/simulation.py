@@ -89,7 +89,7 @@ LASTING = """
 ## Contacts that last
 
 A rig whose contacts last (`contact_time`) is simulated by a scheme with a bounded error
-(`solver/contact.py`): a contact is a linear spring and dashpot in the wall, in closed form for a
+(`solver/events.py`): a contact is a linear spring and dashpot in the wall, in closed form for a
 constant approach, and its momentum is transferred at one instant, the middle of the force. The
 error falls with the square of the duration. Against a spring and dashpot that is stepped through
 every contact (0.5 s of a release from 20 mm, b = 24 mm, away from the contacts themselves;

@@ -31,7 +31,7 @@ def bare_machine(tmp_path):
 
 
 def test_compiled_code_where_nothing_can_be_written_but_temporary_files(bare_machine, tmp_path):
-    marked = "from vinesexp.solver.contact import remaining; print(remaining.stats)"
+    marked = "from vinesexp.solver.events import remaining; print(remaining.stats)"
     done = subprocess.run(
         [sys.executable, "-c", marked], env=bare_machine, cwd=tmp_path,
         capture_output=True, text=True,

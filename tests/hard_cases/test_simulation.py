@@ -410,7 +410,7 @@ def test_identical_balls_chatter_and_rest_together():
 def test_heavy_balls_of_unequal_restitution_gain_no_energy():
     import numba
 
-    from vinesexp.solver.contact import impact
+    from vinesexp.solver.events import impact
     from vinesexp.solver.state import COLUMNS, HIT, MASS, RESTITUTION, RHO, SIDE
 
     @numba.njit

@@ -16,7 +16,7 @@ from vinesexp.solver import bent
 from vinesexp.solver.arrays import ball_table
 from vinesexp.solver.response import phasor, prepare
 from vinesexp.solver.simulation import _loop_of
-from vinesexp.solver.state import LOGGED, WORK, empty_log
+from vinesexp.solver.state import LOGGED, WORK, Parameters, empty_log
 
 TABLE2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 DRIVE = Harmonic(amplitude=0.25e-3, frequency=1.02 * TABLE2.f0, phase=0.4)
@@ -38,7 +38,7 @@ def bent_by(k3: float, quadratic: float, way: float):
     o = TABLE2
     response = prepare(o.M, o.c1, o.k1, DRIVE.amplitude, DRIVE.frequency, DRIVE.phase)
     response, work = bent.bent_table(response), np.zeros((WORK, 31))
-    par = np.array([o.M, o.c1, o.k1, quadratic, 0.0, k3])
+    par = Parameters(o.M, o.c1, o.k1, quadratic, 0.0, k3)
     c = np.array(start(response))
     w = 2.0 * math.pi * DRIVE.frequency
     found = bend(response, par, c, X0 - c[0], V0 + w * c[1], way, work)

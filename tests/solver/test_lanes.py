@@ -14,8 +14,7 @@ import pytest
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.solver import lanes
 from vinesexp.solver.arrays import ball_table, balls_at
-from vinesexp.solver.in_turn import amplitudes_in_turn
-from vinesexp.solver.lanes import R_DURATION, R_SETTLE, amplitudes
+from vinesexp.solver.lanes import R_DURATION, R_SETTLE, amplitudes, amplitudes_in_turn
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 

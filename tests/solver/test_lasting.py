@@ -11,13 +11,13 @@ from scipy.integrate import solve_ivp
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.errors import ParameterError
-from vinesexp.solver import contact
+from vinesexp.solver import events
 
 
 @njit
 def touch(rho, g, r, tau):
     """The function of the loop, which only compiled code can call."""
-    return contact.touch(rho, g, r, tau)
+    return events.touch(rho, g, r, tau)
 
 
 M, C, K, BALL, B, R = 4.7, 3.02, 1.147e4, 0.032, 0.024, 0.6

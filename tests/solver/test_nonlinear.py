@@ -9,6 +9,7 @@ from numba import njit
 
 from vinesexp.solver import series
 from vinesexp.solver.series import HIGH, LOW
+from vinesexp.solver.state import Parameters
 
 M, C, K, FORCE = 4.7, 3.02, 1.147e4, 0.3
 
@@ -39,7 +40,7 @@ def by_the_book(par, direction, E, x, v):
 @pytest.mark.parametrize("k3", [0.0, 3e5, -2e6])
 @pytest.mark.parametrize(("q", "direction"), [(0.0, 1.0), (0.5, 1.0), (40.0, -1.0)])
 def test_products_that_are_written_out_are_those_of_the_recursion(top, k3, q, direction):
-    par = np.array([M, C, K, q, 0.05, k3])
+    par = Parameters(M, C, K, q, 0.05, k3)
     w = 50.0
     E = 0.25e-3 * np.array([w**n / mp.factorial(n) * [0.6, 0.8][n % 2] for n in range(top + 1)])
     E = E.astype(float) * np.resize([1.0, 1.0, -1.0, -1.0], top + 1)

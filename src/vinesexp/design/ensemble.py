@@ -25,8 +25,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.arrays import balls_at, gap_of
-from vinesexp.solver.in_turn import amplitudes_in_turn
-from vinesexp.solver.lanes import Amplitudes, amplitudes
+from vinesexp.solver.lanes import Amplitudes, amplitudes, amplitudes_in_turn
 from vinesexp.solver.simulation import simulate
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.

@@ -39,6 +39,7 @@ from vinesexp.solver.state import (
     WAY,
     WORK,
     D,
+    Parameters,
     U,
 )
 
@@ -57,10 +58,10 @@ def is_plain(rig: Rig, damping: WeakDamping = LINEAR) -> bool:
     )  # fmt: skip
 
 
-def parameters(rig: Rig, damping: WeakDamping) -> FloatArray:
-    """Mass, damping, stiffness, quadratic and Coulomb damping, cubic stiffness (`series.py`)."""
+def parameters(rig: Rig, damping: WeakDamping) -> Parameters:
+    """What the loops know of the oscillator."""
     o = rig.oscillator
-    return np.array([o.M, o.c1, o.k1, damping.quadratic, damping.coulomb, o.k3])
+    return Parameters(o.M, o.c1, o.k1, damping.quadratic, damping.coulomb, o.k3)
 
 
 def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:

@@ -42,7 +42,7 @@ from vinesexp.solver.response import (
     WIDTH,
     base_at,
 )
-from vinesexp.solver.series import P_CUBIC, P_M, P_QUADRATIC
+from vinesexp.solver.state import Parameters
 
 NODES = 24
 REACH = 3.45  # rad, h: half a cycle and a tenth
@@ -179,7 +179,7 @@ def forget(N: FloatArray, U: FloatArray, V: FloatArray, bent: FloatArray) -> boo
 
 @apart
 def bend(
-    response: FloatArray, par: FloatArray, c: FloatArray, xh: float, vh: float, shift: float,
+    response: FloatArray, par: Parameters, c: FloatArray, xh: float, vh: float, shift: float,
     way: float, work: FloatArray, like: int,
 ) -> bool:  # fmt: skip
     """Find u from a phasor and a free motion, into work[like + 3]; False: it is no such flight.
@@ -193,7 +193,7 @@ def bend(
     w, two_alpha, w0sq = response[H_W], response[H_TWOALPHA], response[H_W0SQ]
     size = response[H_P] + math.sqrt(xh * xh + vh * vh / w0sq) + abs(shift)
     c0, c1 = c[0], c[1]
-    cubic, quadratic = -par[P_CUBIC] / par[P_M], -way * par[P_QUADRATIC] / par[P_M]
+    cubic, quadratic = -par.cubic / par.mass, -way * par.quadratic / par.mass
     base_x, base_v, _ = base_at(response, c0, c1)
     z, u = shift + (c0 + xh) - base_x, vh - w * c1 - base_v
     bent[SECOND] = fused(cubic * z, z * z, quadratic * u * u)

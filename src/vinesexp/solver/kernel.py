@@ -49,8 +49,18 @@ from vinesexp.arrays import FloatArray
 from vinesexp.solver.bent import FIFTH, FOURTH, SECOND, TURN_OFF, bend, bent_at
 from vinesexp.solver.bent import START as BENT
 from vinesexp.solver.compiled import apart, compiled, entry, fused
-from vinesexp.solver.contact import closing_now, expect, go_through, remaining
-from vinesexp.solver.events import collide, complete, loads, may_hold, turn, write
+from vinesexp.solver.events import (
+    closing_now,
+    collide,
+    complete,
+    expect,
+    go_through,
+    loads,
+    may_hold,
+    remaining,
+    turn,
+    write,
+)
 from vinesexp.solver.response import (
     ENTRIES,
     H_BASE,
@@ -71,18 +81,7 @@ from vinesexp.solver.response import (
     turned,
 )
 from vinesexp.solver.search import EPS, clear_between, open_until, root_of_cubic
-from vinesexp.solver.series import (
-    P_C,
-    P_COULOMB,
-    P_CUBIC,
-    P_K,
-    P_M,
-    P_QUADRATIC,
-    PER,
-    moving_way,
-    piece_at,
-    spring_force,
-)
+from vinesexp.solver.series import PER, moving_way, piece_at, spring_force
 from vinesexp.solver.state import (
     ALIKE_ROWS,
     ALLOWANCE,
@@ -118,6 +117,7 @@ from vinesexp.solver.state import (
     D,
     Given,
     Log,
+    Parameters,
     U,
     advance_clock,
     carry,
@@ -532,7 +532,7 @@ def arrive(
 
 @compiled
 def bounce(state: FloatArray, balls: FloatArray, k: int, M: float, log: Log) -> None:
-    """The impact of ball k alone, lighter than the oscillator, none resting (`contact.impact`)."""
+    """The impact of ball k alone, lighter than the oscillator, none resting (`events.impact`)."""
     m, r, rho, v = balls[k, MASS], balls[k, RESTITUTION], balls[k, RHO], state[V_NOW]
     dv = -m * (1.0 + r) * rho / (M + m)
     for i in range(balls.shape[0]):
@@ -592,7 +592,7 @@ def hop(
     """Carry everything to the end of a short flight; False: nothing is changed.
 
     `c` is the phasor of the particular response, `a` is x'', X (TOP + 1 or longer) scratch space.
-    A chatter whose rest of bounces is to be summed (`contact.close_chatter`) is left alone;
+    A chatter whose rest of bounces is to be summed (`events.close_chatter`) is left alone;
     `slowest` is the least rate it is measured by.
     """
     w, w0sq, rate = head[H_W], head[H_W0SQ], head[H_RATE]
@@ -695,19 +695,19 @@ def is_flight(balls: FloatArray, acceleration: float, rate: float, least: float)
 
 @compiled
 def next_turn(
-    response: FloatArray, par: FloatArray, state: FloatArray, c: FloatArray, force: float,
+    response: FloatArray, par: Parameters, state: FloatArray, c: FloatArray, force: float,
     E: FloatArray, X: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
     """Sign of z' by which friction acts (0: it holds), and a guess how long it keeps it, s."""
     E[0], E[1], a = base_at(response, c[0], c[1])
     E[2], X[0], X[1] = 0.5 * a, state[X_NOW], state[V_NOW]
-    way, rests = moving_way(par, par[P_M], force, E, X)
+    way, rests = moving_way(par, par.mass, force, E, X)
     if abs(X[1] - E[1]) <= TURNED * (abs(X[1]) + abs(E[1])) and not rests:
-        way, rests = math.copysign(1.0, force + spring_force(par, E, X) - par[P_M] * a), True
+        way, rests = math.copysign(1.0, force + spring_force(par, E, X) - par.mass * a), True
     u = 0.0 if rests else X[1] - E[1]
-    pull = force - way * par[P_COULOMB] + spring_force(par, E, X) - par[P_C] * u
+    pull = force - way * par.coulomb + spring_force(par, E, X) - par.damping * u
     # As if z' were a sine of the base's frequency.
-    ahead = math.atan2(way * (pull / par[P_M] - a), way * u * response[H_W])
+    ahead = math.atan2(way * (pull / par.mass - a), way * u * response[H_W])
     return way, (ahead + 0.5 * math.pi) / response[H_W]
 
 
@@ -728,7 +728,7 @@ def coast(
 
 @apart
 def cross_bent(
-    response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
+    response: FloatArray, par: Parameters, state: FloatArray, balls: FloatArray, c: FloatArray,
     k: int, s: float, longest: float, shift: float, way: float, turns: float, work: FloatArray,
 ) -> tuple[bool, bool]:  # fmt: skip
     """`cross` of an oscillator that is not linear: whether it is at the contact, or turned.
@@ -767,28 +767,28 @@ def glide(
     response, par, c = given.response, given.par, work[PHASOR]
     n, first, k = balls.shape[0], int(state[LOGGED]), first_expected(balls, state[T_HIGH])
     if n == 1 and balls[0, STATE] >= TOUCHED and balls[0, LEFT] < longest:
-        if par[P_COULOMB] != 0.0 or par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
+        if par.coulomb != 0.0 or par.cubic != 0.0 or par.quadratic != 0.0:
             return False
         force, _ = loads(balls)
-        coast(response, state, balls, c, balls[0, LEFT], force / par[P_K])
-        go_through(balls, par[P_M], state, log)
-        complete(balls, par[P_M], state, log, first)
+        coast(response, state, balls, c, balls[0, LEFT], force / par.stiffness)
+        go_through(balls, par.mass, state, log)
+        complete(balls, par.mass, state, log, first)
         return True
     if n == 0 or k < 0:
         return False
     for i in range(n):
         if may_hold(balls, i) or (balls[i, RUB] > 0.0 and balls[i, WAY] * balls[i, RHO] <= 0.0):
             return False
-    if balls[k, TAU] > 0.0 and (par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0):
+    if balls[k, TAU] > 0.0 and (par.cubic != 0.0 or par.quadratic != 0.0):
         return False
     force, _ = loads(balls)
     soon, way, turns = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0.0, math.inf
-    if par[P_COULOMB] != 0.0 or par[P_QUADRATIC] != 0.0:
+    if par.coulomb != 0.0 or par.quadratic != 0.0:
         way, turns = next_turn(response, par, state, c, force, work[0], work[1])
         if way == 0.0:
             return False
-    shift = (force - way * par[P_COULOMB]) / par[P_K]
-    if par[P_CUBIC] != 0.0 or par[P_QUADRATIC] != 0.0:
+    shift = (force - way * par.coulomb) / par.stiffness
+    if par.cubic != 0.0 or par.quadratic != 0.0:
         landed, turned = cross_bent(
             response, par, state, balls, c, k, soon, longest, shift, way, turns, work
         )
@@ -805,14 +805,14 @@ def glide(
         balls[i, HIT] = 1.0 if i == k else 0.0
     xh, vh = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1]
     x2 = second(response, c[0], xh, vh)
-    collide(balls, par[P_M], x2, state, log)
+    collide(balls, par.mass, x2, state, log)
     for i in range(n):
         way = math.copysign(1.0, balls[i, RHO])
         if way != balls[i, WAY] and not may_hold(balls, i):
             balls[i, WAY] = way
             if balls[i, RUB] != 0.0:
                 write(balls, i, SLIDE, state, log)
-    complete(balls, par[P_M], state, log, first)
+    complete(balls, par.mass, state, log, first)
     return True
 
 
@@ -839,7 +839,7 @@ def plain_turn(
             if state[T_HIGH] >= duration or left <= EPS * duration:
                 state[T_HIGH], state[T_LOW] = duration, 0.0
             elif closing_now(balls, state[V_NOW]) == 1:
-                bounce(state, balls, int(balls[:, HIT].argmax()), given.par[P_M], log)
+                bounce(state, balls, int(balls[:, HIT].argmax()), given.par.mass, log)
             return flown
     turn(given, piece, state, balls, log, work, None)
     if closed:
@@ -873,7 +873,7 @@ def fly_on(
         evaluations += tries
         if T == 0.0:
             break
-        bounce(state, balls, k, given.par[P_M], log)
+        bounce(state, balls, k, given.par.mass, log)
         age += 1
         if age >= REFRESH:
             c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])

@@ -14,6 +14,11 @@ What the proofs do not cover leaves the lane and is finished by one turn of the 
 (`kernel.plain_turn`): rest, the end of a chatter, grazing, the start at a wall, the end of the run.
 Every operation is rounded by itself and no lane looks at another, so a motion is the same in any
 lane, in any company and with any width of the processor's vectors.
+
+Rigs with several balls, or a heavy one, have their motions one after the other
+(`amplitudes_in_turn`). Each is that of the scalar loop, whose log is emptied into the statistics of
+the amplitude whenever it is full: a motion kept as a whole takes longer to make than to compute. A
+loop over runs that is compiled as well would hold the scalar loop once more, in both of its forms.
 """
 
 from __future__ import annotations
@@ -26,10 +31,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.solver.arrays import has_closed_form
 from vinesexp.solver.compiled import apart, compiled, entry, fused, wide
-from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import STALL, stalled_run
-from vinesexp.solver.kernel import is_flight, plain_turn
+from vinesexp.solver.events import REMAINDER
+from vinesexp.solver.kernel import is_flight, plain_turn, run
 from vinesexp.solver.response import (
     ENTRIES,
     H_MISFIT,
@@ -41,6 +47,7 @@ from vinesexp.solver.response import (
     HEADER,
     WIDTH,
     after,
+    fill_in,
     free_derivatives,
     phasor,
     prepare_into,
@@ -68,6 +75,7 @@ from vinesexp.solver.state import (
     Given,
     IntArray,
     Log,
+    Parameters,
     U,
     empty_log,
 )
@@ -217,7 +225,7 @@ REFRESH = 128.0  # nodes and contacts after which the turned phasor is taken afr
 STEP_RATE = 2.0 * math.pi / PER_CYCLE  # rad of a step, by the faster of oscillator and base
 SETTLED = 3e-6 / STEP_RATE  # of flight or step: the last step, whose error is its cube, is exact
 #: rad of the oscillator's own time: shorter flights are for the scalar loop. No less than twice
-#: `contact.REMAINDER`: the scalar loop ends each chatter where it would have.
+#: `events.REMAINDER`: the scalar loop ends each chatter where it would have.
 BRIEF = 1e-7
 WORTH = 10  # steps that a landing of a lane costs, and as many may be missed before it
 
@@ -620,15 +628,14 @@ def is_calm(balls: FloatArray, state: FloatArray, head: FloatArray, c: FloatArra
 class Room(NamedTuple):
     """Scratch space of the scalar loop in which the lanes are carried on, one after the other.
 
-    Its balls, log, `work` (`kernel.run`), base and oscillator; `rows` are its state and what
-    `sum_amplitudes` is given.
+    Its balls, log, `work` (`kernel.run`) and base; `rows` are its state and what `sum_amplitudes`
+    is given.
     """
 
     balls: FloatArray
     log: Log
     work: FloatArray
     table: FloatArray
-    par: FloatArray
     rows: FloatArray
 
 
@@ -641,14 +648,14 @@ def leave(
 
     `start` is the ball as it starts; `begin`: from the start of the run.
     """
-    balls, log, work, table, par, rows = room
+    balls, log, work, table, rows = room
     state, node, sums, shares = rows[0], rows[1], rows[2], rows[3]
     c, ball, duration, settle = work[PHASOR], balls[0], run[R_DURATION], P[SETTLE * LANES + i]
+    par = Parameters(run[R_M], run[R_C], run[R_K], 0.0, 0.0, 0.0)
     given = Given(response, par, int(np.int64(CHIRP)), table, duration, REMAINDER)
     for k in range(5):
         state[k] = node[k] = sums[k] = 0.0
     shares[0] = start[MASS] / run[R_M]
-    par[0], par[1], par[2] = run[R_M], run[R_C], run[R_K]
     table[0, 1], table[0, 2], table[0, 3] = run[R_G], run[R_PHASE], 2.0 * math.pi * run[R_F]
     for k in range(COLUMNS):
         ball[k] = start[k]
@@ -838,11 +845,87 @@ def amplitudes(
     progress = np.array([0, 0, 0, n], dtype=np.int32)
     room = Room(
         np.zeros((1, COLUMNS)), empty_log(64), np.zeros((WORK, SERIES_ORDER + 1)),
-        np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
+        np.zeros((1, 5)), np.zeros((4, 5)),
     )  # fmt: skip
     while progress[1] < len(runs) and not stop():
         carry_on(runs, starts, P, tables, found, progress, room, STEPS_HEARD)
     if found[:, O_STALLED].any():
         k = int(found[:, O_STALLED].argmax())
         raise stalled_run(runs[k], starts[k])
+    return amplitudes_from(found)
+
+
+#: Rows of the log: with all else that the loop reads they stay near the processor.
+LOG = 256
+
+
+@entry
+def add_amplitudes(
+    response: FloatArray, log: Log, state: FloatArray, node: FloatArray, shares: FloatArray,
+    settle: float, sums: FloatArray,
+) -> None:  # fmt: skip
+    """`sum_amplitudes`, for Python."""
+    sum_amplitudes(response, log, state, node, shares, settle, sums)
+
+
+def amplitudes_in_turn(
+    runs: FloatArray, starts: FloatArray, *, remainder: float | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Amplitudes:  # fmt: skip
+    """Mean and largest amplitude of every run of a plain rig, from its `settle` to its `duration`.
+
+    Parameters
+    ----------
+    runs : ndarray of shape (runs, 10)
+        As of `amplitudes`.
+    starts : ndarray of shape (runs, balls, COLUMNS)
+        The balls as they start (`arrays.balls_at`).
+    remainder : float, optional
+        rad from which on the rest of a chatter is summed (`simulate`).
+    stop : callable, optional
+        Asked now and then; when it is true what is known so far is returned.
+
+    Raises
+    ------
+    AnalysisError
+        A motion that stands still.
+
+    Examples
+    --------
+    >>> from vinesexp.solver.arrays import balls_at
+    >>> run = [4.7, 3.02, 1.147e4, 0.25e-3, 7.862, 0.0, 0.0, 0.0, 40.0, 60.0]
+    >>> balls = balls_at(m=np.full((1, 2), 0.016), b=0.03, r=0.6, gap=0.0, side=-1.0, v=0.0)
+    >>> found = amplitudes_in_turn(np.array([run]), balls)
+    >>> round(1e3 * float(found.mean[0]), 1)  # two balls of half the mass do what one does
+    5.9
+    """
+    found, n = np.zeros((len(runs), RESULTS)), starts.shape[1]
+    mass, damping, stiffness, level, frequency, *_ = runs.T
+    w0 = np.sqrt(stiffness / mass)
+    zeta, rate = 0.5 * damping / (mass * w0), 2.0 * math.pi * frequency
+    closed = has_closed_form(w0, zeta, rate, level > 0.0)
+    heavy = (starts[:, :, MASS] > mass[:, np.newaxis]).any(axis=1)
+    response, table = np.zeros(HEADER + WIDTH * ENTRIES), np.zeros((1, 5))
+    log = empty_log(LOG + 8 * n)
+    limit, work = REMAINDER if remainder is None else remainder, np.zeros((WORK, SERIES_ORDER + 1))
+    for k, (M, c1, k1, G, f, phase, x0, v0, settle, duration) in enumerate(runs.tolist()):
+        fill_in(response, M, c1, k1, G, f, phase)
+        par, table[0, 1:4] = Parameters(M, c1, k1, 0.0, 0.0, 0.0), (G, phase, math.tau * f)
+        given = Given(response, par, CHIRP, table, duration, limit)
+        weak = work[2] if heavy[k] else None
+        state, node = np.array([0.0, 0.0, x0, v0, 0.0]), np.array([0.0, x0, v0, 0.0])
+        sums = np.zeros(5)
+        balls, shares = starts[k].copy(), starts[k, :, MASS] / M
+        spent, all_spent, since = 0, 0, 0.0
+        while state[T_HIGH] < duration:
+            if stop():
+                return amplitudes_from(found)
+            used = run(given, bool(closed[k]), state, balls, log, work, weak)
+            add_amplitudes(response, log, state, node, shares, settle, sums)
+            spent, all_spent = spent + used, all_spent + used
+            if (state[T_HIGH] - since) * response[H_RATE] > 1.0:
+                spent, since = 0, state[T_HIGH]
+            if spent > STALL:
+                raise stalled_run(runs[k], starts[k])
+        found[k, : sums.size], found[k, O_SPENT] = sums, all_spent
     return amplitudes_from(found)

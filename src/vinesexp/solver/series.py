@@ -35,7 +35,7 @@ from numba.extending import intrinsic
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.search import first_root
-from vinesexp.solver.state import ALLOWANCE, POLYNOMIAL
+from vinesexp.solver.state import ALLOWANCE, POLYNOMIAL, Parameters
 
 # Order of a series; of one that no segment needs to hold for long; of one with products.
 ORDER, LOW, HIGH = 20, 12, 30
@@ -44,9 +44,6 @@ THETA = np.array(
     [0.0] + [min(1.25, (2e-18 * math.factorial(n)) ** (1.0 / n)) for n in range(1, HIGH + 2)]
 )
 PER = 1.0 / np.arange(1.0, 42.0)  # 1/(n + 1): a division would be most of a recursion
-
-# Oscillator parameters in one array: mass, viscous, stiffness, quadratic, Coulomb, cubic stiffness.
-P_M, P_C, P_K, P_QUADRATIC, P_COULOMB, P_CUBIC = 0, 1, 2, 3, 4, 5
 
 
 @compiled
@@ -130,45 +127,45 @@ ENDING = 1e-10  # rad: a slip that friction ends within this time has ended
 
 
 @compiled
-def is_at_rest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> bool:
+def is_at_rest(par: Parameters, mass: float, E: FloatArray, X: FloatArray) -> bool:
     """Whether the oscillator moves with the base, so that Coulomb friction may hold it there."""
-    if par[P_COULOMB] == 0.0:
+    if par.coulomb == 0.0:
         return False
-    rate = own_rate(mass, par[P_C], par[P_K])
+    rate = own_rate(mass, par.damping, par.stiffness)
     speed = abs(X[1]) + abs(E[1]) + rate * abs(X[0])
     # A ball that bounces on an oscillator at rest makes it slip for ever shorter times.
-    ending = ENDING * par[P_COULOMB] / (mass * rate)
+    ending = ENDING * par.coulomb / (mass * rate)
     rests: bool = abs(X[1] - E[1]) <= max(AT_REST * speed, ending)
     return rests
 
 
 @compiled
-def spring_force(par: FloatArray, E: FloatArray, X: FloatArray) -> float:
+def spring_force(par: Parameters, E: FloatArray, X: FloatArray) -> float:
     """Force of the spring on the oscillator, N."""
     z = X[0] - E[0]
-    force: float = -z * (par[P_K] + par[P_CUBIC] * z * z)
+    force: float = -z * (par.stiffness + par.cubic * z * z)
     return force
 
 
 @compiled
 def moving_way(
-    par: FloatArray, mass: float, force: float, E: FloatArray, X: FloatArray
+    par: Parameters, mass: float, force: float, E: FloatArray, X: FloatArray
 ) -> tuple[float, bool]:
     """Sign of z' by which friction acts, 0 where it holds; whether z' is zero now."""
     if not is_at_rest(par, mass, E, X):
         return math.copysign(1.0, X[1] - E[1]), False
     excess = force + spring_force(par, E, X) - mass * 2.0 * E[2]
-    if abs(excess) <= par[P_COULOMB]:
+    if abs(excess) <= par.coulomb:
         return 0.0, True
     return math.copysign(1.0, excess), True
 
 
 @compiled
 def fill_linear(
-    par: FloatArray, mass: float, force: float, E: FloatArray, X: FloatArray
+    par: Parameters, mass: float, force: float, E: FloatArray, X: FloatArray
 ) -> None:  # fmt: skip
     """Coefficients X_2... from X_0, X_1 of a linear oscillator under a constant force."""
-    damping, stiffness, more = par[P_C] / mass, par[P_K] / mass, force / mass
+    damping, stiffness, more = par.damping / mass, par.stiffness / mass, force / mass
     last, z = X[0] - E[0], X[1] - E[1]
     for n in range(X.shape[0] - 2):
         pull = fused(-stiffness, last, more) * (PER[n] * PER[n + 1])
@@ -244,12 +241,12 @@ fill_both, fill_low = _recursion(HIGH, True, True), _recursion(LOW, True, True)
 
 @compiled
 def fill_nonlinear(
-    par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray
+    par: Parameters, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray
 ) -> None:
     """Coefficients X_2... from X_0, X_1; `direction` is the sign of z'."""
-    quadratic, cubic = direction * par[P_QUADRATIC] / mass, par[P_CUBIC] / mass
-    more = force - direction * par[P_COULOMB]
-    damping, stiffness = par[P_C] / mass, par[P_K] / mass
+    quadratic, cubic = direction * par.quadratic / mass, par.cubic / mass
+    more = force - direction * par.coulomb
+    damping, stiffness = par.damping / mass, par.stiffness / mass
     if cubic == 0.0 and quadratic == 0.0:
         fill_linear(par, mass, more, E, X)
     elif X.shape[0] == LOW + 1:
@@ -264,7 +261,7 @@ def fill_nonlinear(
 
 @compiled
 def follow_base(
-    par: FloatArray, mass: float, pull: float, E: FloatArray, X: FloatArray, P: FloatArray,
+    par: Parameters, mass: float, pull: float, E: FloatArray, X: FloatArray, P: FloatArray,
     limit: float,
 ) -> float:  # fmt: skip
     """Series of an oscillator that Coulomb friction holds to the base; how far it does, s.
@@ -279,24 +276,24 @@ def follow_base(
     for side in (sign, -sign):
         for n in range(X.shape[0] - 2):
             P[n] = side * mass * (n + 1) * (n + 2) * E[n + 2]
-        P[0] += par[P_COULOMB] - side * pull
+        P[0] += par.coulomb - side * pull
         P[X.shape[0] - 2] = P[X.shape[0] - 1] = 0.0
         reach = min(reach, first_root(P, 0, limit))
     return max(reach, 1e-15 * limit)
 
 
 @compiled
-def stiffest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> float:
+def stiffest(par: Parameters, mass: float, E: FloatArray, X: FloatArray) -> float:
     """Largest stiffness |k1| + 3 |k3| z^2 that the motion can reach with the energy it has, N/m.
 
     The largest z^2 solves k3 z^4/4 + k1 z^2/2 = H, with both springs taken as stiffening. A
     softening one has lost its force at z^2 = -k1/k3; at four times that nothing brings it back.
     """
-    cubic, k = abs(par[P_CUBIC]), par[P_K]
+    cubic, k = abs(par.cubic), par.stiffness
     if cubic == 0.0:
         return float(k)
     square, speed = (X[0] - E[0]) ** 2, X[1] - E[1]
-    if par[P_CUBIC] * square < -4.0 * k:
+    if par.cubic * square < -4.0 * k:
         raise OverflowError("the spring gives way")
     H = 0.5 * mass * speed * speed + square * (0.5 * k + 0.25 * cubic * square)
     return float(k + 3.0 * cubic * 4.0 * H / (k + math.sqrt(k * k + 4.0 * cubic * H)))
@@ -304,7 +301,7 @@ def stiffest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> floa
 
 @apart
 def expand(
-    par: FloatArray, mass: float, force: float, rate: float, x: float, v: float, E: FloatArray,
+    par: Parameters, mass: float, force: float, rate: float, x: float, v: float, E: FloatArray,
     X: FloatArray, P: FloatArray | None,
 ) -> float:  # fmt: skip
     """Fill the series of x at (x, v) under a constant force; how far it holds, s.
@@ -315,20 +312,20 @@ def expand(
     X[0], X[1] = x, v
     if P is None:
         fill_linear(par, mass, force, E, X)
-        return float(THETA[X.shape[0]] / max(rate, own_rate(mass, par[P_C], par[P_K])))
+        return float(THETA[X.shape[0]] / max(rate, own_rate(mass, par.damping, par.stiffness)))
     return expand_weak(par, mass, force, rate, E, X, P)
 
 
 @compiled
 def expand_weak(
-    par: FloatArray, mass: float, force: float, rate: float, E: FloatArray, X: FloatArray,
+    par: Parameters, mass: float, force: float, rate: float, E: FloatArray, X: FloatArray,
     P: FloatArray,
 ) -> float:  # fmt: skip
     """`expand` with weak damping and a cubic spring."""
-    fastest = max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
+    fastest = max(rate, own_rate(mass, par.damping, stiffest(par, mass, E, X)))
     limit = float(THETA[X.shape[0]] / fastest)
     direction, rests = moving_way(par, mass, force, E, X)
-    damped = par[P_QUADRATIC] != 0.0 or par[P_COULOMB] != 0.0
+    damped = par.quadratic != 0.0 or par.coulomb != 0.0
     if rests:
         X[1] = E[1]
     if direction == 0.0:
@@ -337,7 +334,7 @@ def expand_weak(
         direction = 0.0
     fill_nonlinear(par, mass, force, direction, E, X)
     reach, top = limit, X.shape[0] - 1
-    if damped or par[P_CUBIC] != 0.0:
+    if damped or par.cubic != 0.0:
         scale = 0.0
         for n in range(6, -1, -1):
             scale = fused(scale, limit, abs(X[n]))
@@ -355,7 +352,7 @@ def expand_weak(
 
 @entry
 def sample(
-    par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
+    par: Parameters, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
     pace: float, work: FloatArray, P: FloatArray | None, x: FloatArray, v: FloatArray,
     a: FloatArray,
 ) -> float:  # fmt: skip

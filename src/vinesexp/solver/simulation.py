@@ -181,7 +181,7 @@ def _loop_of(
     general: bool,
 ) -> Loop:  # fmt: skip
     """The loop of `kernel.py`."""
-    from vinesexp.solver.contact import REMAINDER
+    from vinesexp.solver.events import REMAINDER
     from vinesexp.solver.kernel import run
     from vinesexp.solver.response import HEADER
 

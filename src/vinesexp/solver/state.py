@@ -85,20 +85,31 @@ class Log(NamedTuple):
     labels: IntArray
 
 
+class Parameters(NamedTuple):
+    """Of the oscillator, SI; `damping` is viscous, `cubic` the cubic stiffness."""
+
+    mass: float
+    damping: float
+    stiffness: float
+    quadratic: float
+    coulomb: float
+    cubic: float
+
+
 class Given(NamedTuple):
     """What a motion depends on besides its state.
 
     Attributes
     ----------
     response : closed form of the oscillator (`response.py`), where there is one.
-    par : parameters of the oscillator (`series.py`).
+    par : of the oscillator.
     kind, table : of the pieces of the base (`arrays.drive_table`).
     duration : s.
     remainder : rad from which on the rest of a chatter is summed.
     """
 
     response: FloatArray
-    par: FloatArray
+    par: Parameters
     kind: int
     table: FloatArray
     duration: float
