@@ -278,7 +278,7 @@ def designs() -> dict[str, Rig]:
 
     def plan(masses: list[float], low: float, high: float) -> Rig:
         found = multiple.design_clearances(
-            G_low=low, G_high=high, oscillator=TABLE_2, masses=masses, r=0.6
+            G_low=low, G_high=high, oscillator=TABLE_2, masses=masses, r=[0.6] * len(masses)
         )
         return Rig(
             TABLE_2,

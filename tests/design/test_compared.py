@@ -15,7 +15,6 @@ from vinesexp.design.best_clearance import (
     Allowance,
     Contest,
     Criterion,
-    Purse,
     Race,
     Tried,
     cautious,
@@ -61,7 +60,7 @@ class Drawn(Tried):
 
 
 def raced(starts: Drawn, *, first: int, most: float, criterion: Criterion = ROBUST) -> Race:
-    return Contest(starts, criterion, Purse(most)).race(list(starts.found), first)
+    return Contest(starts, criterion, most).race(list(starts.found), first)
 
 
 def amplitudes(seed: int, captured: float, low: float, high: float, n: int = 2000) -> np.ndarray:
@@ -121,7 +120,7 @@ def test_what_the_starts_cannot_tell_apart_is_a_tie_and_the_least_mean_wins() ->
     for b in (0.010, 0.014):
         means[b][means[b].argsort()[-10:]] = 9.0
     starts = Drawn(means)
-    won = Contest(starts, ROBUST, Purse(0.0)).race(list(starts.found), 400)
+    won = Contest(starts, ROBUST, 0.0).race(list(starts.found), 400)
     assert len(won.tied) == 3
     assert won.b == 0.012
     assert won.within < 0.02
@@ -242,7 +241,7 @@ def test_a_jump_is_met_closer_where_the_starts_of_neighbours_count() -> None:
             starts = Made(seed)
             starts.ask([0.0196, 0.0198, 0.02, closer, 0.0204], 24)
             starts.tolerance = tolerance
-            b = Contest(starts, MEAN, Purse(0.0)).race(list(starts.found), 24).b
+            b = Contest(starts, MEAN, 0.0).race(list(starts.found), 24).b
             lost[tolerance] += b > 0.02
     assert lost[0.01] < 0.5 * lost[0.0]
 
@@ -260,7 +259,7 @@ def test_a_jump_is_found_as_close_as_it_matters() -> None:
     def none(b: float, numbers: range) -> Runs:
         raise AssertionError
 
-    won = Contest(Beside(none), MEAN, Purse(1e3)).won([0.0185, 0.0215], (8, 8))
+    won = Contest(Beside(none), MEAN, 1e3).won([0.0185, 0.0215], (8, 8))
     assert 0.0205 * 0.996 < won.b < 0.0205
 
 

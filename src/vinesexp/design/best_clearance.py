@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
+from operator import attrgetter
 
 import numpy as np
 from scipy.special import betainc
@@ -178,11 +179,6 @@ def mean_over(found: Responses) -> float:
     return float(np.average(found.mean, weights=found.weight))
 
 
-def largest_of(found: Responses) -> FloatArray:
-    """Largest amplitudes, m."""
-    return found.largest
-
-
 def worst_of(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Mean over the starts under the condition where it is largest, for each row of weights."""
     return np.asarray(means_of(values, weights).max(axis=1))
@@ -332,17 +328,6 @@ def _factors(seed: int) -> FloatArray:
 
 
 @dataclass
-class Purse:
-    """Work (s) that a part of the search may still take."""
-
-    left: float
-
-    def ask(self, starts: Tried, clearances: Iterable[float], n: int) -> None:
-        """Pay for the first n starts at each clearance."""
-        self.left -= starts.ask(clearances, n)
-
-
-@dataclass
 class Allowance:
     """Work (s) of a search, shared out: what one part leaves, or takes beyond, the others have."""
 
@@ -415,7 +400,7 @@ def apart(clearances: Iterable[float]) -> list[float]:
     return left
 
 
-@dataclass(frozen=True)
+@dataclass
 class Contest:
     """Clearances compared by some starts, more of them where that is worth it.
 
@@ -423,14 +408,18 @@ class Contest:
     ----------
     starts : what the clearances are tried from.
     criterion : what is made least.
-    purse : what more starts may take.
+    left : work that more starts may take, s.
     seed : of the resampling.
     """
 
     starts: Tried
     criterion: Criterion
-    purse: Purse
+    left: float
     seed: int = 1
+
+    def ask(self, clearances: Iterable[float], n: int) -> None:
+        """Pay for the first n starts at each clearance."""
+        self.left -= self.starts.ask(clearances, n)
 
     def standing(self, clearances: Iterable[float], n: int) -> Standing:
         """How clearances compare by the first n starts, and those of their neighbours.
@@ -462,7 +451,7 @@ class Contest:
         `first` is the number of starts of the first comparison, doubled from one to the next.
         """
         left, n = apart(clearances), first
-        self.purse.ask(self.starts, left, n)
+        self.ask(left, n)
         while True:
             now = self.standing(left, n)
             best = now.order[0]
@@ -474,13 +463,13 @@ class Contest:
             hopes = [
                 i for i in alike if i != best and (unsure or gain[i] > MATTERS * now.value[best])
             ]
-            afford = int(self.purse.left / (self.starts.work(now.b[best]) * n)) - 1
+            afford = int(self.left / (self.starts.work(now.b[best]) * n)) - 1
             hopes = sorted(hopes, key=lambda i: now.value[i])[: max(min(FIELD, afford), 0)]
             if not hopes or 2 * n > ENOUGH:
                 break
             left = [now.b[i] for i in (best, *hopes)]
             n *= 2
-            self.purse.ask(self.starts, left, n)
+            self.ask(left, n)
         chosen = self._safest(now)
         alike = sorted({*alike, chosen})
         within = float((excess + doubt)[alike].max() / now.value[best])
@@ -514,9 +503,9 @@ class Contest:
             for _ in range(MOVES):
                 shares = [pace * way * step for step in steps for way in (-1.0, 1.0)]
                 few = [b, *(b * (1.0 + share) for share in shares)]
-                if self.starts.work(b) * n * len(shares) > self.purse.left:
+                if self.starts.work(b) * n * len(shares) > self.left:
                     return tried
-                self.purse.ask(self.starts, few, n)
+                self.ask(few, n)
                 tried += few[1:]
                 now = self.standing(few, n)
                 before, b = b, now.b[now.order[0]]
@@ -535,19 +524,19 @@ class Contest:
         Where they are few, more of them tell more than more clearances.
         """
         few = apart(clearances)
-        self.purse.ask(self.starts, few, ends[0])
+        self.ask(few, ends[0])
         work = float(np.mean([self.starts.work(b) for b in few]))
         rounds = len(few) + 2 * MOVES + 2 * sum(len(steps) for steps in STEPS)
-        if self.purse.left < 2 * ends[0] * rounds * work:
+        if self.left < 2 * ends[0] * rounds * work:
             return self.race(few, ends[0])
-        first = affordable(self.purse.left, rounds * work, ends)
+        first = affordable(self.left, rounds * work, ends)
         won: Race | None = None
-        opening = replace(self, purse=Purse(0.0))
+        opening = replace(self, left=0.0)
         while True:
             start = opening.race(few, first)
             before, won = won, self.race([*start.tied, *self.beside(start.b, first)], first)
             found = before is not None and abs(won.b / before.b - 1.0) < APART
-            if found or won.starts == first or self.purse.left < 0.0:
+            if found or won.starts == first or self.left < 0.0:
                 return won
             few, first = list(won.tied), won.starts
 
@@ -731,7 +720,7 @@ def search(
     safer = [b for b in safer if not curve.is_dear(b)]
     robust_rule = Criterion(mean_of, weighted_percentile, chosen)
     random = anywhere(task, seed + 1)
-    contest = Contest(random, robust_rule, Purse(max(purse.next(), OWN * ROBUST * budget)), seed)
+    contest = Contest(random, robust_rule, max(purse.next(), OWN * ROBUST * budget), seed)
     robust = contest.won([*lowest[:LOWEST], *hopes[:LOWEST], *safer, *others], FIRST_RANDOM)
     share = float(random.found[robust.b].share[0])
     best, work = (won[0].b, won[1].b, robust.b), random.work(robust.b)
@@ -746,7 +735,7 @@ def _from_rest(
 
     Over ranges the largest is that at their nodes, the mean that of any levels within.
     """
-    mean, largest = Criterion(mean_of, worst_of), Criterion(largest_of, worst_of)
+    mean, largest = Criterion(mean_of, worst_of), Criterion(attrgetter("largest"), worst_of)
     in_scan, in_first = (SCAN_PARTS, FIRST_PARTS) if task.ranged else (SCAN_REST, FIRST_REST)
     won, work, scans = [], [], []
     for criteria in ([mean], [largest]) if task.ranged else ([mean, largest],):
@@ -757,9 +746,9 @@ def _from_rest(
         curves, scan = scanned(grid, first, criteria, ends=in_scan, most=purse.next())
         scans.append(scan)
         for criterion, one in zip(criteria, curves, strict=True):
-            contest = Contest(starts, criterion, Purse(purse.next()), seed=seed)
+            contest = Contest(starts, criterion, purse.next(), seed=seed)
             hopes = one.lowest()
-            few = affordable(contest.purse.left, in_first[0] * first.work(hopes[0]), (2, FINALISTS))
+            few = affordable(contest.left, in_first[0] * first.work(hopes[0]), (2, FINALISTS))
             won.append(contest.won([*hopes[:few], *contest.known()], in_first))
             work.append(starts.work(won[-1].b))
     return won, work, scans[0]

@@ -96,7 +96,7 @@ def design_clearances(
     G_high: float,
     oscillator: Oscillator,
     masses: Sequence[float],
-    r: float | Sequence[float],
+    r: Sequence[float],
 ) -> tuple[float, ...]:
     """One clearance a ball (m) for base amplitudes from G_low to G_high at resonance.
 
@@ -109,31 +109,22 @@ def design_clearances(
     G_low, G_high : float
         Range of base amplitudes, m, 0 < G_low <= G_high.
     oscillator : Oscillator
-    masses : sequence of float
-        Ball masses, kg, in the order of growing clearance.
-    r : float or sequence of float
-        Restitution, of all balls or of each.
+    masses, r : sequences of float
+        Of each ball, in the order of growing clearance; kg.
 
     Examples
     --------
     >>> o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
-    >>> one = design_clearances(G_low=1e-4, G_high=2.5e-4, oscillator=o, masses=[0.032], r=0.6)
+    >>> one = design_clearances(G_low=1e-4, G_high=2.5e-4, oscillator=o, masses=[0.032], r=[0.6])
     >>> [round(1e3 * b, 3) for b in one]
     [33.746]
     """
-    if not masses:
-        raise ParameterError("no ball masses given: expected one mass a ball")
-    if not 0.0 < G_low <= G_high:
-        raise ParameterError(f"range of levels {G_low} to {G_high} m: expected 0 < G_low <= G_high")
-    n = len(masses)
-    each = [r] * n if isinstance(r, (int, float)) else list(r)
-    if len(each) != n:
-        raise ParameterError(f"{len(each)} restitutions for {n} balls: expected one of each")
-    if any(float(A_1(one)) == 0.0 for one in each):
+    if any(float(A_1(one)) == 0.0 for one in r):
         raise ParameterError("restitution r = 1: the fold lies at zero, nothing to design for")
+    n = len(masses)
     levels = np.geomspace(G_low, G_high, n) if n > 1 else np.array([G_high])
     balls: list[NES] = []
-    for level, mass, own in zip(levels, masses, each, strict=True):
+    for level, mass, own in zip(levels, masses, r, strict=True):
         b = _clearance_at(float(level), mass, balls, oscillator, own)
         balls.append(NES(m=mass, b=b, r=own))
     return tuple(ball.b for ball in balls)
