@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -98,20 +99,13 @@ def cells_of(text: str, axes: int) -> tuple[int, ...]:
     >>> cells_of("60x40", 2), cells_of("30", 2)
     ((60, 40), (30, 30))
     """
-    words = text.lower().replace("×", "x").split("x")
-    if len(words) == 1:
-        words = words * axes
-    fine = all(word.isascii() and word.strip().isdecimal() for word in words)
-    if len(words) != axes or not fine:
+    words = re.split("[x×]", text.lower())
+    found = [re.fullmatch(rf"\s*0*([0-9]{{1,{MOST_DIGITS}}})\s*", word) for word in words]
+    numbers = tuple(int(one[1]) for one in found if one) * (axes if len(words) == 1 else 1)
+    if len(numbers) != axes or not all(found):
         example = "40" if axes == 1 else "40 or 60x40"
-        raise ParameterError(f"found '{shortened(text)}', expected {example}", where="--cells")
-    words = [word.strip().lstrip("0") for word in words]  # int() refuses thousands of zeros
-    if any(len(word) > MOST_DIGITS for word in words):
-        raise ParameterError(
-            f"found '{shortened(text)}', expected less than 10^{MOST_DIGITS} along an axis",
-            where="--cells",
-        )
-    numbers = tuple(int(word or "0") for word in words)
+        expected = f"{example}, less than 10^{MOST_DIGITS} along an axis"
+        raise ParameterError(f"found '{shortened(text)}', expected {expected}", where="--cells")
     if min(numbers) < 2:
         raise ParameterError(f"found '{text}', expected 2 or more along an axis", where="--cells")
     return numbers
