@@ -13,18 +13,9 @@ from dataclasses import dataclass, field, replace
 from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
-from vinesexp.laboratory.sensors import Sensor
+from vinesexp.laboratory.sensors import Sensor, number, numbers_of
 from vinesexp.records.campaign.yamltree import Section
 from vinesexp.rig import NES, Oscillator, Rig
-
-#: Kind of each quantity of the section `sheet`.
-KINDS = {
-    "nes_mass": "mass",
-    "added_mass": "mass",
-    "clearance": "displacement",
-    "release": "displacement",
-    "clock": "ratio",
-}
 
 
 @dataclass(frozen=True)
@@ -39,17 +30,17 @@ class BenchSheet:
     seed : of the draws, those of sensitivities included; None: that of the scene.
     """
 
-    nes_mass: float = 0.0
-    added_mass: float = 0.0
-    clearance: float = 0.0
-    release: float = 0.0
-    clock: float = 0.0
+    nes_mass: float = number("mass", "zero", 0.0)
+    added_mass: float = number("mass", "zero", 0.0)
+    clearance: float = number("displacement", "zero", 0.0)
+    release: float = number("displacement", "zero", 0.0)
+    clock: float = number("ratio", "zero", 0.0)
     seed: int | None = None
 
     @property
     def exact(self) -> bool:
         """Whether everything is as written."""
-        return not any(getattr(self, name) for name in KINDS)
+        return not any(getattr(self, name) for name in numbers_of(BenchSheet))
 
     def off(self, quantity: str, seed: int, *of: str) -> float:
         """How far the truth is from the sheet; `of` names what was drawn.
@@ -72,8 +63,9 @@ class BenchSheet:
 def read_sheet(whole: Section) -> BenchSheet:
     """The section `sheet` of scene.yaml."""
     entry = whole.under("sheet")
-    entry.refuse_unknown((*KINDS, "seed"))
-    found = entry.quantities({name: (kind, "zero") for name, kind in KINDS.items()})
+    known = numbers_of(BenchSheet)
+    entry.refuse_unknown((*known, "seed"))
+    found = entry.quantities(known)
     seed = entry.value("seed")
     if seed is not None and not isinstance(seed, int):
         entry.complain("seed", f"found '{seed}', expected a whole number")
@@ -86,7 +78,7 @@ def stated(sheet: BenchSheet) -> list[str]:
     if sheet.exact:
         return ["uncertainties: exact"]
     lines = ["uncertainties:"]
-    for name, kind in KINDS.items():
+    for name, (kind, _) in numbers_of(BenchSheet).items():
         size, unit = {"mass": (1e3, "g"), "displacement": (1e3, "mm"), "ratio": (1e2, "%")}[kind]
         error = size * getattr(sheet, name)
         lines.append(f"  {name}: " + (f"{error:.10g} {unit}" if error else "exact"))

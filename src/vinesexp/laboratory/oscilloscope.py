@@ -23,6 +23,7 @@ from vinesexp.laboratory.sensors import (
     Sensor,
     accelerometer_volts,
     laser_volts,
+    number,
     slow_drift,
 )
 
@@ -52,12 +53,12 @@ class Oscilloscope:
         So many samples, at random places, are missing in the file.
     """
 
-    sample_rate: float
+    sample_rate: float = number("frequency", "needed")
     bits: int = 14
-    full_scale: float = 1.0
+    full_scale: float = number("voltage", "", 1.0)
     format: str = "oscilloscope-csv"
     skew: Mapping[str, float] = field(default_factory=dict)
-    clock_error: float = 0.0
+    clock_error: float = number("ratio", "signed", 0.0)
     dropped_samples: int = 0
 
     @property

@@ -20,7 +20,7 @@ from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test, read_sheet
 from vinesexp.laboratory.instrument_files import FORMATS, TEXT_STYLES
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
-from vinesexp.laboratory.sensors import Accelerometer, Laser, LocalMode, Sensor
+from vinesexp.laboratory.sensors import Accelerometer, Laser, LocalMode, Sensor, numbers_of
 from vinesexp.records.campaign.problems import Problems, raise_first
 from vinesexp.records.campaign.schema import MOTIONS
 from vinesexp.records.campaign.yamltree import Pairs, Section, read_yaml
@@ -98,40 +98,8 @@ STEP_KEYS = ("start", "stop", "step")
 MOST_STEPS = 10_000
 
 # Sensors and oscilloscope as scene.yaml describes them; a fault not asked for is absent.
-MODE = {
-    "frequency": ("frequency", "needed"),
-    "share": ("ratio", "needed signed"),
-    "damping": ("ratio", ""),
-}
 GAIN = {"gain_error": ("ratio", "signed"), "gain_uncertainty": ("ratio", "zero")}
 COMMON_KEYS = ("sensitivity", *GAIN, "mode")
-#: Key of a sensor to the kind of its number, and what it may be beside above zero.
-LASER = {
-    "offset": ("voltage", "signed"),
-    "noise": ("displacement", "zero"),
-    "drift": ("displacement", "zero"),
-    "drift_time": ("time", ""),
-    "bias": ("displacement", "signed"),
-    "bandwidth": ("frequency", ""),
-    "range": ("displacement", ""),
-}
-ACCELEROMETER = {
-    "pulse": ("time", "needed"),
-    "ring_damping": ("ratio", ""),
-    "offset": ("voltage", "signed"),
-    "noise": ("acceleration", "zero"),
-    "bias": ("acceleration", "signed"),
-    "ring": ("frequency", ""),
-    "ac_corner": ("frequency", ""),
-    "cross_axis": ("ratio", "signed"),
-    "range": ("acceleration", ""),
-}
-SCOPE = {
-    "sample_rate": ("frequency", "needed"),
-    "full_scale": ("voltage", ""),
-    "clock_error": ("ratio", "signed"),
-}
-LASERS = ("displacement", LASER)
 OSCILLOSCOPE_KEYS = tuple(field.name for field in fields(Oscilloscope))
 
 
@@ -141,9 +109,9 @@ def read_sensors(layers: Section, seed: int) -> dict[str, Sensor]:
     found: dict[str, Sensor] = {}
     for role in MOTIONS:
         if entry := layers.under(role):
-            kind, table = ("acceleration", ACCELEROMETER) if role == "acceleration" else LASERS
-            make = Accelerometer if role == "acceleration" else Laser
-            if (values := _sensor(entry, kind, table, role, seed)) is not None:
+            shaken = role == "acceleration"
+            make, kind = (Accelerometer, role) if shaken else (Laser, "displacement")
+            if (values := _sensor(entry, kind, numbers_of(make, kind), role, seed)) is not None:
                 found[role] = make(**values)
     if not found:
         layers.complain("sensors", "no sensors; give at least 'displacement'")
@@ -182,8 +150,9 @@ def _mode(entry: Section) -> LocalMode | None:
     mode = entry.under("mode")
     if not mode:
         return None
-    mode.refuse_unknown(MODE)
-    found = mode.quantities(MODE)
+    known = numbers_of(LocalMode)
+    mode.refuse_unknown(known)
+    found = mode.quantities(known)
     if found.get("damping", 0.0) >= 1.0:
         mode.complain("damping", "expected below 1: an overdamped mode does not oscillate")
     return LocalMode(**found) if {"frequency", "share"} <= set(found) else None
@@ -193,7 +162,7 @@ def read_oscilloscope(layers: Section, clock: float) -> Oscilloscope | None:
     """The oscilloscope, its clock off by what the sheet leaves open; None where it is wrong."""
     layers.refuse_unknown(OSCILLOSCOPE_KEYS)
     before = len(layers.problems.found)
-    values = {"sample_rate": 1.0, "clock_error": 0.0, **layers.quantities(SCOPE)}
+    values = {"sample_rate": 1.0, "clock_error": 0.0, **layers.quantities(numbers_of(Oscilloscope))}
     values["clock_error"] += clock
     form = layers.text("format") or "oscilloscope-csv"
     if form not in FORMATS:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, Protocol, TypedDict, Unpack
 
 import numpy as np
@@ -43,6 +43,20 @@ RUNG_OUT = 1e-6
 _AT_ONCE = 2_000_000
 
 
+def number(kind: str, may: str = "", default: Any = MISSING) -> Any:
+    """A field that scene.yaml states: its kind, and what it may be besides above zero.
+
+    Without a kind it is of the quantity that the sensor measures.
+    """
+    return field(default=default, metadata={"number": (kind, may)})
+
+
+def numbers_of(what: type, own: str = "") -> dict[str, tuple[str, str]]:
+    """Key to kind and what it may be, of each `number` of a dataclass; `own`: what it measures."""
+    stated = {one.name: one.metadata["number"] for one in fields(what) if one.metadata}
+    return {name: (kind or own, may) for name, (kind, may) in stated.items()}
+
+
 @dataclass(frozen=True)
 class LocalMode:
     """A local mode as one sensor shows it.
@@ -57,9 +71,9 @@ class LocalMode:
         Damping ratio, below 1.
     """
 
-    frequency: float
-    share: float
-    damping: float = 0.02
+    frequency: float = number("frequency", "needed")
+    share: float = number("ratio", "needed signed")
+    damping: float = number("ratio", "", 0.02)
 
     @property
     def lasts(self) -> float:
@@ -312,10 +326,10 @@ class Sensor:
     """
 
     sensitivity: float
-    offset: float = 0.0
-    noise: float = 0.0
-    bias: float = 0.0
-    range: float | None = None
+    offset: float = number("voltage", "signed", 0.0)
+    noise: float = number("", "zero", 0.0)
+    bias: float = number("", "signed", 0.0)
+    range: float | None = number("", "", None)
     gain: float = 1.0
     gain_uncertainty: float = 0.0
     mode: LocalMode | None = None
@@ -333,9 +347,9 @@ class Laser(Sensor):
         Corner (-3 dB) of its first-order low-pass, Hz; None: as fast as the motion.
     """
 
-    drift: float = 0.0
-    drift_time: float = 60.0
-    bandwidth: float | None = None
+    drift: float = number("displacement", "zero", 0.0)
+    drift_time: float = number("time", "", 60.0)
+    bandwidth: float | None = number("frequency", "", None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -355,11 +369,11 @@ class Accelerometer(Sensor):
         Share of the base's acceleration that it shows besides its own.
     """
 
-    pulse: float
-    ring: float | None = None
-    ring_damping: float = 0.02
-    ac_corner: float | None = None
-    cross_axis: float = 0.0
+    pulse: float = number("time", "needed")
+    ring: float | None = number("frequency", "", None)
+    ring_damping: float = number("ratio", "", 0.02)
+    ac_corner: float | None = number("frequency", "", None)
+    cross_axis: float = number("ratio", "signed", 0.0)
 
 
 def _one_pole(
