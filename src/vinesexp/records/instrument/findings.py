@@ -66,7 +66,7 @@ _QUANTA = 8.0  # usual steps
 _LONE, _MOST_LONE = 30.0, 3  # usual bends, or steps, of a sample far off; of them in a row
 _RARE, _BACK = 0.01, 0.3  # of the samples, that are far off; of their bends, that may be left
 _FEW = 8  # samples: of fewer nothing is said
-_CHANCE = 1e-3  # of so long a stretch anywhere in the record, where the noise goes on
+_CHANCE = 0.01  # stretches as long by chance, of which few would end with such a bend
 _BENDS = 4.0  # usual bends: one that no crest has, whose quanta are all that bends
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
 
