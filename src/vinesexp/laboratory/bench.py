@@ -124,14 +124,14 @@ class Test:
     duration: float
     sensors: Mapping[str, Sensor]
     oscilloscope: Oscilloscope
-    settle: float = 0.0
+    settle: float = number("time", "zero", 0.0)
     clearance: tuple[float, ...] = ()
     clearance_minus: tuple[float, ...] = ()
     driven: Base | BaseRecord | None = None
-    release: float = 0.0
+    release: float = number("displacement", "signed", 0.0)
     ball_start: tuple[float, ...] = ()
-    added_mass: float = 0.0
-    height: float = 0.0
+    added_mass: float = number("mass", "zero", 0.0)
+    height: float = number("displacement", "", 0.0)
     note: str = ""
 
     __test__ = False  # not for pytest

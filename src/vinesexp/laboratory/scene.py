@@ -71,13 +71,6 @@ ALLOWED = {
     "transient": ("clearance_minus", "ball_start"),
     "drop": (),
 }
-#: Numbers of a test, each with its kind and what it may be beside above zero.
-NUMBERS = {
-    "release": ("displacement", "signed"),
-    "height": ("displacement", ""),
-    "settle": ("time", "zero"),
-    "added_mass": ("mass", "zero"),
-}
 _ALWAYS = ("test", "duration", "note", "sensors", "oscilloscope")
 #: Keys of a record; a group takes them too, and `records`.
 TEST_KEYS = tuple(dict.fromkeys(chain(_ALWAYS, *NEEDED.values(), *ALLOWED.values())))
@@ -370,8 +363,9 @@ def _test(
     base = read_base(entry, kind, duration)
     if duration is None and isinstance(base, SteppedSweep):
         duration = base.duration
+    known = numbers_of(Test).items()
     values = entry.quantities({
-        key: (of, f"{may} needed" if key in needed else may) for key, (of, may) in NUMBERS.items()
+        key: (of, f"{may} needed" if key in needed else may) for key, (of, may) in known
     })  # fmt: skip
     minus = entry.lengthy("clearance_minus", "displacement")
     minus = minus and _for_each(entry, "clearance_minus", minus, len(clearance), "clearances")
