@@ -39,7 +39,7 @@ def impacts_of(b: tuple[float, float], r: tuple[float, float], seed: int) -> Imp
     return Impacts(**columns)
 
 
-def identified(r: tuple[float, float]) -> Identified:
+def identified(r: tuple[float, float], *drop: Estimate) -> Identified:
     tests = {"a": (0.02, 0.03), "b": (0.03, 0.025), "c": (0.028, 0.02)}
     rows = tuple(Record(name, Path(name), "periodic", b) for name, b in tests.items())
     channel = {"displacement": Channel("displacement", "x", "displacement", 1.0)}
@@ -50,7 +50,7 @@ def identified(r: tuple[float, float]) -> Identified:
         for name, value, unit in (("f0", 7.8623, "Hz"), ("zeta", 6.5e-3, "1"))
     ]
     tables = {name: impacts_of(b, r, seed) for seed, (name, b) in enumerate(tests.items())}
-    return identify_campaign(found, campaign, tables)
+    return identify_campaign([*found, *drop], campaign, tables)
 
 
 @pytest.mark.parametrize("r", [(0.6, 0.6), (0.6, 0.7)])
@@ -62,6 +62,14 @@ def test_one_r_is_given_where_the_balls_are_alike(r: tuple[float, float]) -> Non
         assert rows[f"r_{number}"].value == pytest.approx(true, abs=2e-3)
     assert ("r" in rows) == (r[0] == r[1])
     assert not any("r is not known" in check.detail for check in found.checks)
+
+
+def test_a_drop_test_beside_tests_with_several_balls_has_its_own_r() -> None:
+    """Nothing came of such a campaign: no flight knew of the r of the drop test."""
+    found = identified((0.6, 0.7), Estimate("r", 0.65, 1e-3, "1", "drop", ("d",)))
+    rows = {row.parameter: row.value for row in found.rows if row.method == "combined"}
+    assert rows["r_1"] == pytest.approx(0.6, abs=2e-3)
+    assert rows["r"] == pytest.approx(0.65, abs=2e-3)
 
 
 @pytest.mark.parametrize("balls", [("r",), ("r_1", "r_2")])
