@@ -149,9 +149,14 @@ class FilterSettings:
         measured=_CONDITION, low=1.0, high=1000.0, of="oscillator's frequency",
     )
     impacts_low_most: float = number(
-        0.04, "the lower edge for the acceleration is never above this share of the sample rate",
+        0.04, "the lower edge for the acceleration is not above this share of the sample rate",
         measured="docs/benchmarks/impacts.md, by sample rate", low=0.001, high=0.4,
         of="sample rate",
+    )
+    impacts_low_least: float = number(
+        3.0, "unless it would be below this: the motion itself would be taken for impacts",
+        measured="tests/signals/impacts/test_slow_sampling.py", low=1.0, high=20.0,
+        of="oscillator's frequency",
     )
     slowest: float = number(
         0.5, "lower edge in a record without oscillation; below it is drift of the sensor",

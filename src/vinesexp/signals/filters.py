@@ -42,6 +42,7 @@ _FINEST = 2.5  # samples a period: a peak closer to the Nyquist frequency may be
 _SHARE = 0.01  # of the velocity that the oscillation holds, in an acceleration
 _TRIED = 2000  # peaks that are looked at, the strongest first
 _REPEATED = 0.25  # of the power of a line: what it may repeat; steps add up to 2.5 times of it
+_LOW_MOST = 0.2  # of the sample rate: a pulse needs what is above
 
 #: Power of the frequency that turns each quantity into velocity.
 TO_VELOCITY = {"displacement": 1, "velocity": 0, "acceleration": -1}
@@ -73,9 +74,9 @@ def default_bands(
 
     Displacement: a quarter to five times its frequency, or what the user says; nothing beyond the
     Nyquist frequency. Acceleration: everything above twenty times its frequency, but never less
-    than the upper 23 of 25 parts of what the sample rate holds; without an oscillation everything
-    that three periods fit into. A drop test (`drop`): everything above hum and handling, of every
-    channel. `settings` holds these numbers.
+    than the upper 23 of 25 parts of what the sample rate holds, unless these begin below three
+    times its frequency; without an oscillation everything that three periods fit into. A drop test
+    (`drop`): everything above hum and handling, of every channel. `settings` holds these numbers.
 
     Examples
     --------
@@ -83,6 +84,8 @@ def default_bands(
     Bands(frequency=8.0, displacement=(2.0, 40.0), acceleration=(160.0, None))
     >>> default_bands(sample_rate=1e4, frequency=None, duration=1.5).acceleration
     (2.0, None)
+    >>> default_bands(sample_rate=280.0, frequency=8.0).acceleration
+    (24.0, None)
     >>> default_bands(sample_rate=50.0, frequency=8.0).displacement
     (2.0, None)
     """
@@ -97,6 +100,8 @@ def default_bands(
     held = high < 0.5 * _TOP * sample_rate
     motion = min(low, 0.5 * frequency) or None, high if held else None
     impacts = min(settings.impacts_low * frequency, settings.impacts_low_most * sample_rate)
+    # slow sampling: with less of the motion taken away it would be taken for impacts itself
+    impacts = max(impacts, min(settings.impacts_low_least * frequency, _LOW_MOST * sample_rate))
     return Bands(frequency, bandpass or motion, (impacts, None))
 
 

@@ -363,10 +363,15 @@ def _struck(
             record, conditioned, motion, clearance, test, settings, said
         )
     shown = "displacement" in record.roles and settings.slopes.use
-    # a mount that rings hides the spikes; one that shows a release would show impacts
-    if shown and motion and not found.time.size and slopes is not _NONE:
-        role = "displacement"
-        found, slopes = _where_it_bends(record, motion, clearance, said, free=freed(conditioned))
+    # a mount that rings hides the spikes, and few samples a period hide some of them; an
+    # accelerometer that shows a release would show impacts
+    hides = not found.time.size or _slow(conditioned, settings)
+    if shown and motion and hides and slopes is not _NONE:
+        own: list[tuple[str, str, str]] = []
+        bends = _where_it_bends(record, motion, clearance, own, free=freed(conditioned))
+        if not found.time.size or bends[0].time.size > found.time.size:
+            (found, slopes), late, role = bends, 0.0, "displacement"
+            said += own
     if motion and role in record.roles:
         said += _in_gaps(record, role, motion, contact=settings.impacts.contact)
     impacts = _table(found, slopes, sign=sign, start=record.start, late=late)
@@ -451,14 +456,28 @@ def _by_pulses(
         said.append(("aliased", "warning", _UNRESOLVED))
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     elif slopes is not None:
+        if _slow(conditioned, settings):
+            unknown = np.full(found.time.size, np.nan)
+            found = replace(found, jump=unknown, jump_error=unknown)
+            slopes = fit(found)
         slopes, lag = _where_it_is_late(
             slopes, lag, lambda at: _slopes(found, x=x, sign=sign, lag=at, frequency=motion)
         )
     return found, slopes, sign, lag
 
 
+def _slow(conditioned: RecordView, settings: Settings) -> bool:
+    """Whether so few samples are taken that the highpass takes the pulses along with the motion.
+
+    Their times are known, their areas are not: those are mostly what the highpass took.
+    """
+    usual = settings.filter.impacts_low_most * conditioned.sample_rate
+    return float(conditioned.attributes.get("acceleration_low_hz", 0.0)) > (1.0 + _TINY) * usual
+
+
+_TINY = 1e-6
 #: Of an accelerometer that shows the release and nothing else.
-_NONE = SlopeChanges(*[np.empty(0)] * 8)
+_NONE = SlopeChanges.unknown(0)
 
 #: s about the release in which a sensor and its filters ring, and how large this is at most over
 #: the step of the acceleration.
@@ -563,6 +582,7 @@ def _where_it_bends(
         x = replace(x, missing=held if x.missing is None else x.missing | held)
     steps = resolution_of(record.read("displacement", 0, _LOOK))
     samples = round(x.step * record.sample_rate)
+    x = replace(x, samples=0)  # how bends are rounded is asked when it is known where they are
     resolution, start = steps / math.sqrt(samples), x
     driven, found = "base" in record.roles and not free, detection_at(np.empty(0))
     for turn in range(_TURNS):
@@ -578,11 +598,11 @@ def _where_it_bends(
         slopes = slope_changes(x, found.time, jumps, frequency=frequency)
         found, slopes = _by_displacement(found, slopes, x, frequency=frequency, lag=0.0)
         size = np.abs(slopes.jump)
-        sure: BoolArray = (size > _SURE_BEND * slopes.jump_error) & (size < fastest)
+        sure: BoolArray = (size > _SURE_BEND * slopes.alone) & (size < fastest)
         kept: BoolArray | None = sure
         if sure.all() and len(clearance) == 1:
             kept = of_the_ball(
-                found.time, slopes.x, slopes.v_before, slopes.jump, slopes.jump_error,
+                found.time, slopes.x, slopes.v_before, slopes.jump, slopes.alone,
                 clearance=clearance[0],
             )  # fmt: skip
             if kept is None:
@@ -590,7 +610,8 @@ def _where_it_bends(
         if kept is None:
             found = found.keep(np.zeros_like(sure))
         elif kept.all():
-            return found, slopes
+            x = replace(x, samples=samples)
+            return found, slope_changes(x, found.time, slopes.jump, frequency=frequency)
         else:
             found, jumps = found.keep(kept), slopes.jump[kept]
     return found, _NONE
@@ -742,7 +763,7 @@ def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
     one wall, else pulses that scatter.
     """
     jumps = slopes.jump
-    known, parts = np.abs(jumps) > _SHOWN_JUMP * slopes.jump_error, np.isnan(pulses)
+    known, parts = np.abs(jumps) > _SHOWN_JUMP * slopes.alone, np.isnan(pulses)
     walls = [parts[known & (side * jumps > 0.0)] for side in (1.0, -1.0)]
     cut = min(float(own.mean()) if own.size else 0.0 for own in walls)
     both = known & (~parts | (cut > _CUT_UP))
@@ -786,7 +807,7 @@ def _table(
 ) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
-    slopes = slopes or SlopeChanges(*[unknown] * 8)
+    slopes = slopes or SlopeChanges.unknown(n)
     jump, error = _jumps(found, slopes, sign)
     return Impacts(
         time_s=start + found.time,

@@ -45,7 +45,8 @@ def of_the_ball(
 ) -> BoolArray | None:  # fmt: skip
     """Which spikes are impacts of the ball: where they are too few to tell, all not doubtful.
 
-    None where they are many and no law of flights holds.
+    None where they are many and no law of flights holds, or they push the mass the way it moves: a
+    ball takes its energy from the mass, whatever its clearance.
 
     The most probable subset: each flight costs what it misses the law of momentum by, each spike
     that is left out as much as a flight that nothing explains.
@@ -90,7 +91,7 @@ def of_the_ball(
     _, kept, explained = min(found, key=lambda one: one[0], default=(0.0, None, 0))
     if kept is None or explained < max(_FEWEST, _CONSISTENT * kept.sum()):
         return None
-    return kept
+    return kept if np.nansum((jump * v_before)[kept]) <= 0.0 else None
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ the displacement by as much. A knock rings in the accelerometer and leaves the d
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -42,14 +42,25 @@ _TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the
 _SOONER, _LEAST_R = 0.25, 0.3  # of the time in which a ball of so small an r comes back to a wall
 
 
+#: Samples from an impact for which is asked how a bend is rounded, alike before and after it; how
+#: much, in samples, it may be. A converter takes values or means, and a filter before it rounds
+#: more, or less and rings.
+ROUNDED = np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
+_ROUNDING = 0.2 * np.exp(-ROUNDED / 1.5)
+#: Of all jumps of a record alike, where too few samples around an impact show that.
+_BLUNT = 0.2
+_FINE_ENOUGH = 5  # samples of a mean, in which all this is lost
+
+
 @dataclass(frozen=True)
 class JumpResponse:
     """How the displacement answers a jump: exp(-rate s) sin(w_free s)/w_free.
 
     `w` is that of the oscillation around it, rad/s; `w_free` (None: the same) and `rate` (1/s) are
     the oscillator's own; `late`, s, is that of the sensor and `low_pass` the share of it that is a
-    low-pass of first order, the rest a delay; `common` is the relative error that they leave to all
-    jumps alike.
+    low-pass of first order, the rest a delay; `rounded` is what the samples around a unit jump show
+    more than means over their step would, at `ROUNDED` times `sample`, s; `common` is the relative
+    error that they leave to all jumps alike.
     """
 
     w: float
@@ -57,6 +68,8 @@ class JumpResponse:
     rate: float = 0.0
     late: float = 0.0
     low_pass: float = 0.0
+    sample: float = 0.0
+    rounded: tuple[float, ...] = ()
     common: float = 0.0
 
     def bend(self, s: FloatArray, step: float) -> FloatArray:
@@ -65,6 +78,8 @@ class JumpResponse:
         late = np.maximum(s, 0.0)
         value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
         kink = np.where(np.abs(s) < 0.5 * step, (s + 0.5 * step) ** 2 / (2.0 * step), value)
+        if self.rounded:
+            kink += np.interp(np.abs(s) / self.sample, ROUNDED, self.rounded, right=0.0)
         return kink + self.low_pass * rounded(s, step, self.late) if self.low_pass else kink
 
     def since(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -108,6 +123,8 @@ class SlopeChanges:
     ----------
     jump, jump_error : arrays (k,)
         From the displacement alone, m/s.
+    alone : array (k,)
+        `jump_error` without what all jumps have wrong alike: whether there is a jump at all.
     x, v_before, v_error, v_shared : arrays (k,)
         m, m/s; with the weighted mean of both jumps where `slope_changes` was given errors,
         else with the one above. The velocity after is v_before plus that jump. `v_shared` is what
@@ -118,12 +135,18 @@ class SlopeChanges:
 
     jump: FloatArray
     jump_error: FloatArray
+    alone: FloatArray
     x: FloatArray
     v_before: FloatArray
     v_error: FloatArray
     v_shared: FloatArray
     shift: FloatArray
     shift_error: FloatArray
+
+    @staticmethod
+    def unknown(count: int) -> SlopeChanges:
+        """Of so many impacts, of which the displacement shows nothing."""
+        return SlopeChanges(*(np.full(count, np.nan) for _ in fields(SlopeChanges)))
 
 
 @dataclass(frozen=True)
@@ -132,7 +155,7 @@ class Coarse:
 
     `missing` says which of them the sensor did not show; the values there are no measurement.
     `forced` is what may move the mass beside its sine. By `late`, s, the sensor is late; that may
-    be a delay, or a low-pass.
+    be a delay, or a low-pass. Each is the mean of so many `samples`; 0: of the motion itself.
     """
 
     values: FloatArray
@@ -141,6 +164,12 @@ class Coarse:
     missing: BoolArray | None = None
     forced: tuple[Forced, ...] = ()
     late: float = 0.0
+    samples: int = 0
+
+    @property
+    def rounds(self) -> bool:
+        """Whether the values show how the samples round a bend."""
+        return 0 < self.samples < _FINE_ENOUGH
 
     def moved(self, motion: FloatArray) -> Coarse:
         """The same, which a motion known to some per cent moves beside its sine."""
@@ -166,7 +195,7 @@ def coarse_displacement(record: RecordView, frequency: float) -> Coarse:
     missing = missing_means(record, "displacement", k, bridged=k)
     start = 0.5 * (k - 1) / record.sample_rate
     forced = bent_forces(means, step, frequency=frequency)
-    x = Coarse(means, step, start, missing if missing.any() else None, forced)
+    x = Coarse(means, step, start, missing if missing.any() else None, forced, samples=k)
     if "base" not in record.roles:
         return x
     base = channel_means(record, "base", k)
@@ -308,11 +337,14 @@ def slope_changes(
     k = times.size
     late = x.late if x.late > _PROMPT else 0.0
     response = JumpResponse(2.0 * math.pi * frequency, late=late)
-    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(8)))
+    out = SlopeChanges.unknown(k)
     half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
     forced = np.zeros((2, k))
+    # with so few samples how they round a bend cannot be told from how large it is
+    blunt = x.rounds and half < 3.0 * ROUNDED[-1] / x.samples
+    x, least_known = (replace(x, samples=0), _BLUNT) if blunt else (x, 0.0)
     missing = np.zeros(x.values.size) if x.missing is None else x.missing
     gaps = np.append(0.0, np.cumsum(missing))  # means with one before each
     for share in _SHORTER:
@@ -333,11 +365,13 @@ def slope_changes(
                 enough = len(group) >= _EACH * len(x.forced)
                 whole = replace(x, forced=tuple(f for f in x.forced if enough or f.expected))
                 for _ in range(2):
+                    unsure = least_known
                     windows = _windows(whole, response, *where)
                     if whole.forced:
-                        x, forced = _without_forced(whole, times, windows, centre[group])
+                        x, forced, by_force = _without_forced(whole, times, windows, centre[group])
+                        unsure = max(unsure, by_force)
                         windows = _windows(x, response, *where)
-                    response = _refined(windows, response, x.step)
+                    response = _refined(windows, response, x, unsure)
             windows = _windows(x, response, *where)
             _solve(windows, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
@@ -346,18 +380,21 @@ def slope_changes(
 
 def _without_forced(
     x: Coarse, times: FloatArray, windows: _Windows, centre: IntArray
-) -> tuple[Coarse, FloatArray]:
+) -> tuple[Coarse, FloatArray, float]:
     """The displacement less what moves the mass beside its sine, and that at the impacts (m, m/s).
+
+    And what not knowing how much it is leaves to all jumps alike, relative.
 
     As much of each as is expected, within its error and what the displacement shows; where that
     contradicts a base that is expected (another unit, turned round, none at all), as the
     displacement shows. How the oscillator answers a jump is as unknown: a fast decay would seem to
     be a force.
     """
-    answer = _Answer.seen(windows, x.step)
+    answer = _Answer.seen(windows, x)
     reach = windows.samples.shape[1] // 2
     grid = centre[:, np.newaxis] + np.arange(-reach, reach + 1)
-    seen = [(answer.weigh * _left(windows, own.motion[grid])).ravel() for own in x.forced]
+    left, shares = zip(*(_left(windows, own.motion[grid]) for own in x.forced), strict=True)
+    seen = [(answer.weigh * own).ravel() for own in left]
     shapes = np.concatenate([np.stack(seen, axis=1), answer.columns], axis=1)
     expected, error = np.array([(own.expected, own.error) for own in x.forced]).T
     expected, error = np.append(expected, answer.usual - answer.now), np.append(error, answer.error)
@@ -369,20 +406,30 @@ def _without_forced(
     contradicted = (expected != 0.0) & (np.abs(shown - expected) > _FORCED * spread)
     contradicted[len(x.forced) :] = False
     held = np.where(contradicted, 0.0, (noise / error) ** 2)
-    gain = np.linalg.solve(normal + np.diag(held), shapes.T @ answer.rest + held * expected)
+    whole_normal = normal + np.diag(held)
+    gain = np.linalg.solve(whole_normal, shapes.T @ answer.rest + held * expected)
+    all_shares = np.append(shares, answer.shares)
+    unsure = noise * math.sqrt(all_shares @ np.linalg.solve(whole_normal, all_shares))
     from scipy.interpolate import CubicSpline
 
     whole = gain[: len(x.forced)] @ np.stack([own.motion for own in x.forced])
     motion = CubicSpline(x.start + x.step * np.arange(whole.size), whole)
     values = x.values - whole
-    return replace(x, values=values, forced=()), np.stack([motion(times), motion(times, 1)])
+    at = np.stack([motion(times), motion(times, 1)])
+    return replace(x, values=values, forced=()), at, unsure
 
 
-def _left(windows: _Windows, values: FloatArray) -> FloatArray:
-    """What smooth motion and a jump leave of some values in each window."""
+def _left(windows: _Windows, values: FloatArray) -> tuple[FloatArray, float]:
+    """What smooth motion and a jump leave of some values in each window.
+
+    And the jump, over the true one, that they seem to make on average.
+    """
     bent, own = _out(windows.bend, windows.q), _out(values, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
-    return np.asarray(own - (bent * own).sum(axis=1, keepdims=True) / norm * bent)
+    jump = (bent * own).sum(axis=1, keepdims=True) / norm
+    true = (bent * windows.samples).sum(axis=1, keepdims=True) / norm
+    share = float((jump * np.sign(true)).mean() / max(np.abs(true).mean(), 1e-300))
+    return own - jump * bent, share
 
 
 def _less_where_odd(rest: FloatArray) -> FloatArray:
@@ -438,8 +485,9 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
 class _Answer:
     """How what the jumps leave in all windows changes with the oscillator's answer to them.
 
-    `columns` are those of its decay, its free frequency and the share of a low-pass, which is
-    missing for a prompt sensor; `now` are these numbers, `usual` and `error` first guesses.
+    `columns` are those of its decay, its free frequency, the share of a low-pass, which is missing
+    for a prompt sensor, and how bends are rounded; `now` are these numbers, `usual` and `error`
+    first guesses.
     """
 
     rest: FloatArray
@@ -451,7 +499,7 @@ class _Answer:
     error: FloatArray
 
     @staticmethod
-    def seen(windows: _Windows, step: float) -> _Answer:
+    def seen(windows: _Windows, x: Coarse) -> _Answer:
         response = windows.response
         bent = _out(windows.bend, windows.q)
         norm = (bent * bent).sum(axis=1, keepdims=True)
@@ -462,31 +510,47 @@ class _Answer:
         late = np.maximum(windows.s, 0.0)
         w = response.w_free or response.w
         fall = np.exp(-response.rate * late) / w
-        columns, shares = [], []
-        by_rate = -late * fall * np.sin(w * late)
         by_frequency = late * fall * np.cos(w * late) - fall * np.sin(w * late) / w
-        by_low_pass = [rounded(windows.s, step, response.late)] if response.late else []
-        for change in (by_rate, by_frequency, *by_low_pass):
+        # its change of the answer, now, first guess and error of this
+        numbers = [
+            (-late * fall * np.sin(w * late), response.rate,
+             _DAMPING * response.w, _DAMPING_ERROR * response.w),
+            (by_frequency, w, response.w, _DETUNING_ERROR * response.w),
+        ]  # fmt: skip
+        if response.late:
+            by_low_pass = rounded(windows.s, x.step, response.late)
+            numbers.append((by_low_pass, response.low_pass, _LOW_PASS, _LOW_PASS))
+        if x.rounds:
+            errors = _ROUNDING * x.step / x.samples**2
+            at, now = (
+                np.abs(windows.s) * x.samples / x.step,
+                response.rounded or (0.0,) * ROUNDED.size,
+            )
+            hats = np.eye(ROUNDED.size)
+            numbers += [
+                (np.interp(at, ROUNDED, hat, right=0.0), own, 0.0, error)
+                for hat, own, error in zip(hats, now, errors, strict=True)
+            ]
+        columns, shares = [], []
+        for change, *_ in numbers:
             column = _out(change, windows.q)
             share = (column * bent).sum(axis=1, keepdims=True) / norm
             columns.append((weigh * jump * (column - bent * share)).ravel())
             shares.append(float(share.mean()))
-        now = np.array([response.rate, w, response.low_pass])
-        usual = np.array([_DAMPING * response.w, response.w, _LOW_PASS])
-        error = np.array([_DAMPING_ERROR * response.w, _DETUNING_ERROR * response.w, _LOW_PASS])
-        known = len(columns)
+        _, *known = zip(*numbers, strict=True)
         return _Answer(
             (weigh * rest).ravel(), weigh, np.stack(columns, axis=1), np.array(shares),
-            now[:known], usual[:known], error[:known],
+            *(np.array(each) for each in known),
         )  # fmt: skip
 
 
-def _refined(windows: _Windows, response: JumpResponse, step: float) -> JumpResponse:
-    """Free frequency, decay and share of a low-pass, as all windows together show them.
+def _refined(windows: _Windows, response: JumpResponse, x: Coarse, unsure: float) -> JumpResponse:
+    """The numbers of the answer to a jump, as all windows together show them.
 
-    From wide first guesses; a prompt sensor has no low-pass.
+    From wide first guesses; a prompt sensor has no low-pass. `unsure` is what all jumps have wrong
+    alike at least.
     """
-    one = _Answer.seen(windows, step)
+    one = _Answer.seen(windows, x)
     windows_seen, samples = windows.samples.shape
     freedom = samples - windows.q.shape[1] - 1
     noise = float((one.rest**2).sum()) / (windows_seen * freedom)
@@ -494,10 +558,18 @@ def _refined(windows: _Windows, response: JumpResponse, step: float) -> JumpResp
     normal = one.columns.T @ one.columns + weight
     change = np.linalg.solve(normal, one.columns.T @ one.rest + weight @ (one.usual - one.now))
     covariance = noise * np.linalg.inv(normal)
-    common = float(np.sqrt(one.shares @ covariance @ one.shares))
-    rate, free, *low_pass = (one.now + change).tolist()
-    share = low_pass[0] if low_pass else 0.0
-    return replace(response, w_free=free, rate=rate, low_pass=share, common=common)
+    common = max(float(np.sqrt(one.shares @ covariance @ one.shares)), unsure)
+    values = one.now + change
+    rate, free, *others = values.tolist()
+    share = others.pop(0) if response.late else 0.0
+    sample = x.step / x.samples if others else 0.0
+    # a filter rounds otherwise before a bend than after it: half of what this corrects is unsure
+    if others:
+        common = math.hypot(common, 0.5 * one.shares[-len(others) :] @ values[-len(others) :])
+    return replace(
+        response, w_free=free, rate=rate, low_pass=share, sample=sample, rounded=tuple(others),
+        common=common,
+    )  # fmt: skip
 
 
 def _solve(
@@ -513,13 +585,12 @@ def _solve(
     # The noise is the same in all windows; one of them knows it to 1/sqrt(2 n) only.
     square = float(np.median((rest**2).sum(axis=1)))
     noise = math.sqrt(square / (bend.shape[1] - q.shape[1] - 1))
-    error = noise / np.sqrt(norm)
+    alone = noise / np.sqrt(norm)
     # An error that all jumps share does not average out: each is given its part of it.
-    # Else whether it is an impact is asked of each alone.
-    alike = np.zeros(jump.size) if jump_errors is None else _repeated(rest, jump)
+    alike = _repeated(rest, jump)
     shared = np.hypot(windows.response.common * np.abs(jump), alike / np.sqrt(norm))
-    error = np.hypot(error, math.sqrt(jump.size) * shared)
-    out.jump[group], out.jump_error[group] = jump, error
+    error = np.hypot(alone, math.sqrt(jump.size) * shared)
+    out.jump[group], out.jump_error[group], out.alone[group] = jump, error, alone
     slope = windows.response.since(np.maximum(windows.s, 0.0))[1]
     later = _out(np.where(windows.s > 0.0, -jump[:, np.newaxis] * slope, 0.0), q)
     later -= ((bent * later).sum(axis=1) / norm)[:, np.newaxis] * bent
@@ -716,8 +787,8 @@ def unmoved(
     for _ in range(3):  # without those that seem to be knocks the others are seen better
         own = np.where(knocked, 0.0, net)
         seen = slope_changes(x, at + lag, own, frequency=frequency)
-        still = (seen.jump / seen.jump_error) ** 2
-        asked = ((np.abs(seen.jump) - size) / np.hypot(seen.jump_error, _AREA * size)) ** 2
+        still = (seen.jump / seen.alone) ** 2
+        asked = ((np.abs(seen.jump) - size) / np.hypot(seen.alone, _AREA * size)) ** 2
         again: BoolArray = (still < _STILL) & (asked - still > _SURE)
         if (again == knocked).all():
             break
