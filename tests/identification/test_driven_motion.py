@@ -126,6 +126,19 @@ def test_noise_of_the_base_is_no_motion_of_it(tmp_path, follows, jump):
     assert (errors < [3e-4 * W0**2, 0.02 * ZETA * W0]).all()
 
 
+@pytest.mark.parametrize("noise", [5e-6, 2e-5])
+def test_the_frequency_of_an_unseen_base_is_as_sure_as_the_noise_leaves_it(tmp_path, noise):
+    """It was stated to 2e-5, and off by 1e-3 where the displacement was noisy."""
+    pulls = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        t, x, _, impacts = motion(rng, jump=0.003)
+        with record(tmp_path / f"{seed}.nc", x + rng.normal(0.0, noise, t.size)) as view:
+            found = driven_motion(view, impacts, frequency=F, stated=F)
+        pulls.append((found.rate - W) / found.rate_error)
+    assert 0.5 < np.sqrt(np.mean(np.square(pulls))) < 2.0
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("seen", [True, False])
 def test_errors_are_those_of_noise(tmp_path, seen):

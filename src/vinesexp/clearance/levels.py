@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vinesexp.identification.average import weighted_mean
+from vinesexp.identification.joint.observations import last_digit
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.checks import Check
@@ -400,9 +402,10 @@ def base_of_level(
     """
     amplitude, frequency = found
     if not rows:
-        if frequency is None and frequencies and _one(frequencies):
+        if frequencies and _one(frequencies):
             f, spread = _mean([(one, 0.0) for one in frequencies])
-            frequency = Quantity(f, math.hypot(GENERATOR * inputs.clock.of(f), spread))
+            stated = Quantity(f, math.hypot(GENERATOR * inputs.clock.of(f), spread))
+            frequency = _both(frequency, stated)
         amplitude = amplitude or Quantity(nominal, inputs.base_amplitude.of(nominal))
         return LevelBase(amplitude, frequency)
     gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
@@ -414,6 +417,18 @@ def base_of_level(
         amplitude or Quantity(G, math.hypot(noise, gain * G)),
         Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
     )
+
+
+def _both(shown: Quantity | None, stated: Quantity) -> Quantity:
+    """What a record shows and the test log states, by their errors; else what the record shows."""
+    if shown is None:
+        return stated
+    rounded = last_digit(stated.value) / math.sqrt(12.0)
+    typed = math.hypot(stated.std_error or 0.0, DISPLAY_ERROR * stated.value, rounded)
+    errors = [shown.std_error or 0.0, typed]
+    if abs(shown.value - stated.value) > DIFFERS * math.hypot(*errors):
+        return shown
+    return Quantity(*weighted_mean([shown.value, stated.value], errors))
 
 
 def _one(frequencies: Iterable[float]) -> bool:

@@ -104,6 +104,8 @@ class DrivenMotion:
     by_corner : array (2, 5)
         What an AC coupling of the displacement with a corner of 1/s changes the values by: a first
         part, and one for each 1/s^2 of w0^2.
+    rate_error : float
+        Standard error of `rate` where no base was recorded, rad/s, as the flights leave it.
     misfit : (float, float)
         By which all f0 and zeta of such tests may be off alike, relative: kinds of equations, of
         which each should ask for one oscillator, ask for others.
@@ -119,6 +121,7 @@ class DrivenMotion:
     phase: float
     swing: tuple[float, float]
     by_corner: FloatArray
+    rate_error: float = 0.0
     misfit: tuple[float, float] = (0.0, 0.0)
 
     @property
@@ -478,6 +481,7 @@ def _fitted(
     total = total - _slower(total, round(wanders))
     coupled = np.stack([-along[:, 1], rows.of(flights.moments(total))[:, 0]], axis=1)
     found: _Solved | None = None
+    w_error = 0.0
     turning: list[FloatArray] = []  # the mass follows what the base does, no noise of its sensor
     for one in rest_of_base:
         here = rows.of(flights.moments(one))
@@ -495,6 +499,7 @@ def _fitted(
         if e is None:
             per = _KNOWN_RATE / float(np.ptp(t))
             w += found.turned * per
+            w_error = found.turned_error * per
             waves = [np.cos(w * t), -np.sin(w * t)]
             base = [flights.moments(wave) for wave in waves]
             c, s = _ordinary(found, w)
@@ -507,7 +512,7 @@ def _fitted(
     return DrivenMotion(
         found.values, found.information, w, scale, e is not None, found.flights,
         flights.begin + middle * flights.step, phase, (swing.real, swing.imag),
-        found.by_corner, found.misfit,
+        found.by_corner, w_error, found.misfit,
     )  # fmt: skip
 
 
@@ -550,8 +555,8 @@ def _ordinary(found: _Solved, w: float) -> FloatArray:
 @dataclass(frozen=True)
 class _Solved:
     """Values sought, the information about them, by which f0 and zeta may be off, relative; what a
-    corner changes them by; how far the base's phase turns, in units of `_KNOWN_RATE`, scatter of
-    the impacts' times.
+    corner changes them by; how far the base's phase turns, in units of `_KNOWN_RATE`, and its
+    error; scatter of the impacts' times.
     """
 
     values: FloatArray
@@ -559,6 +564,7 @@ class _Solved:
     misfit: tuple[float, float]
     by_corner: FloatArray
     turned: float
+    turned_error: float
     lag: float
     flights: int
 
@@ -597,8 +603,18 @@ def _solved(
         by_corner[:, _BASE] = -np.linalg.lstsq(own[:, _BASE], q, rcond=1e-12)[0].T
     times = _scatter_of_times(rows, y - design @ p)
     turned = float(p[_SOUGHT]) if held else 0.0
+    error = _error_of(_SOUGHT, A / size, left, rows) / float(size[_SOUGHT]) if held else 0.0
     flights = len(np.unique(rows.flight))
-    return _Solved(values, information, misfit, by_corner, turned, times, flights)
+    return _Solved(values, information, misfit, by_corner, turned, error, times, flights)
+
+
+def _error_of(column: int, A: FloatArray, left: FloatArray, rows: _Rows) -> float:
+    """Standard error of one coefficient by what each flight leaves."""
+    others = np.delete(A, column, axis=1)
+    own = A[:, column] - others @ np.linalg.lstsq(others, A[:, column], rcond=1e-12)[0]
+    count = rows.flight.size
+    known = float(_of_scatter(own[:count, np.newaxis], left[:count], rows)[0][0, 0])
+    return 1.0 / math.sqrt(max(known, _TINY))
 
 
 def _relative(values: FloatArray, covariance: FloatArray) -> tuple[float, float]:

@@ -26,6 +26,9 @@ NOTHING = "nothing"
 #: Parameter name: the phase error of a displacement integrated from the acceleration; its note.
 INTEGRATED = "integrated_phase"
 
+#: Parameter name of a test with several balls of which impacts are lost: those found say nothing.
+LOST = "lost_impacts"
+
 #: Methods of the displacement from which a mass was let go: seen at rest, or as the first swing.
 HELD, FIRST_SWING = "held", "first swing"
 

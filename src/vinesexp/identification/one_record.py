@@ -19,6 +19,7 @@ from vinesexp.identification.estimate import (
     FIRST_SWING,
     HELD,
     INTEGRATED,
+    LOST,
     NOTHING,
     Estimate,
     estimates_of,
@@ -217,7 +218,11 @@ def _by_test(
             found += _swing(record, view, band, frequency)
         found += _released(record, shown.get("release", ()))
         base = next(iter(shown.get("base", ())), None)
-        found += _driven(record, view, table, frequency, agreement, base)
+        whole = all(row["regime"] is not None for row in shown.get("regime", ()))
+        found += _driven(record, view, table if whole else None, frequency, agreement, base)
+        if not whole and len(record.clearance) > 1:
+            lost = Estimate(LOST, float(table.n), 0.0, "1", "impacts", (record.id,))
+            return [*found, lost, nothing(record.id, _LOST)]
         if agreement is not None and table.n:
             share = pulse_share(
                 view, table.time_s, np.nan_to_num(table.velocity_jump_m_s), frequency=frequency
@@ -241,6 +246,10 @@ def _a_ball(struck: Mapping[str, float]) -> str | None:
     )
 
 
+_LOST = (
+    "how often the balls hit is not known: impacts of one ball that were not found are in the "
+    "flights of the others, so that r and M by them are not given"
+)
 #: Cycles with impacts that are no knocks of a hand, and share of the energy that they take.
 _FEW_CYCLES, _TAKEN = 5, 0.1
 
@@ -305,10 +314,14 @@ def _released(record: Record, seen: Sequence[Row]) -> list[Estimate]:
 
 
 def _driven(
-    record: Record, view: RecordView, impacts: Impacts, frequency: float,
+    record: Record, view: RecordView, impacts: Impacts | None, frequency: float,
     agreement: Agreement | None, base: Row | None,
 ) -> list[Estimate]:  # fmt: skip
-    """The base of a periodic test: as its channel shows it, and as the mass answers it."""
+    """The base of a periodic test: as its channel shows it, and as the mass answers it.
+
+    Where `impacts` are not all known (None), what those not found take from the mass would be
+    damping.
+    """
     if record.test != "periodic":
         return []
     found, amplitude = [], None
@@ -319,7 +332,7 @@ def _driven(
             ("base_frequency", base["frequency_hz"], base["frequency_error_hz"], "Hz"),
         ]
         found += estimates_of(record, "base channel", rows)
-    if "displacement" in view.roles:
+    if impacts is not None and "displacement" in view.roles:
         stated = sum(record.frequency) / 2.0 if record.frequency else None
         late = 0.0 if agreement is None else agreement.lag
         motion = driven_motion(

@@ -15,6 +15,7 @@ from vinesexp.identification.driven_motion import DRIVEN, DrivenMotion, driven_f
 from vinesexp.identification.estimate import (
     COMBINED,
     INTEGRATED,
+    LOST,
     NOTHING,
     Estimate,
     is_known,
@@ -461,8 +462,9 @@ def _usable(
         for e in used
         if not other & set(e.records) or e.parameter.removesuffix("_added") in ("f0", "zeta")
     ]
-    used, impossible = possible([e for e in used if e.parameter != NOTHING])
-    return used, excluded | copies | other, [*checks, *switched, *impossible]
+    lost = {e.records[0] for e in used if e.parameter == LOST}
+    used, impossible = possible([e for e in used if e.parameter not in (NOTHING, LOST)])
+    return used, excluded | copies | other | lost, [*checks, *switched, *impossible]
 
 
 def _over_amplitude(
@@ -883,19 +885,25 @@ def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
 
 def _frequencies(driven: Mapping[str, DrivenMotion], campaign: Campaign) -> list[Estimate]:
     """Frequency of a base that was not recorded, of each level: as its tests show it, if alike."""
-    levels: dict[float, dict[str, float]] = {}
+    levels: dict[float, dict[str, DrivenMotion]] = {}
     for record in campaign.records:
         motion = driven.get(record.id)
         if motion is not None and not motion.recorded and record.base_amplitude:
-            frequency = motion.rate / (2.0 * math.pi)
-            levels.setdefault(record.base_amplitude, {})[record.id] = frequency
+            levels.setdefault(record.base_amplitude, {})[record.id] = motion
     rows = []
     clock = campaign.known.uncertainties.clock.of(1.0)
     for own in levels.values():
-        each = np.array(list(own.values()))
-        f = float(np.median(each))
-        if np.ptp(each) < _SHARED * f:
-            error = f * math.hypot(clock, float(np.std(each)) / f, _FREQUENCY)
+        each = [one.rate / (2.0 * math.pi) for one in own.values()]
+        errors = [
+            math.hypot(one.rate_error / (2.0 * math.pi), _FREQUENCY * f)
+            for one, f in zip(own.values(), each, strict=True)
+        ]
+        f, error = weighted_mean(each, errors)
+        unlike = (
+            abs(one - f) > _SHARED * f + DISAGREES * e for one, e in zip(each, errors, strict=True)
+        )
+        if not any(unlike):
+            error = math.hypot(clock * f, error)
             rows.append(Estimate("base_frequency", f, error, "Hz", "motion of the mass", (*own,)))
     return rows
 

@@ -1187,7 +1187,7 @@ def _clock(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
         if record.exclude or motion is None or f is None or f[0] != f[1]:
             continue
         off.append(math.log(motion.rate / (2.0 * math.pi * f[0])))
-        rounded.append(_last_digit(f[0]) / math.sqrt(12.0) / f[0])
+        rounded.append(last_digit(f[0]) / math.sqrt(12.0) / f[0])
     if len(off) < _FEWEST_LAGS:
         return
     middle = float(np.median(off))
@@ -1197,12 +1197,12 @@ def _clock(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
     b.blocks.append(Block("", "clock", ((names, 0.0),), _Single(middle, error)))
 
 
-def _last_digit(value: float) -> float:
+def last_digit(value: float) -> float:
     """One unit of the last digit that a number was written with.
 
     Examples
     --------
-    >>> _last_digit(7.85), _last_digit(8.0)
+    >>> last_digit(7.85), last_digit(8.0)
     (0.01, 0.1)
     """
     return float(10.0 ** -len(repr(value).partition(".")[2]))
