@@ -35,7 +35,7 @@ def found() -> Found:
 def left(task: Task, b: float, level: float) -> float:
     """Share of the bare amplitude at one level, by simulation."""
     at = replace(task, levels=(level, level))
-    rest = responses(wall_starts(at, b, range(2)))
+    rest = responses(wall_starts(at, b, range(24)))
     return float(rest.average(rest.mean)) / at.mean_bare()
 
 
