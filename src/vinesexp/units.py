@@ -363,3 +363,14 @@ def _float(number: str) -> float:
             f"{number.replace(',', '')}; write it with a decimal point"
         )
     return float(number.replace(",", "."))
+
+
+def last_digit(value: float) -> float:
+    """One unit of the last digit that a number was written with.
+
+    Examples
+    --------
+    >>> last_digit(7.85), last_digit(8.0)
+    (0.01, 0.1)
+    """
+    return float(10.0 ** -len(repr(value).partition(".")[2]))

@@ -16,15 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vinesexp.identification.average import weighted_mean
-from vinesexp.identification.joint.observations import last_digit
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Row
 from vinesexp.theory.regime_definitions import PERMANENT, STILL, TELLING, UNKNOWN, Regime, Swing
-from vinesexp.units import COVERAGE_95, Quantity
+from vinesexp.units import COVERAGE_95, Quantity, last_digit
 
 if TYPE_CHECKING:
     from vinesexp.identification.joint.whole import RigState
@@ -421,14 +419,16 @@ def base_of_level(
 
 def _both(shown: Quantity | None, stated: Quantity) -> Quantity:
     """What a record shows and the test log states, by their errors; else what the record shows."""
-    if shown is None:
-        return stated
+    if shown is None or not shown.std_error:
+        return shown or stated
     rounded = last_digit(stated.value) / math.sqrt(12.0)
     typed = math.hypot(stated.std_error or 0.0, DISPLAY_ERROR * stated.value, rounded)
-    errors = [shown.std_error or 0.0, typed]
+    errors = np.array([shown.std_error, typed])
     if abs(shown.value - stated.value) > DIFFERS * math.hypot(*errors):
         return shown
-    return Quantity(*weighted_mean([shown.value, stated.value], errors))
+    weights = errors**-2
+    mean = float(np.average([shown.value, stated.value], weights=weights))
+    return Quantity(mean, float(weights.sum()) ** -0.5)
 
 
 def _one(frequencies: Iterable[float]) -> bool:

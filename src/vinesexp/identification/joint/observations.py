@@ -47,6 +47,7 @@ from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.signals.channel_agreement import expected_lead
 from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts, typical_lateness
+from vinesexp.units import last_digit
 
 #: Methods of single records that count; the cheaper ones are shown beside them.
 COUNTED = ("likelihood", "envelope", "sweep")
@@ -1195,17 +1196,6 @@ def _clock(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
     error = math.hypot(float(np.median(rounded)), scatter, _SAME_RATE)
     names = {b.add("generator", 0.0, _GENERATOR): 1.0, "clock": -1.0}
     b.blocks.append(Block("", "clock", ((names, 0.0),), _Single(middle, error)))
-
-
-def last_digit(value: float) -> float:
-    """One unit of the last digit that a number was written with.
-
-    Examples
-    --------
-    >>> last_digit(7.85), last_digit(8.0)
-    (0.01, 0.1)
-    """
-    return float(10.0 ** -len(repr(value).partition(".")[2]))
 
 
 def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
