@@ -664,17 +664,20 @@ def struck(record: RecordView, conditioned: RecordView, settings: Settings) -> t
         found = detect(stream, settings.impacts, frequency=frequency)
         sign, lag = _beside(agreement_in(conditioned.attributes), settings)
         found = found.keep(~unmoved(found, x, frequency=frequency, sign=sign, lag=lag))
-        jumps = found.jump / sign
+        slopes = _slopes(found, x=x, sign=sign, lag=lag, frequency=frequency)
     else:
         found, slopes = _where_it_bends(record, frequency, (), [], free=free)
-        jumps = slopes.jump
     half = 0.5 * (free + conditioned.n / conditioned.sample_rate)
-    own = np.isfinite(jumps) & (found.time > free) & (found.time < half)
+    own = np.isfinite(slopes.jump) & (found.time > free) & (found.time < half)
     speed = np.gradient(x.values, x.step)
     at = np.interp(found.time[own], x.start + x.step * np.arange(speed.size), speed)
     cycles = np.unique(np.floor(found.time[own] * frequency)).size
     most = 0.5 * float(np.nanmax(speed**2))
-    return cycles, abs(float(jumps[own] @ at)) / most if most > 0.0 else 0.0
+    taken, error = -float(slopes.jump[own] @ at), float(np.linalg.norm(slopes.alone[own] * at))
+    return cycles, taken / most if taken > _SURE_TAKEN * error else 0.0
+
+
+_SURE_TAKEN = 4.0  # standard errors of the energy, with which the displacement shows it
 
 
 def find_drop(record: RecordView, conditioned: RecordView, settings: Settings) -> Impacts:
