@@ -62,24 +62,28 @@ do.
 
 Later code, all samples anew; truth in 68 and 95 % intervals, and rms errors on plain rigs:
 
-| code | a9bd22d0 | 919454d6 | d7f2b94d | a53873aa |
-|---|---|---|---|---|
-| campaigns | 7000 to 7128 | 8000 to 8039 | 9200 to 9223, seen (b_t) | 9400 to 9423, seen (replay) |
-| f0 | 78, 93 % | 80, 100 % | 75, 96 % | 71, 96 % |
-| zeta | 74, 99 % | 82, 98 % | 71, 100 % | 79, 100 % |
-| M | 67, 92 % | 72, 98 % | 67, 92 % | 83, 100 % |
-| c1 | 75, 98 % | 80, 98 % | 75, 96 % | 79, 92 % |
-| k1 | 70, 94 % | 80, 100 % | 67, 92 % | 88, 100 % |
-| r | 96, 100 % | 92, 100 % | 83, 100 % | 92, 100 % |
-| b_c | 82, 97 % | 87, 96 % | 96, 100 % | 88, 96 % |
-| b_t | 73, 98 % | 78, 96 % | 76, 100 % | 69, 94 % |
-| a cause that is not there | 0 | 0 | 0 | 0 |
-| more than 4 errors off | 0 | 0 | 0 | 0 |
-| b_c, r | 0.36, 0.020 % | 0.23, 0.014 % | 0.17, 0.016 % | 0.20, 0.013 % |
-| base amplitude | | 0.23 % | 0.15 % | 0.23 % |
-| each clearance | | 0.040 mm | 0.037 mm | 0.045 mm |
-| warnings on plain rigs | 11 of 65 | 2 of 20 | 4 of 12 | 7 of 12 |
-| the same but for tests too short to settle | | | | 0 of 12 |
+| code | d7f2b94d | a53873aa | 49763b60 | 92bb6b2f | 392f6629 |
+|---|---|---|---|---|---|
+| campaigns | 9200 to 9223, seen (b_t) | 9400 to 9423, seen (replay) | 9600 to 9629 | 9800 to 9823 | 9900 to 9923 |
+| f0 | 75, 96 % | 71, 96 % | 90, 100 % | 71, 96 % | 88, 100 % |
+| zeta | 71, 100 % | 79, 100 % | 63, 100 % | 62, 92 % | 50, 100 % |
+| M | 67, 92 % | 83, 100 % | 60, 90 % | 71, 92 % | 58, 96 % |
+| c1 | 75, 96 % | 79, 92 % | 63, 100 % | 62, 96 % | 62, 88 % |
+| k1 | 67, 92 % | 88, 100 % | 70, 93 % | 67, 96 % | 58, 96 % |
+| r | 83, 100 % | 92, 100 % | 97, 100 % | 88, 100 % | 92, 96 % |
+| b_c | 96, 100 % | 88, 96 % | 83, 97 % | 81, 100 % | 93, 96 % |
+| b_t | 76, 100 % | 69, 94 % | 89, 100 % | 71, 100 % | 75, 81 % |
+| a cause that is not there | 0 | 0 | 0 | 0 | 0 |
+| more than 4 errors off | 0 | 0 | 0 | 0 | 0 |
+| b_c, r | 0.17, 0.016 % | 0.20, 0.013 % | 0.22, 0.011 % | 0.19, 0.019 % | 0.33, 0.051 % |
+| base amplitude | 0.15 % | 0.23 % | 0.13 % | 0.22 % | 0.31 % |
+| each clearance | 0.037 mm | 0.045 mm | 0.026 mm | 0.050 mm | 0.056 mm |
+| warnings on plain rigs | 4 of 12 | 7 of 12 | 6 of 15 | 7 of 12 | 6 of 12 |
+| the same but for tests too short to settle |  | 0 of 12 | 1 of 15 | 0 of 12 | 0 of 12 |
+
+With 24 campaigns a share of 68 % scatters by 10. zeta of 9900 to 9923 is where the mountings that
+were drawn have it: on plain rigs the mean of their damping is 0.14 % above the truth, that of the
+values found 0.18 %.
 
 A fifth draw of the mistakes, of 3a6827bc: 40 of 44 are named, none is stated that is not there. A
 base channel a thousand times too large made M 1.7 %, 5.6 errors, off, by a short cut of the fit
