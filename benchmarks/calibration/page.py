@@ -64,7 +64,7 @@ Later code, all samples anew; truth in 68 and 95 % intervals, and rms errors on 
 
 | code | d7f2b94d | a53873aa | 49763b60 | 92bb6b2f | 392f6629 |
 |---|---|---|---|---|---|
-| campaigns | 9200 to 9223, seen (b_t) | 9400 to 9423, seen (replay) | 9600 to 9629 | 9800 to 9823 | 9900 to 9923 |
+| campaigns | 9200 to 9223, seen | 9400 to 9423, seen | 9600 to 9629 | 9800 to 9823 | 9900 to 9923 |
 | f0 | 75, 96 % | 71, 96 % | 90, 100 % | 71, 96 % | 88, 100 % |
 | zeta | 71, 100 % | 79, 100 % | 63, 100 % | 62, 92 % | 50, 100 % |
 | M | 67, 92 % | 83, 100 % | 60, 90 % | 71, 92 % | 58, 96 % |
