@@ -29,7 +29,7 @@ from vinesexp.environment import one_thread_each
 
 ROOT = Path(__file__).resolve().parent.parent
 #: Minutes of one core that a page takes; others take longer, or arguments.
-MINUTES = {"map_cost": 1, "identification": 3, "predictions": 1, "impacts": 2}
+MINUTES = {"map_cost": 1, "identification": 3, "predictions": 1, "impacts": 2, "simulation": 3}
 
 
 @dataclass(frozen=True)
