@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray, IntArray, add_run, usually_held
 from vinesexp.errors import RecordError
@@ -171,13 +172,14 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     if levels.low == levels.high:
         return [(0, view.n)]
     found = []
-    least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, _FEW)))
-    alike = sum(int(np.count_nonzero(np.diff(x) == 0.0)) for _, x in view.blocks(role, more=1))
-    for runs in equal_runs(view, role, least=_FEW):
-        odd = period is not None and _by_chance(runs.lengths, alike, of=view.n, n=view.n) < _CHANCE
+    least = _ALIVE
+    if period is not None:
+        alike = sum(int(np.count_nonzero(np.diff(x) == 0.0)) for _, x in view.blocks(role, more=1))
+        by_chance = int(_longest_by_chance(alike, of=view.n, n=view.n)) + 1
+        least = max(int(min(least, 0.5 * period, by_chance)), _FEW)
+    for runs in equal_runs(view, role, least=least):
         # before the first samples there is nothing to judge by
-        chosen = (odd | (runs.lengths >= least)) & (runs.starts >= _ALIVE)
-        for first, end in runs.stretches(chosen):
+        for first, end in runs.stretches(runs.starts >= _ALIVE):
             if period is not None and _keeps_its_value(view, role, first, end, levels):
                 found.append((first, end))
                 continue
@@ -197,9 +199,9 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     return found
 
 
-def _by_chance(length: ArrayLike, alike: int, *, of: int, n: int) -> FloatArray:
-    """Expected number of stretches as long in n samples where `alike` `of` them are like others."""
-    return np.asarray(n * ((alike + 1.0) / (of + 2.0)) ** (np.asarray(length) - 1.0))
+def _longest_by_chance(alike: int, *, of: int, n: int) -> float:
+    """Samples of the longest stretch that noise makes of n, where `alike` `of` them are equal."""
+    return 1.0 - math.log(n / _CHANCE) / math.log((alike + 1.0) / (of + 2.0))
 
 
 def _keeps_its_value(view: RecordView, role: str, first: int, end: int, levels: _Levels) -> bool:
@@ -211,7 +213,7 @@ def _keeps_its_value(view: RecordView, role: str, first: int, end: int, levels: 
     sides = view.read(role, first - _ALIVE, first + 1), view.read(role, end - 1, end + _ALIVE)
     kept, beside = sides[1][0], np.concatenate([sides[0][:-1], sides[1][1:]])
     alike = int(max(np.sum(beside == kept), np.sum(np.diff(beside) == 0.0)))
-    if not _by_chance(end - first, alike, of=beside.size, n=view.n) < _CHANCE:
+    if not end - first > _longest_by_chance(alike, of=beside.size, n=view.n):
         return False
     bends = [np.append(np.abs(np.diff(side, 2)), 0.0) for side in sides]
     usual = max(float(np.median(np.concatenate(bends))), levels.fine)
