@@ -75,6 +75,8 @@ def _description(scene: Scene) -> str:
     lines = [f'title: "{scene.name}"', f"known: {{nes_mass: {1e3 * scene.ball:.6g} g}}"]
     lines.append("channels:")
     for role, (quantity, unit) in _CHANNELS.items():
+        if role == "displacement" and sensors.vibrometer:
+            quantity, unit = "velocity", "m/s"
         if shown[role]:
             optional = ", optional: yes" if role == "base" else ""
             lines.append(

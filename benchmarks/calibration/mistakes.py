@@ -195,6 +195,11 @@ def _long_contact(scene: Scene, rng: np.random.Generator) -> Scene:
     return scene.with_bodies(lambda body: replace(body, contact=1.7e-3))
 
 
+def _vibrometer(**changes: object) -> Change:
+    """A velocity in the place of the displacement."""
+    return lambda scene, rng: scene.with_sensors(vibrometer=True, **changes)
+
+
 def _aliased(scene: Scene, rng: np.random.Generator) -> Scene:
     ringing = scene.with_sensors(rate=1e4, ring=float(rng.uniform(1900.0, 2600.0)),
                                  ring_damping=0.02)  # fmt: skip
@@ -308,6 +313,8 @@ _ALL = [
     _every("knocks", "knocks", _suffer("knocks", 6.0, kinds=_BALLS)),
     _every("aliased accelerometer", "alias", _aliased),
     _every("short contacts, filtered before sampling", "contact", _filtered),
+    _every("vibrometer, AC-coupled", "", _vibrometer(laser_corner=0.3)),
+    _every("vibrometer alone", "", _vibrometer(accelerometer=False, base=False)),
     _every("held before release", "", _held),
     _every("laser loses its target 40 times", "dropouts", _suffer("dropouts", 40.0, kinds=_BALLS)),
     _every("release typed 1.2 times", "release",

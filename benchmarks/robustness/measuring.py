@@ -36,9 +36,7 @@ def measured(
         place, extra = _local_mode(path, sensors, x.size)
         x += place
         a += extra
-    if sensors.corner is not None:
-        w = 2.0 * math.pi * sensors.corner
-        a = lfilter(*bilinear([1.0, 0.0], [1.0, w], _RATE), a)
+    a = _coupled(a, sensors.corner)
     first = round(start * _RATE)
     drift = 5e-5 * np.sin(2.0 * math.pi * np.arange(x.size) / _RATE / 70.0 + rng.uniform(0, 6.28))
     mains = np.sin(2.0 * math.pi * 50.0 * np.arange(x.size) / _RATE)
@@ -47,6 +45,9 @@ def measured(
         "base": (path.base[::_EVERY], sensors.base_hum * mains, 2e-6, sensors.base_gain),
         "displacement": (
             _delayed(x, sensors), drift + 6e-6 * hum + 1e-3 * sensors.offset, 6e-6,
+            sensors.laser_gain,
+        ) if not sensors.vibrometer else (
+            _coupled(path.v[::_EVERY], sensors.laser_corner), 1e-2 * sensors.offset, 3e-4,
             sensors.laser_gain,
         ),
         "acceleration": (a, 0.3 * hum + 10.0 * sensors.offset, 0.3, sensors.accelerometer_gain),
@@ -69,6 +70,14 @@ def measured(
             shown = np.clip(shown, -limit, limit)
         channels[role] = _in_steps(shown, sensors.bits)
     return channels
+
+
+def _coupled(values: FloatArray, corner: float | None) -> FloatArray:
+    """Behind an AC coupling."""
+    if corner is None:
+        return values
+    w = 2.0 * math.pi * corner
+    return np.asarray(lfilter(*bilinear([1.0, 0.0], [1.0, w], _RATE), values))
 
 
 def _delayed(x: FloatArray, sensors: Sensors) -> FloatArray:

@@ -101,6 +101,9 @@ class Sensors:
     hum : of 50 Hz in both channels, in units of their noise.
     base_hum : of 50 Hz in the base channel, m.
     offset : of both channels, in units of 1 mm and 10 m/s^2.
+    vibrometer : whether it is a velocity in the place of the displacement, in m/s, with noise of
+        3e-4 m/s.
+    laser_corner : Hz, of a vibrometer that is AC-coupled.
     bits : of the converter, over a range a little wider than each channel's; None: ideal.
     """
 
@@ -125,6 +128,8 @@ class Sensors:
     hum: float = 0.0
     base_hum: float = 0.0
     offset: float = 0.0
+    vibrometer: bool = False
+    laser_corner: float | None = None
     bits: int | None = None
     base: bool = True
     laser: bool = True

@@ -11,6 +11,7 @@ from vinesexp.errors import RecordError
 from vinesexp.identification.one_record import estimate_record
 from vinesexp.records.campaign.schema import Known, Record
 from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.records.stored.store import integrate as integrate_velocity
 from vinesexp.signals.channel_agreement import agreement_of
 from vinesexp.signals.condition import condition, condition_or_refuse
 from vinesexp.signals.displacement_sensor import set_right
@@ -97,19 +98,6 @@ def test_a_good_sensor_is_left_alone(channels, tmp_path):
         np.testing.assert_allclose(x, own["displacement"], atol=1e-8)
 
 
-def test_an_ac_coupled_displacement_in_a_steady_test(channels, tmp_path):
-    """At a twentieth of the oscillation's frequency r of a rig was 3 % off."""
-    x, (check,) = mended(
-        {**channels, "displacement": coupled(channels["displacement"], 0.4)}, tmp_path
-    )
-    assert (check.check, check.outcome) == ("coupling", "warning")
-    late = slice(20_000, 80_000)
-    off = (x - channels["displacement"])[late]
-    assert np.std(
-        off - np.polyval(np.polyfit(np.arange(off.size), off, 1), np.arange(off.size))
-    ) < (0.01 * np.std(channels["displacement"]))
-
-
 def test_a_motion_across_the_accelerometer_is_no_coupling(channels, measure, tmp_path):
     """All displacements of such a campaign were changed, and r was 3 % off."""
     release = Release(x0=0.02, v0=0.0, y0=[0.02 + 0.99 * B], vy0=[0.0])
@@ -138,6 +126,23 @@ def test_the_middle_of_a_decay_tells_an_ac_coupling(corner, tmp_path):
     expected = 0.02 * np.exp(-0.005 * w * t) * np.cos(w * t)
     off = moves - expected
     assert np.ptp(off - np.polyval(np.polyfit(t, off, 1), t)) < 0.05 * 0.02
+
+
+@pytest.mark.parametrize("corner", [0.1, 0.3, 1.0])
+@pytest.mark.parametrize("held", [0, 9000])
+def test_the_middle_of_a_velocity_that_was_integrated_tells_its_coupling(held, corner, tmp_path):
+    """Its zero is not known: it drifts, and the coupling bends the drift. r was 3 % off."""
+    t = np.arange(60_000) / RATE
+    w = 2.0 * np.pi * F0
+    x = 0.02 * np.exp(-0.005 * w * t) * np.cos(w * t)
+    whole = coupled(np.append(np.full(9000, 0.02), x), corner)[9000 - held :]
+    path = stored(tmp_path / "v.nc", {"displacement": np.gradient(whole) * RATE + 0.003})
+    integrate_velocity(path, "displacement")
+    (check,) = set_right(path, Record("a", Path("a"), "ringdown"))
+    assert check.check == "coupling"
+    with open_record(path) as view:
+        off = view.read("displacement")[held + 100 :] - x[100:]
+    assert np.ptp(off - np.polyval(np.polyfit(t[100:], off, 1), t[100:])) < 0.05 * 0.02
 
 
 def test_a_sensor_that_drifts_or_creeps_is_not_coupled(tmp_path):

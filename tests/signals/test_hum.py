@@ -30,6 +30,14 @@ def with_hum(channels, *, line, size):
     return {**channels, "displacement": channels["displacement"] + hum}
 
 
+def test_a_line_between_two_points_of_a_short_spectrum_is_none():
+    """It ended the search for impacts in a traceback."""
+    t = np.arange(20_000) / 4000.0
+    x = 5e-3 * np.cos(2 * np.pi * 7.3 * t)
+    for line in np.arange(8.0, 60.0, 0.13):
+        assert hum_in(x, 1 / 4000.0, frequency=7.3, lines=[float(line)]) == []
+
+
 @pytest.mark.parametrize(("line", "b"), combined([49.97, 60.02, 100.1], [0.031, 0.045]))
 def test_hum_beside_impacts_is_taken_out(line, b, measure, tmp_path):
     record = measure(b=[b], drive=G25, start=20.0, duration=30.0)

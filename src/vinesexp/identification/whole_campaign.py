@@ -89,9 +89,9 @@ def remarks(found: Sequence[Estimate]) -> list[Check]:
 
 
 def _left(found: Sequence[Estimate], answer: Answer) -> list[Estimate]:
-    """Estimates that the causes do not explain: beside the table the base turns the phase."""
+    """Estimates that the causes do not explain: the base and a coupling turn the phase."""
     phases = ("accelerometer_across", "accelerometer_corner")
-    explained = any(one.cause.about == "beside" for one in answer.judged.found)
+    explained = any(one.cause.about in ("beside", "coupling") for one in answer.judged.found)
     return [e for e in found if not (explained and e.parameter in phases)]
 
 

@@ -411,7 +411,6 @@ class PhaseLaw:
     own, own_error : the phase at the oscillation taken for a lag, s.
     above, above_error : lag of the lines above the oscillation alone, s.
     misfit : of a corner and a lag, mean square over that of a lag of the lines above.
-    against : chi^2 of the former less that of the latter: evidence for a motion across.
     gain : acceleration over second derivative of the displacement, of slow lines.
     spread, spread_error : s^2, by which the displacement is slower than the acceleration: variance
         of the times over which it is the mean; negative where the acceleration is the slower one.
@@ -426,7 +425,6 @@ class PhaseLaw:
     above: float = math.nan
     above_error: float = math.nan
     misfit: float = 1.0
-    against: float = 0.0
     gain: float = math.nan
     spread: float = 0.0
     spread_error: float = math.inf
@@ -521,7 +519,7 @@ def law_of_lines(
     law = _fitted(*(np.append(a, b) for a, b in zip((w[use], phase, error), known, strict=True)))
     if law is None or law.corner > frequency:  # which no sensor of this motion has
         return None
-    above, above_error, misfit, chi2 = _straight(w[use], phase, error)
+    above, above_error, misfit = _straight(w[use], phase, error)
     floor = _LAG_FLOOR / frequency
     # a mean over times of variance s^2 leaves exp(-(w s)^2/2) of a line
     ratio = np.abs(cross) / np.maximum(power_x, 1e-300)
@@ -547,7 +545,6 @@ def law_of_lines(
         above=lag + above,
         above_error=math.hypot(above_error, floor),
         misfit=law.misfit / misfit,
-        against=law.against - chi2,
     )
 
 
@@ -594,16 +591,13 @@ def second_derivative_beside(
     return A, X2 - 2j * w * X1 - w**2 * X
 
 
-def _straight(
-    w: FloatArray, phase: FloatArray, error: FloatArray
-) -> tuple[float, float, float, float]:
-    """Weighted slope of phase = w lag, its error, which grows with the misfit, misfit and chi^2."""
+def _straight(w: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float, float]:
+    """Weighted slope of phase = w lag, its error, which grows with the misfit, and the misfit."""
     weight = (w / error) ** 2
     slope = float((weight * phase / w).sum() / weight.sum())
     rest = (phase - w * slope) / error
-    chi2 = float(rest @ rest)
-    scale = max(1.0, chi2 / max(1, w.size - 1))
-    return slope, math.sqrt(scale / float(weight.sum())), scale, chi2
+    scale = max(1.0, float(rest @ rest) / max(1, w.size - 1))
+    return slope, math.sqrt(scale / float(weight.sum())), scale
 
 
 def _fitted(w: FloatArray, phase: FloatArray, error: FloatArray) -> PhaseLaw | None:
@@ -626,4 +620,4 @@ def _fitted(w: FloatArray, phase: FloatArray, error: FloatArray) -> PhaseLaw | N
     errors = np.sqrt(scale * np.diag(np.linalg.inv(matrix)))
     turn = 2.0 * math.pi
     corner = float(p[1] / turn), float(errors[1] / turn)
-    return PhaseLaw(float(p[0]), float(errors[0]), *corner, misfit=scale, against=chi2)
+    return PhaseLaw(float(p[0]), float(errors[0]), *corner, misfit=scale)

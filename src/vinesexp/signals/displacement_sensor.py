@@ -18,12 +18,13 @@ import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.campaign.schema import Record
+from vinesexp.records.campaign.schema import RELEASES, Record
 from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.channel_agreement import PhaseLaw, law_in
@@ -32,8 +33,7 @@ from vinesexp.signals.means import block_means, coarse_channels, fill_gaps
 
 _SURE = 5.0  # standard errors
 _LEAST = 3e-4  # s: contacts and mounts have as much
-_DISPLACEMENT, _RELEASED = "displacement", ("ringdown", "transient")
-_DECISIVE = 10.0  # of chi^2, by which a corner has to fit better than a motion across
+_DISPLACEMENT = "displacement"
 _FEWEST, _POINTS = 8, 96  # cycles; means a cycle
 _LEFT, _ALIKE = 0.1, 0.2  # of the way of the middle, unexplained; of the release, unlike
 _SLIGHT = 0.01  # of the oscillation's frequency: a corner that hardly turns its phase
@@ -84,8 +84,7 @@ def set_right(path: Path, record: Record) -> list[Check]:
         Its row: id, test and frequency.
     """
     checks: list[Check] = []
-    coupled = partial(_coupled, released=record.test in _RELEASED)
-    left: list[Mend] = [coupled, _slow]
+    left: list[Mend] = [_coupled, _slow] if record.test in RELEASES else [_slow]
     while found := correct(path, record, partial(_correction, left)):
         checks += found
     return checks
@@ -109,36 +108,41 @@ def _correction(
     return None
 
 
-def _coupled(
-    view: RecordView, law: PhaseLaw | None, frequency: float, *, released: bool
-) -> Mended | None:
-    """The displacement without its AC coupling.
+def _coupled(view: RecordView, law: PhaseLaw | None, frequency: float) -> Mended | None:
+    """The displacement of a release without its AC coupling.
 
-    It has one where, after a release, its middle comes back from as far as the mass was let go; or
-    where it is ahead of the acceleration, the less the higher the frequency. A motion across the
-    accelerometer's axis, which is more common, looks the same at the oscillation: the lines above
-    have to exclude it, as those of a motion that decays do not.
+    It has one where its middle comes back from as far as the mass was let go. In driven tests it
+    only turns phases, as other things do; there all tests together show it
+    (`identification.joint`).
     """
-    corner = None
-    if released:
-        corner = _of_release(view, frequency)
-    elif law is not None and law.corner <= -_SURE * law.corner_error and law.against <= -_DECISIVE:
-        corner = -law.corner
-    if corner is None:
+    found = _of_release(view, frequency)
+    if found is None:
         return None
+    corner = found.corner
     detail = (
         f"the displacement lacks what is slower than about {corner:.2g} Hz (AC-coupled, or the "
         "integral of a velocity), which turns its phase and takes its middle away: put back. "
         "Record it DC-coupled"
     )
     outcome: Outcome = "ok" if corner <= _SLIGHT * frequency else "warning"
-    return ("coupling", outcome, detail), _without_coupling(view, corner)
+    return ("coupling", outcome, detail), _without_coupling(view, found)
 
 
-def _of_release(view: RecordView, frequency: float) -> float | None:
-    """Corner of the AC coupling that the middle of a motion shows after its release, Hz.
+class _Coupling(NamedTuple):
+    """Corner of an AC coupling, Hz; how the middle drifts, m/s and m/s^2, from a time in s on."""
 
-    y + w_c (integral of y) is the true displacement but for a constant, which is the release.
+    corner: float
+    slope: float
+    bend: float
+    since: float
+
+
+def _of_release(view: RecordView, frequency: float) -> _Coupling | None:
+    """The AC coupling that the middle of a motion shows after its release.
+
+    y + w_c (integral of y) is the true displacement but for a constant, which is the release, and
+    but for what the integral of a velocity drifts by: a line, of which the coupling makes a
+    parabola.
     """
     _, step, (x,) = coarse_channels(view, frequency, _POINTS, _DISPLACEMENT)
     k = max(1, round(1.0 / (step * frequency)))
@@ -147,25 +151,34 @@ def _of_release(view: RecordView, frequency: float) -> float | None:
     if middle.size < _FEWEST:
         return None
     first = int(np.argmax(size))
-    total = np.cumsum(x[first * k : middle.size * k]) * step  # of a mass that is held, y is 0
-    middle, total = middle[first + 1 :], total.reshape(-1, k).mean(axis=1)[1:]
-    line = np.stack([np.ones(middle.size), total], axis=1)
-    (release, w), rest, _, _ = np.linalg.lstsq(line, middle)
-    explained = rest.size and rest[0] < _LEFT * float(((middle - middle.mean()) ** 2).sum())
+    own = x[first * k :]
+    total = np.cumsum(own) * step  # of a mass that is held, y is 0
+    means = np.convolve(np.ones(k), np.ones(k)) / k**2  # nothing of a swing that decays is left
+    middle, total = (np.convolve(one[k:], means, "valid")[::k] for one in (own, total))
+    t = step * (2 * k - 1 + k * np.arange(middle.size))
+    drift = np.stack([np.ones(t.size), t, t**2], axis=1)
+    line = np.column_stack([drift, -total])
+    rest = middle - drift @ np.linalg.lstsq(drift, middle)[0]
+    (begin, slope, bend, w), *_ = np.linalg.lstsq(line, middle)
+    left = middle - line @ (begin, slope, bend, w)
+    explained = float(left @ left) < _LEFT * float(rest @ rest)
+    corner = float(w) / (2.0 * math.pi)
+    if not (explained and 0.0 < corner < _HIGHEST * frequency):
+        return None
+    release = begin - (slope - 2.0 * bend / w) / w  # less what the drift alone would show
     alike = abs(abs(release) / float(size[first]) - 1.0) < _ALIKE
-    corner = -float(w) / (2.0 * math.pi)
-    return corner if explained and alike and 0.0 < corner < _HIGHEST * frequency else None
+    return _Coupling(corner, float(slope), float(bend), first * k * step) if alike else None
 
 
-def _without_coupling(view: RecordView, corner: float) -> Iterator[FloatArray]:
-    w = 2.0 * math.pi * corner / view.sample_rate
-    zero = float(np.nanmean(view.read(_DISPLACEMENT, view.n // 2, view.n)))
-    total = 0.0
+def _without_coupling(view: RecordView, found: _Coupling) -> Iterator[FloatArray]:
+    w, step = 2.0 * math.pi * found.corner, 1.0 / view.sample_rate
+    total, t = 0.0, -found.since
     for x in samples_of(view, _DISPLACEMENT):
-        known = fill_gaps(x) - zero
-        whole = total + w * (np.cumsum(known) - 0.5 * known)
-        total += w * float(known.sum())
-        yield x + whole
+        known, at = fill_gaps(x), t + step * np.arange(x.size)
+        whole = w * (total + step * (np.cumsum(known) - 0.5 * known))
+        drift = found.slope * at + found.bend * at**2
+        total, t = total + step * float(known.sum()), t + step * x.size
+        yield x + whole - drift
 
 
 def _slow(view: RecordView, law: PhaseLaw | None, frequency: float) -> Mended | None:

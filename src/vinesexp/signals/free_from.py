@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.records.campaign.schema import RELEASES
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.means import channel_means, coarse_channels, group_size
 
 #: Attribute of a conditioned record: s from its first sample until the mass is free.
 FREE_FROM = "free_from_s"
-#: Tests in which the mass is let go.
-RELEASES = ("ringdown", "transient")
 
 _POINTS = 48  # a period
 _LONG = 16.0  # quarters of a period: over as many the middle of the swing is a mean

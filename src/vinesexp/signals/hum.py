@@ -134,6 +134,8 @@ def _alone(
     order = f / frequency
     of_motion = np.abs(order - np.rint(order)) * frequency * seconds < _OWN
     band = np.flatnonzero(np.abs(f - line) < _WANDERS * line)
+    if not band.size:  # no point of the spectrum of so short a record is so near
+        return None
     peak = int(band[np.argmax(strength[band])])
     if (stays and of_motion[peak]) or abs(f[peak] / frequency - 1.0) < _APART:
         return None

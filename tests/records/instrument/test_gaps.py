@@ -137,6 +137,19 @@ def test_an_honest_record_has_no_lone_sample(tmp_path, bits, noise, every):
         assert lone_samples(view, "displacement") == ()
 
 
+def test_the_step_of_a_velocity_at_an_impact_is_no_lone_sample(tmp_path):
+    """The sample beside such a step, by noise a little off, made it look like out and back."""
+    rng = np.random.default_rng(6)
+    x = swing(bits=16)
+    x += 1e-6 * rng.standard_normal(x.size)
+    at = np.arange(50, x.size - 50, 97)
+    for i, sign in zip(at, rng.choice([-1.0, 1.0], at.size), strict=True):
+        x[i:] += 4e-4 * sign
+        x[i] += rng.uniform(-1.0, 1.0) * 4e-5
+    with stored(tmp_path, x) as view:
+        assert lone_samples(view, "displacement") == ()
+
+
 @pytest.mark.parametrize("noise", [3e-6, 1e-5])
 def test_a_value_kept_over_an_impact_is_a_gap_however_little_the_mass_moved(tmp_path, noise):
     """Its end is a leap of less than the largest step of the motion, but the noise stops."""

@@ -117,6 +117,18 @@ def test_two_impacts_a_tenth_of_a_period_apart_are_two():
     assert found.time.size <= 1.03 * hits.size  # what is none goes in the fit
 
 
+@pytest.mark.parametrize("noise", [1e-9, 3e-8])
+def test_what_a_large_bend_leaves_beside_it_is_no_other_one(noise):
+    """As quiet as the integral of a velocity is, 713 were seen where 100 are, and none was kept."""
+    t = np.arange(80_000) / RATE
+    hits = np.arange(0.513, 19.0, 0.5013 / F)
+    x = swings(decay=0.0, size=5e-3) + struck(t, hits, 0.02 * (-1.0) ** np.arange(hits.size), w=W)
+    x += noise * np.random.default_rng(4).standard_normal(t.size)
+    found = detect_bends(coarsen(x, RATE, F), frequency=F)
+    assert np.abs(found.time - hits[:, np.newaxis]).min(axis=1).max() < 1e-3
+    assert found.time.size <= 1.05 * hits.size
+
+
 @pytest.mark.parametrize(
     ("damage", "seed"),
     [("gap", 0), ("gap", 7), ("gap", 10), ("step", 0), ("nothing", 0), ("lost", 0)],

@@ -121,7 +121,7 @@ def test_springs_and_dampers_that_are_not_straight_leave_the_jumps_alone(square,
     told = replace(coarse, forced=bent_forces(coarse.values, coarse.step, frequency=F))
     at = np.abs(slope_changes(coarse, times, jumps, frequency=F).jump / jumps - 1.0)
     off = np.abs(slope_changes(told, times, jumps, frequency=F).jump / jumps - 1.0)
-    assert np.nanmedian(at) > 0.04
+    assert np.nanmedian(at) > 0.03
     assert np.nanmedian(off) < 0.01
 
 
@@ -140,6 +140,17 @@ def test_a_mass_let_go_among_the_impacts_leaves_their_jumps_alone():
     noise = 1e-7 * np.random.default_rng(6).standard_normal(x.size)
     found = slope_changes(coarsen(x + noise, RATE, F), times, jumps, frequency=F)
     assert np.nanmedian(found.jump[3:] / jumps[3:]) == pytest.approx(1.0, abs=3e-3)
+
+
+@pytest.mark.parametrize("integrated", [False, True])
+def test_jumps_have_the_errors_of_their_noise_also_where_it_is_integrated(integrated):
+    """The noise of a velocity walks in its integral: errors were a fifth of what they are."""
+    x, _, times, jumps = displacement(0.0, seconds=40.0)
+    noise = np.random.default_rng(7).standard_normal(x.size)
+    noise = 2e-4 * np.cumsum(noise) / RATE if integrated else 1e-6 * noise
+    found = slope_changes(coarsen(x + noise, RATE, F), times, jumps, frequency=F)
+    z = (found.jump - jumps) / found.alone
+    assert 0.7 < 1.4826 * np.nanmedian(np.abs(z)) < 1.5
 
 
 def test_the_bend_of_the_displacement_shows_when_an_impact_was():

@@ -50,7 +50,7 @@ _NAMES = {
     "beside": (
         "a displacement that is not measured in space (a sensor on the table, a table that turns)"
     ),
-    "coupling": "a displacement and an accelerometer that are AC-coupled alike",
+    "coupling": "a displacement that is AC-coupled",
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
     "base felt": "a mass that is driven by more or less than the base that is measured",
@@ -393,8 +393,8 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     ),
     "coupling": lambda v, e: (
         "in the driven tests the displacement lacks what is slower than about "
-        f"{with_error(v / (2.0 * math.pi), e / (2.0 * math.pi))} Hz, as the accelerometer does "
-        "(inputs that are AC-coupled): f0, zeta and r are corrected for it. Record DC-coupled"
+        f"{with_error(v / (2.0 * math.pi), e / (2.0 * math.pi))} Hz (an input that "
+        "is AC-coupled): f0, zeta and r are corrected for it. Record DC-coupled"
     ),
     "jumps": lambda v, e: (
         f"the velocity jumps that both sensors show are {with_error(math.exp(-v), e)} times those "

@@ -20,6 +20,8 @@ from vinesexp.units import Quantity
 
 #: What a record can be a record of.
 TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
+#: Those in which the mass is let go.
+RELEASES = ("ringdown", "transient")
 
 #: Balls on one oscillator: which of more hit cannot be told, and trying takes for ever.
 MOST_BALLS = 16

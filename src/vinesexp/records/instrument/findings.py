@@ -432,9 +432,10 @@ def lone_samples(view: RecordView, role: str) -> Stretches:
         at = np.flatnonzero(far)
         for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size else ():
             first, end = int(group[0]) + (group.size > 1), int(group[-1]) + (group.size == 1)
-            own = bend[first - 1 : end + 1]
-            # out and back: a crest bends to one side
-            alone = abs(float(own.sum())) < _BACK * float(np.abs(own).sum())
+            own = np.abs(bend[first - 1 : end + 1])
+            # out and back: a crest bends to one side, and a step is over at its second sample
+            alone = abs(float(bend[first - 1 : end + 1].sum())) < _BACK * float(own.sum())
+            alone &= float(min(own[0], own[-1])) > _BACK * float(own.max())
             if 0 < end - first <= _MOST_LONE and alone:
                 found.append((low + first, low + end))
     return _joined(found)

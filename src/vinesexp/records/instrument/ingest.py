@@ -20,6 +20,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, RecordError, naming, nearest
 from vinesexp.records.campaign.channel_section import of_sensitivity, of_unit
 from vinesexp.records.campaign.schema import (
+    RELEASES,
     ROLES,
     SI_UNITS,
     Campaign,
@@ -102,7 +103,7 @@ def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         for role, stretches in missing.items():
             store.leave_out(unseen, role, stretches, paused=samples.gaps)
         if samples.quantities.get("displacement") == "velocity":
-            store.integrate(unseen, "displacement")
+            store.integrate(unseen, "displacement", released=record.test in RELEASES)
             found.append(Check(record.id, "velocity", "ok", _INTEGRATED))
     return found
 
@@ -280,8 +281,9 @@ def read_channels(
         if out_of_range := next(filter(None, map(samples.overload, values)), None):
             raise RecordError(out_of_range)
     if samples.quantities.get("displacement") == "velocity":
-        velocity = values["displacement"] - np.nanmean(values["displacement"])
-        values["displacement"] = store.integrated(velocity, 1.0 / samples.sample_rate)
+        velocity = values["displacement"]
+        zero = store.zero_of([velocity], velocity.size)
+        values["displacement"] = store.integrated(velocity - zero, 1.0 / samples.sample_rate)
     for role, x in values.items():  # what was not measured
         for first, end in (*samples.gaps, *samples.lost.get(role, ())):
             x[first:end] = np.nan

@@ -19,7 +19,7 @@ day and any machine.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
@@ -128,7 +128,8 @@ _AT_ONCE = 1 << 20  # samples made or converted at once: 8 MB
 #
 # The zero of such a sensor is not known to the precision that an integral asks for, so the mean
 # velocity is left out: motion in the band of the oscillator is right, slow drift and the place
-# about which it moves are not measured.
+# about which it moves are not measured. Weights of this mean vanish at its ends: the plain mean is
+# also how far the mass went from first to last, and turned a release into a drift of the middle.
 _POINTS = 6
 _POWERS = np.arange(_POINTS)[:, np.newaxis]
 #: Integrals between neighbours of six samples as sums of them: exact for fifth-order polynomials.
@@ -164,6 +165,28 @@ def integrated(velocity: FloatArray, step: float) -> FloatArray:
     out = np.concatenate([[0.0], np.cumsum(increments(bridged))])[: velocity.size] * step
     out[~known] = np.nan
     return np.asarray(out, dtype=np.float64)
+
+
+def zero_of(velocity: Iterable[FloatArray], n: int) -> float:
+    """What a sensor of velocity shows at rest, m/s, from `n` samples of a motion in parts.
+
+    The mean with weights sin^4: an oscillation of some cycles, or one that decays, adds nothing to
+    it wherever it begins and ends. NaN counts for nothing.
+
+    Examples
+    --------
+    >>> v = 0.002 + 0.5 * np.cos(np.arange(1000) / 10.0)
+    >>> round(zero_of([v], v.size), 4), round(float(v.mean()), 4)
+    (0.002, -0.0005)
+    """
+    total, weights, begin = 0.0, 0.0, 0
+    for part in velocity:
+        weight = np.sin(np.pi * (np.arange(begin, begin + part.size) + 0.5) / n) ** 4
+        known = np.isfinite(part)
+        total += float(weight[known] @ part[known].astype(np.float64))
+        weights += float(weight[known].sum())
+        begin += part.size
+    return total / weights if weights else 0.0
 
 
 def increments(velocity: FloatArray) -> FloatArray:
@@ -463,10 +486,11 @@ def leave_out(
                 file[_MEASURED][role][(place > first - 0.5) & (place < end - 0.5)] = np.nan
 
 
-def integrate(path: Path, role: str) -> None:
+def integrate(path: Path, role: str, *, released: bool = False) -> None:
     """Make the displacement of a velocity, in a record on disk; NaN stays where it was.
 
-    The mean velocity is that of the sensor's zero and is left out (see `integrated`).
+    The velocity of the sensor's zero is left out (see `zero_of`): that of a mass that was
+    `released` from where it is fastest on, so that none of its way to rest counts.
     """
     import h5py
 
@@ -474,9 +498,9 @@ def integrate(path: Path, role: str) -> None:
         data, step = file[role], 1.0 / float(file.attrs["sample_rate_hz"])
         n = len(data)
         parts = [(begin, min(begin + _AT_ONCE, n)) for begin in range(0, n, _AT_ONCE)]
-        sums = [np.nansum(data[begin:end], dtype=np.float64) for begin, end in parts]
-        known = sum(int(np.isfinite(data[begin:end]).sum()) for begin, end in parts)
-        mean, place = float(np.sum(sums)) / max(known, 1), 0.0
+        first = _fastest(data, parts) if released else 0
+        own = (data[max(begin, first) : end] for begin, end in parts if end > first)
+        mean, place = zero_of(own, n - first), 0.0
         before = np.empty(0)  # the last samples of the block before, which are written over
         for begin, end in parts:
             more = data[begin : min(end + REACH, n)].astype(np.float64) - mean
@@ -496,6 +520,16 @@ def integrate(path: Path, role: str) -> None:
         if _MEASURED in file:
             del file[_MEASURED][role]  # the integral needs an even clock
         _say_quantity(data, role, "displacement", "integrated")
+
+
+def _fastest(data: Any, parts: Sequence[tuple[int, int]]) -> int:
+    """The sample of a velocity at which it is largest."""
+    top, at = -1.0, 0
+    for begin, end in parts:
+        speed = np.nan_to_num(np.abs(data[begin:end]))
+        if speed.max() > top:
+            top, at = float(speed.max()), begin + int(np.argmax(speed))
+    return at
 
 
 def open_record(path: Path) -> RecordView:

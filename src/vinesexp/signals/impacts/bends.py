@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.signals.hum import hum_in
 from vinesexp.signals.impacts.candidates import strongest
 from vinesexp.signals.impacts.detection import Detection, detection_at, normal_cdf
@@ -23,6 +23,9 @@ from vinesexp.signals.impacts.slopes import Coarse
 _HALVES, _WIDE = (1.0 / 24.0, 1.0 / 10.0), 4.0  # periods: of triangles; moving mean over these
 _THRESHOLD = 6.0  # standard deviations of the noise
 _ROUNDS, _HIGHEST = 10, 0.5  # of the highest near it, that a triangle needs to be taken away
+_MISPLACED = (
+    0.1  # of a triangle taken away, that is left beside it: half a mean of some ten, a contact
+)
 _OFF = 0.05  # of w^2 times the displacement: damping, and the drive beside the resonance
 _FOURTH = math.sqrt(70.0)  # noise of a fourth difference, over that of a value
 _SECOND, _FAINTER = (1.2, 7.0), 3.0  # of the oscillation: of a second motion; any other line
@@ -178,12 +181,17 @@ def _triangles(
     """Places (means) and jumps (m/s) of what is as `one` in `bent`, the highest first."""
     left, reach, top = bent.copy(), one.size // 2, float(one.max())
     heights = np.zeros(bent.size)
+
+    def highest_near(values: FloatArray, at: IntArray) -> FloatArray:
+        near = np.lib.stride_tricks.sliding_window_view(np.pad(values, wide), 2 * wide + 1)
+        return np.asarray(near[at].max(axis=1))
+
     for _ in range(_ROUNDS):
         size = np.abs(left)
         seen = np.flatnonzero(size > least)
+        seen = seen[size[seen] > _MISPLACED * top * highest_near(np.abs(heights), seen)]
         peaks = seen[strongest(seen, size[seen], reach=m)]
-        near = np.lib.stride_tricks.sliding_window_view(np.pad(size, wide), 2 * wide + 1)
-        peaks = peaks[size[peaks] > _HIGHEST * near[peaks].max(axis=1)]
+        peaks = peaks[size[peaks] > _HIGHEST * highest_near(size, peaks)]
         if not peaks.size:
             break
         taken = np.zeros(bent.size)

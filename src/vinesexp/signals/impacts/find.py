@@ -593,7 +593,7 @@ def _where_it_bends(
     if x is not start:
         said.append(("second motion", "warning", _second_in_words(start, x)))
     fastest = 2.0 * math.pi * frequency * float(np.ptp(x.values))
-    jumps = found.jump
+    jumps, left, bent = found.jump, _SETTLES, found.time.size
     while found.time.size:
         slopes = slope_changes(x, found.time, jumps, frequency=frequency)
         found, slopes = _by_displacement(found, slopes, x, frequency=frequency, lag=0.0)
@@ -605,15 +605,17 @@ def _where_it_bends(
                 found.time, slopes.x, slopes.v_before, slopes.jump, slopes.alone,
                 clearance=clearance[0],
             )  # fmt: skip
-            if kept is None:
-                said.append(("impacts", "warning", _NO_FLIGHTS))
+        moves: BoolArray = np.abs(slopes.jump - jumps) > slopes.alone
         if kept is None:
             found = found.keep(np.zeros_like(sure))
-        elif kept.all():
+        elif not kept.all() or (left and moves.any()):  # neighbours settle by turns
+            left -= int(kept.all())
+            found, jumps = found.keep(kept), slopes.jump[kept]
+        else:
             x = replace(x, samples=samples)
             return found, slope_changes(x, found.time, slopes.jump, frequency=frequency)
-        else:
-            found, jumps = found.keep(kept), slopes.jump[kept]
+    if bent > _MANY_BENDS:
+        said.append(("impacts", "warning", _NO_FLIGHTS))
     return found, _NONE
 
 
@@ -635,6 +637,7 @@ _NO_FLIGHTS = (
     "accelerometer on the mass"
 )
 _SURE_BEND, _LOOK = 6.0, 1 << 16  # standard errors of a jump; samples that show a converter
+_SETTLES, _MANY_BENDS = 5, 10  # times that all jumps are looked at again; bends that say something
 
 
 def count_impacts(record: RecordView, conditioned: RecordView, settings: Settings) -> int:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,6 +39,8 @@ _LEAST = 6  # points to either side
 _AREA = 0.15  # share by which the area of a pulse may be off
 _STILL, _SURE = 9.0, 25.0  # chi^2 of no jump; difference in chi^2: five standard deviations
 _MOST = 64  # impacts in a window: what is more crowded shows no single one of them
+_BEFORE = 0.999  # of the sample before, that is taken off where noise walks
+_WHITE, _WALKS = 0.4, 0.72  # correlation of neighbours: of white noise at most, of a walk at least
 _TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the displacement
 _SOONER, _LEAST_R = 0.25, 0.3  # of the time in which a ball of so small an r comes back to a wall
 
@@ -341,7 +344,7 @@ def slope_changes(
     half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
-    forced = np.zeros((2, k))
+    forced, walks = np.zeros((2, k)), False
     # with so few samples how they round a bend cannot be told from how large it is
     blunt = x.rounds and half < 3.0 * ROUNDED[-1] / x.samples
     x, least_known = (replace(x, samples=0), _BLUNT) if blunt else (x, 0.0)
@@ -372,8 +375,10 @@ def slope_changes(
                         unsure = max(unsure, by_force)
                         windows = _windows(x, response, *where)
                     response = _refined(windows, response, x, unsure)
+                walks = _walks(_windows(x, response, *where))
             windows = _windows(x, response, *where)
-            _solve(windows, jumps[group], jump_errors, group, x.step, out)
+            own = windows.differences() if walks else windows
+            _solve(own, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
     return replace(out, x=out.x + forced[0], v_before=out.v_before + forced[1])
 
@@ -451,12 +456,30 @@ class _Windows:
     s: FloatArray  # time since the impact
     offset: FloatArray  # of the impact from the window's centre
     bend: FloatArray
+    slope: FloatArray  # of the bend, over time
     place: FloatArray  # what the neighbours did to displacement and velocity at the impact
     velocity: FloatArray
     q: FloatArray
     upper: FloatArray
     response: JumpResponse
     full: bool
+
+    def differences(self) -> _Windows:
+        """Each sample less the one before it: noise that walks, as that of an integral, is white.
+
+        All but a thousandth of it, and as much of the first one as this leaves: the place stays.
+        """
+
+        def less(values: FloatArray) -> FloatArray:
+            first = math.sqrt(1.0 - _BEFORE**2) * values[..., :1]
+            rest = values[..., 1:] - _BEFORE * values[..., :-1]
+            return np.concatenate([first, rest], axis=-1)
+
+        q, more = np.linalg.qr(less(self.q.T).T)
+        return replace(
+            self, samples=less(self.samples), bend=less(self.bend), slope=less(self.slope),
+            q=q, upper=more @ self.upper,
+        )  # fmt: skip
 
 
 def _windows(
@@ -471,9 +494,9 @@ def _windows(
     samples = x.values[index] - others
     offset = times[group] - (x.start + centre[group] * x.step)
     s = local - offset[:, np.newaxis]
-    return _Windows(
-        samples, s, offset, response.bend(s, x.step), place, velocity, q, upper, response, full
-    )
+    bend = response.bend(s, x.step)
+    slope = np.where(s > 0.0, response.since(np.maximum(s, 0.0))[1], 0.0)
+    return _Windows(samples, s, offset, bend, slope, place, velocity, q, upper, response, full)
 
 
 def _out(values: FloatArray, q: FloatArray) -> FloatArray:
@@ -577,11 +600,9 @@ def _solve(
     step: float, out: SlopeChanges,
 ) -> None:  # fmt: skip
     """Fill in `out` for a group."""
+    fit = _Fit.of(windows)
     q, upper, bend = windows.q, windows.upper, windows.bend
-    bent = _out(bend, q)
-    norm = (bent * bent).sum(axis=1)
-    jump = (bent * windows.samples).sum(axis=1) / norm
-    rest = _out(windows.samples - jump[:, np.newaxis] * bend, q)
+    jump, rest, norm = fit.jump, fit.rest, fit.norm
     # The noise is the same in all windows; one of them knows it to 1/sqrt(2 n) only.
     square = float(np.median((rest**2).sum(axis=1)))
     noise = math.sqrt(square / (bend.shape[1] - q.shape[1] - 1))
@@ -591,12 +612,7 @@ def _solve(
     shared = np.hypot(windows.response.common * np.abs(jump), alike / np.sqrt(norm))
     error = np.hypot(alone, math.sqrt(jump.size) * shared)
     out.jump[group], out.jump_error[group], out.alone[group] = jump, error, alone
-    slope = windows.response.since(np.maximum(windows.s, 0.0))[1]
-    later = _out(np.where(windows.s > 0.0, -jump[:, np.newaxis] * slope, 0.0), q)
-    later -= ((bent * later).sum(axis=1) / norm)[:, np.newaxis] * bent
-    size = np.maximum((later * later).sum(axis=1), 1e-300)
-    out.shift[group] = (later * rest).sum(axis=1) / size
-    out.shift_error[group] = noise / np.sqrt(size)
+    out.shift[group], out.shift_error[group] = fit.shift, noise / np.sqrt(fit.size)
     best, best_error = jump, error
     if jump_errors is not None:
         best, best_error = weighted(jump, error, jumps, jump_errors[group])
@@ -615,6 +631,49 @@ def _solve(
     in_jump = alike / np.sqrt(norm) * (best_error / error) ** 2
     out.v_shared[group] = np.hypot(alike * by_sample, per_jump * in_jump)
     out.v_error[group] = np.hypot(noise * by_sample, per_jump * best_error)
+
+
+class _Fit(NamedTuple):
+    """Jumps and shifts (of 1/`norm` and 1/`size` of the noise's variance) in windows.
+
+    And what they leave: the jumps, and both.
+    """
+
+    jump: FloatArray
+    norm: FloatArray
+    rest: FloatArray
+    shift: FloatArray
+    size: FloatArray
+    left: FloatArray
+
+    @staticmethod
+    def of(windows: _Windows) -> _Fit:
+        bent = _out(windows.bend, windows.q)
+        norm = (bent * bent).sum(axis=1)
+        jump = (bent * windows.samples).sum(axis=1) / norm
+        rest = _out(windows.samples - jump[:, np.newaxis] * windows.bend, windows.q)
+        later = _out(-jump[:, np.newaxis] * windows.slope, windows.q)
+        later -= ((bent * later).sum(axis=1) / norm)[:, np.newaxis] * bent
+        size = np.maximum((later * later).sum(axis=1), 1e-300)
+        shift = (later * rest).sum(axis=1) / size
+        return _Fit(jump, norm, rest, shift, size, rest - shift[:, np.newaxis] * later)
+
+
+def _walks(windows: _Windows) -> bool:
+    """Whether what is left of windows is noise that walks: as its differences, it is white.
+
+    What repeats, as a model that is not quite right makes it, is neither.
+    """
+    both = [_beside(_Fit.of(one)) for one in (windows.differences(), windows)]
+    return len(windows.samples) >= _EACH and abs(both[0]) < _WHITE and both[1] > _WALKS
+
+
+def _beside(fit: _Fit) -> float:
+    """Correlation of neighbours in what is left of windows, less what each jump leaves likewise."""
+    alike = fit.jump @ fit.left / max(float(fit.jump @ fit.jump), 1e-300)
+    left = fit.left - fit.jump[:, np.newaxis] * alike
+    left *= _less_where_odd(left)
+    return float((left[:, 1:] * left[:, :-1]).sum() / max((left**2).sum(), 1e-300))
 
 
 def _repeated(rest: FloatArray, jump: FloatArray) -> FloatArray:
