@@ -70,13 +70,25 @@ def test_a_unit_stands_for_one_thing_in_one_quantity():
         ("10 mV/(m/s^2)", "acceleration", 0.01),
         ("4 pC/g", "acceleration", 4e-12 / STANDARD_GRAVITY),
         ("-2 V/mm", "displacement", -2000.0),
+        ("0.04 V/(mm/s)", "velocity", 40.0),
+        ("25 mm/s/V", "velocity", 40.0),
+        ("25 (mm/s)/V", "velocity", 40.0),
+        ("0.2 mm/s/mV", "velocity", 5.0),
+        ("2 mm/V", "displacement", 500.0),
+        ("0.25 g/pC", "acceleration", 4e-12 / STANDARD_GRAVITY),
     ],
 )
-def test_a_sensitivity_is_output_per_measured_unit(text, quantity, volts_per_si):
-    assert parse_sensitivity(text, quantity) == pytest.approx(volts_per_si, rel=1e-14)
+def test_a_sensitivity_is_output_per_measured_unit_or_what_a_volt_stands_for(
+    text, quantity, volts_per_si
+):
+    size, output = parse_sensitivity(text, quantity)
+    assert size == pytest.approx(volts_per_si, rel=1e-14)
+    assert output == ("C" if "pC" in text else "V")
 
 
-@pytest.mark.parametrize("text", ["100", "100 mV", "0 V/mm", "5 V/kg", "5 kg/mm", "x V/mm"])
+@pytest.mark.parametrize(
+    "text", ["100", "100 mV", "0 V/mm", "0 mm/V", "2 g/V", "2 mm/mm", "5 V/kg", "5 kg/mm", "x V/mm"]
+)
 def test_a_wrong_sensitivity_is_refused(text):
     with pytest.raises(ParameterError):
         parse_sensitivity(text, "displacement")

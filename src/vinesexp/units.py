@@ -272,6 +272,7 @@ def parse_quantity(text: object, quantity: str) -> Quantity:
     return Quantity(value, error)
 
 
+_OUTPUTS = {"voltage": "V", "charge": "C"}
 _SENSITIVITIES = {
     "displacement": "0.5 V/mm",
     "velocity": "100 mV/(mm/s)",
@@ -279,36 +280,41 @@ _SENSITIVITIES = {
 }
 
 
-def parse_sensitivity(text: object, quantity: str) -> float:
-    """Volts (or coulombs) per SI unit of `quantity`, from ``"100 mV/g"`` or ``"0.5 V/mm"``.
+def parse_sensitivity(text: object, quantity: str) -> tuple[float, str]:
+    """Volts (or coulombs) per SI unit of `quantity`, and which of both: V or C.
+
+    As data sheets have it: output per measured unit (``"100 mV/g"``), or what a volt stands for
+    (``"25 mm/s/V"``).
 
     Raises
     ------
     ParameterError
-        No ``output/measured`` form, an output that is no voltage or charge, a measured unit of
-        another quantity, or a sensitivity of zero.
+        Neither form, an output that is no voltage or charge, a measured unit of another quantity,
+        or a sensitivity of zero.
 
     Examples
     --------
-    >>> round(parse_sensitivity("100 mV/g", "acceleration"), 6)
-    0.010197
-    >>> parse_sensitivity("0.5 V/mm", "displacement")
-    500.0
+    >>> parse_sensitivity("0.5 V/mm", "displacement"), parse_sensitivity("2 mm/V", "displacement")
+    ((500.0, 'V'), (500.0, 'V'))
     """
     match = _QUANTITY.match(str(text))
-    output, slash, measured = (match["unit"] if match else "").partition("/")
+    unit = match["unit"] if match else ""
+    output, slash, measured = unit.partition("/")
+    stands_for, _, last = unit.rpartition("/")
+    inverse = any(plain_unit(last.strip()) in UNITS[kind] for kind in _OUTPUTS)
+    if inverse:
+        output, measured = last, stands_for
     if match is None or not slash:
         raise ParameterError(
             f"found '{text}', expected instrument output per measured unit, "
             f"such as '{_SENSITIVITIES.get(quantity, f'100 mV/{next(iter(UNITS[quantity]))}')}'"
         )
-    measured = measured.strip().strip("()")
-    kind = "charge" if plain_unit(output) in UNITS["charge"] else "voltage"
-    size = unit_size(output.strip(), kind) / unit_size(measured, quantity)
-    value = _float(match["value"]) * size
+    kind = "charge" if plain_unit(output.strip()) in UNITS["charge"] else "voltage"
+    size = unit_size(output.strip(), kind) / unit_size(measured.strip().strip("()"), quantity)
+    value = _float(match["value"])
     if value == 0.0 or not math.isfinite(value):
         raise ParameterError(f"found '{text}', expected a sensitivity other than zero")
-    return value
+    return (size / value if inverse else value * size), _OUTPUTS[kind]
 
 
 _ANSWERS = {

@@ -125,7 +125,7 @@ def _sensor(
         entry.complain("sensitivity", "is missing; such as '40 mV/mm' or '20 mV/g'")
     else:
         with entry.at("sensitivity"):
-            values["sensitivity"] = parse_sensitivity(entry.value("sensitivity"), kind)
+            values["sensitivity"], _ = parse_sensitivity(entry.value("sensitivity"), kind)
     if values.get("ring_damping", 0.0) >= 1.0:
         entry.complain("ring_damping", "expected below 1: an overdamped mounting does not ring")
     gain = entry.quantities(GAIN)

@@ -59,7 +59,7 @@ _OTHERS = re.compile(
 )
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
-VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind|(?<!加)速度", re.I)
+VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind|vibrom|\bldv|(?<!加)速度", re.I)
 _TURNING = re.compile(r"gyro|rotat|angular vel", re.I)
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
 #: Sensors of a phone after which a file is called whose columns are x, y and z.

@@ -128,10 +128,9 @@ def of_unit(role: str, column: str | int, quantity: str, unit: str, size: float)
 
 def of_sensitivity(role: str, column: str | int, quantity: str, stated: str) -> Channel:
     """A channel of which the file holds volts or coulombs; ParameterError if `stated` is none."""
-    measured = stated.partition("/")[0].split()[-1:]
-    output = "C" if measured and measured[0] in UNITS["charge"] else "V"
-    scale, error = 1.0 / parse_sensitivity(stated, quantity), relative_error(stated)
-    return Channel(role, column, quantity, scale, unit=output, gain_error=error)
+    size, output = parse_sensitivity(stated, quantity)
+    error = relative_error(stated)
+    return Channel(role, column, quantity, 1.0 / size, unit=output, gain_error=error)
 
 
 def _size(unit: str, quantity: str, entry: Section) -> float:
