@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import least_squares
+from scipy.optimize import brentq, least_squares
 
 from vinesexp.identification.flights import Flights
 from vinesexp.identification.joint.causes import Cause, _effects, believing
@@ -35,10 +35,13 @@ W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 
 @lru_cache
 def bounces(
-    pull, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0, touch=0.0,
-    roll=0.0, rub=0.0, swing=A, hertz=1.5, below=False, worn=0.0, duller=0.0, oil=0.0, turns=0.0,
+    pull, rig, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0,
+    touch=0.0, roll=0.0, rub=0.0, swing=A, hertz=1.5, below=False, worn=0.0, duller=0.0, oil=0.0,
+    turns=0.0,
 ):  # fmt: skip
     """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2).
+
+    `rig`: W and its restitution R, which tests change.
 
     The air brakes it by `drag` (1/m) times the square of its speed beside the mass, a film of `oil`
     (1/s) in proportion to it. The floor takes
@@ -55,7 +58,7 @@ def bounces(
     0.8 m/s; at a `soft` wall with a damper (s/m) it falls from one at no speed. There a contact of
     0.8 m/s lasts for `touch` (s), of a spring whose force goes with the power `hertz`.
     """
-    rng = np.random.default_rng(5)
+    rng, (W, R) = np.random.default_rng(5), rig
 
     def place(t):
         return swing * (1.0 + beat * np.sin(0.06 * W * t)) * np.cos(W * t)
@@ -77,9 +80,13 @@ def bounces(
     t, s, rows = 0.0, [A, 0.8, 0.0] if rub else [A, 0.8], []
     fine = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-14}
     how = {"method": "LSODA", "max_step": 5e-4} if rub else fine
+    straight = not any((pull, drag, oil, roll, rub))
     while len(rows) < count:
-        found = solve_ivp(force, (t, t + 10.0), s, events=wall, **how)
-        t, (y, u, *spin) = found.t[-1], found.y[:, -1]
+        if straight:
+            t, y, u, spin = *flown(place, t, *s), []
+        else:
+            found = solve_ivp(force, (t, t + 10.0), s, events=wall, **how)
+            t, (y, u, *spin) = found.t[-1], found.y[:, -1]
         x, v = place(t), (place(t + 1e-6) - place(t - 1e-6)) / 2e-6
         rows.append((t, x, v, np.sign(x - y)))
         off = rng.standard_normal()
@@ -93,10 +100,36 @@ def bounces(
             t, y, u, rows[-1] = touched(place, t, y, u, soft, touch, hertz)
             s = [y, u]
             continue
+        if straight and r * abs(u - v) < 1e-3:  # it bounces on until it rests at the wall
+            t, x, v = lifted(place, t, rows[-1][3])
+            u = v
         s = [x - rows[-1][3] * (B - 1e-12), v - r * (u - v), *spin]
     table = np.array(rows[20:]).T
     table.flags.writeable = False
     return table
+
+
+def flown(place, t, y, u):
+    """When, where and how fast a ball on which nothing acts meets a wall, within ten seconds."""
+
+    def beyond(later):
+        return abs(y + u * (later - t) - place(later)) - B
+
+    for begin in t + 0.1 * np.arange(100):
+        times = begin + np.linspace(0.0, 0.1, 401)
+        (met,) = np.nonzero((beyond(times[:-1]) < 0.0) & (beyond(times[1:]) >= 0.0))
+        if met.size:
+            at = brentq(beyond, times[met[0]], times[met[0] + 1], xtol=1e-15, rtol=1e-15)
+            return at, y + u * (at - t), u
+    raise AssertionError("the ball meets no wall")
+
+
+def lifted(place, t, side):
+    """When a wall at which a ball rests begins to leave it; place and speed of the mass then."""
+    times = t + np.arange(0.0, 2.0 * np.pi / W, 1e-4)
+    pushes = side * (place(times + 1e-4) - 2.0 * place(times) + place(times - 1e-4)) > 0.0
+    t = float(times[np.argmin(pushes)])
+    return t, place(t), (place(t + 1e-6) - place(t - 1e-6)) / 2e-6
 
 
 def touched(place, t, y, u, soft, touch, hertz):
@@ -121,7 +154,8 @@ def touched(place, t, y, u, soft, touch, hertz):
 
     gap.terminal, gap.direction = True, -1.0
     s = [y + side * 1e-12, u, 0.0, 0.0]
-    found = solve_ivp(force, (t, t + 0.1), s, events=gap, rtol=1e-10, atol=1e-14, max_step=1e-4)
+    fine = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-14, "max_step": 1e-3}
+    found = solve_ivp(force, (t, t + 0.1), s, events=gap, **fine)
     t, (y, u, impulse, moment) = found.t[-1], found.y[:, -1]
     at = moment / impulse
     return t, place(t) + side * (B - 1e-12), u, (at, place(at), speed(at), -side)
@@ -132,7 +166,7 @@ def collisions(pull, *, missed=0, **how):
 
     Two neighbours in every `missed` are not seen.
     """
-    rows = bounces(pull, **how)
+    rows = bounces(pull, (W, R), **how)
     seen = np.arange(rows.shape[1])
     t, x, v, side = rows[:, seen % missed > 1] if missed else rows
     here = np.arange(1, t.size - 1)
