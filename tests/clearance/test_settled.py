@@ -86,19 +86,23 @@ def row_from_rest(b: float, zeta: float, seconds: float, wait: float) -> dict[st
 
 @pytest.mark.parametrize("b", [0.034, 0.0391, 0.045])
 def test_a_lightly_damped_mass_recorded_from_rest_is_warned_of_and_not_after_a_wait(b):
-    forgets = 1.0 / (2.0 * math.pi * 7.862 * 2e-3)
-    soon = row_from_rest(b, 2e-3, 10.0, 0.0)
-    settled = row_from_rest(b, 2e-3, 100.0, 200.0)["amplitude_mean_m"]
-    assert abs(soon["amplitude_mean_m"] / settled - 1.0) > 0.04  # what the warning is for
-    assert soon["waited_s"] < 2.0 * forgets
-    assert row_from_rest(b, 2e-3, 10.0, 200.0)["waited_s"] is None
-    # 39.1 mm at the damping of the paper: the start is left out, and nothing is to be said.
-    usual = row_from_rest(b, 6.5e-3, 60.0, 0.0)
-    assert usual["waited_s"] > 2.0 / (2.0 * math.pi * 7.862 * 6.5e-3)
-    later = row_from_rest(b, 6.5e-3, 150.0, 150.0)
-    mean, other = (row["amplitude_mean_m"] for row in (usual, later))
-    error = math.hypot(*(row["amplitude_error_m"] for row in (usual, later)))
-    assert abs(mean - other) < 2.5 * error
+    forgets, off, pulls = 1.0 / (2.0 * math.pi * 7.862 * 2e-3), [], []
+    for one in b * (1.0 + 1e-6 * np.arange(6)):  # chaotic: each of them is another motion
+        soon = row_from_rest(one, 2e-3, 10.0, 0.0)
+        settled = row_from_rest(one, 2e-3, 100.0, 200.0)["amplitude_mean_m"]
+        off.append(soon["amplitude_mean_m"] / settled - 1.0)
+        assert soon["waited_s"] < 2.0 * forgets
+        assert row_from_rest(one, 2e-3, 10.0, 200.0)["waited_s"] is None
+        # At the damping of the paper the start is left out, and nothing is to be said.
+        usual = row_from_rest(one, 6.5e-3, 60.0, 0.0)
+        assert usual["waited_s"] > 2.0 / (2.0 * math.pi * 7.862 * 6.5e-3)
+        later = row_from_rest(one, 6.5e-3, 150.0, 150.0)
+        mean, other = (row["amplitude_mean_m"] for row in (usual, later))
+        pulls.append(
+            (mean - other) / math.hypot(*(row["amplitude_error_m"] for row in (usual, later)))
+        )
+    assert np.sqrt(np.mean(np.square(off))) > 0.04  # what the warning is for
+    assert np.sqrt(np.mean(np.square(pulls))) < 2.0
 
 
 @pytest.mark.parametrize("zeta", [2e-3, 6.5e-3, 1.2e-2])

@@ -18,7 +18,7 @@ from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, no_impacts
 
 
 def flights(measure, tmp_path: Path, *, b: float, believed: float | None = None, **rig):
-    record = measure(b=[b], drive=Harmonic(0.25e-3, 7.862), start=15.0, duration=20.0, **rig)
+    record = measure(b=[b], drive=Harmonic(0.25e-3, 7.862), start=15.0, duration=10.0, **rig)
     condition(record.path, tmp_path / "c.nc", f0_hint=7.862)
     impacts = impacts_of_record(record.path, tmp_path / "c.nc", tmp_path / "i.csv", clearance=(b,))
     return flights_of(impacts, nes=1, b=believed or b, period=1 / 7.862)
@@ -90,7 +90,7 @@ def test_a_ball_that_came_to_rest_at_a_wall_starts_no_flight(b: float, seen: flo
         "crowded": np.zeros(n), "clipped": np.zeros(n),
     }  # fmt: skip
     own = flights_of(Impacts(**columns), nes=1, b=b, period=1 / 7.862)
-    assert own.index.size > 100
+    assert own.index.size > 20  # it may rest at a wall for most of the time
     r = -(own.v_after - own.u_after) / (own.v_before - own.u_before)
     np.testing.assert_allclose(r, 0.5, rtol=1e-6)
 
