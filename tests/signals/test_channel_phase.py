@@ -43,7 +43,7 @@ def stored(path: Path, channels: dict[str, np.ndarray]) -> Path:
 
 @pytest.mark.parametrize(("corner", "late"), [(0.5, 0.0), (0.1, 0.0), (1.0, 1.5e-4), (2.5, 0.0)])
 def test_a_corner_is_parted_from_a_lag(corner: float, late: float, measure, tmp_path: Path) -> None:
-    record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0, skew={"displacement": -late})
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=15.0, skew={"displacement": -late})
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
     channels["acceleration"] = ac_coupled(channels["acceleration"], corner=corner)
     cut = {role: x[50_000:] for role, x in channels.items()}  # the filter has settled
@@ -105,7 +105,7 @@ def test_a_release_within_one_sample_is_no_lag_and_no_motion_across(begins, tmp_
 
 
 def test_places_at_impacts_are_right_behind_an_ac_coupled_sensor(measure, tmp_path: Path) -> None:
-    record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0)
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=15.0)
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
     channels["acceleration"] = ac_coupled(channels["acceleration"], corner=0.5)
     cut = {role: x[50_000:] for role, x in channels.items()}
@@ -178,7 +178,7 @@ def test_a_motion_across_its_axis_is_no_lag(measure, tmp_path: Path) -> None:
 
 
 def test_channels_that_agree_show_nothing_across(measure, tmp_path: Path) -> None:
-    record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0, skew={"displacement": -1e-3})
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=15.0, skew={"displacement": -1e-3})
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
     condition(stored(tmp_path / "ac.nc", channels), tmp_path / "c.nc", f0_hint=F0)
     with open_record(tmp_path / "c.nc") as view:
@@ -240,7 +240,7 @@ def test_harmonics_of_impacts_do_not_alias_into_the_gain(measure, tmp_path: Path
 def test_pulses_that_read_too_large_move_the_gain_by_their_share(measure, tmp_path: Path) -> None:
     moved, shares = [], []
     for b in (0.026, 0.029, 0.031):
-        record = measure(b=[b], drive=G25, start=10.0, duration=20.0, noise=0.1, name=f"{b}")
+        record = measure(b=[b], drive=G25, start=10.0, duration=10.0, noise=0.1, name=f"{b}")
         channels = {role: record.channels[role].copy() for role in ("displacement", "acceleration")}
         gains = []
         for _ in range(2):

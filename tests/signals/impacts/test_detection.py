@@ -281,8 +281,7 @@ def test_impacts_whose_ringing_outlasts_the_time_between_them_are_all_found():
     assert (found.jump_error < 0.05 * np.abs(found.jump)).all()
 
 
-@pytest.mark.parametrize("duration", [1e-4, 2.5e-4])
-@pytest.mark.parametrize("order", [2, 4, 8])
+@pytest.mark.parametrize(("duration", "order"), combined([1e-4, 2.5e-4], [2, 4, 8]))
 def test_a_filter_before_sampling_delays_impacts_as_it_delays_slow_motions(
     order: int, duration: float
 ) -> None:

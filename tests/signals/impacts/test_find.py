@@ -42,7 +42,7 @@ def found_in(record, tmp_path: Path, *, clearance, hint=7.862, **options):
 def periodic(measure_in, tmp_path_factory):
     """A periodic test, and what is found in it."""
     folder = tmp_path_factory.mktemp("periodic")
-    record = measure_in(folder, b=[0.03], drive=G25, start=10.0, duration=20.0)
+    record = measure_in(folder, b=[0.03], drive=G25, start=10.0, duration=14.0)
     return record, found_in(record, folder, clearance=(0.03,))
 
 
@@ -71,7 +71,7 @@ def test_both_jumps_agree_with_the_truth_and_each_other(periodic) -> None:
 
 
 def test_late_and_turned_channels_are_noticed(measure, tmp_path: Path, store) -> None:
-    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0, skew={"displacement": -1.5e-4})
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=10.0, skew={"displacement": -1.5e-4})
     channels = dict(record.channels)
     channels["acceleration"] = -channels["acceleration"]
     store(record.path, channels, 1e4)
@@ -89,7 +89,7 @@ def test_late_and_turned_channels_are_noticed(measure, tmp_path: Path, store) ->
 @pytest.mark.long
 def test_two_balls_are_distinguished(measure, tmp_path: Path) -> None:
     record = measure(
-        b=[0.023, 0.034], drive=G25, start=5.0, duration=20.0,
+        b=[0.023, 0.034], drive=G25, start=5.0, duration=10.0,
         release=Release(y0=[0.0229, -0.0339]),
     )  # fmt: skip
     found = found_in(record, tmp_path, clearance=(0.023, 0.034))
@@ -181,7 +181,7 @@ def test_chunks_of_a_long_record_leave_no_seam(monkeypatch, periodic, tmp_path: 
 
 def test_a_long_contact_at_one_wall_is_one_impact(measure, store, tmp_path):
     """A rubber at the wall +1 and steel at the other: the template of a short contact is cut up."""
-    record = measure(b=[0.03], drive=G25, start=10.0, duration=12.0)
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=6.0)
     a = record.channels["acceleration"].copy()
     for when, jump in zip(record.time, record.jump, strict=True):
         near = np.arange(max(int(when * 1e4) - 10, 0), min(int(when * 1e4) + 11, a.size))
@@ -237,7 +237,7 @@ def test_a_floor_that_vibrates_without_a_base_channel_leaves_the_jumps_alone(
     measure, store, tmp_path
 ):
     """60 um at 25 Hz: the accelerometer was said to be aliased, and its pulses were left out."""
-    record = measure(b=[0.03], drive=G25, start=10.0, duration=12.0)
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=6.0)
     t = np.arange(record.channels["acceleration"].size) / 1e4
     w = 2.0 * np.pi * 25.0
     floor = 6e-5 * np.sin(w * t + 0.7)

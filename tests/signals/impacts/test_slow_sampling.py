@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
+from tests.combined import leading
+from tests.signals.contacts import struck as struck_at
 
 from vinesexp import Harmonic, Release
 from vinesexp.records.stored.store import open_record
@@ -20,7 +22,7 @@ def slowly(channels: dict[str, np.ndarray], step: int) -> dict[str, np.ndarray]:
     return {role: sosfilt(before, x - x[0])[::step] for role, x in channels.items()}
 
 
-@pytest.mark.parametrize("per_period", [32, 50, 70])
+@pytest.mark.parametrize("per_period", leading(2, [32, 70, 50]))
 def test_impacts_are_found_at_few_samples_a_period(measure, tmp_path, store, per_period) -> None:
     record = measure(
         b=[0.03], drive=Harmonic(0.25e-3, F0), start=10.0, duration=20.0, noise=0.1, bits=16
@@ -65,25 +67,24 @@ def rounded(motion: np.ndarray, step: int, way: str) -> np.ndarray:
 @pytest.mark.parametrize("way", ["value", "mean", "filter"])
 def test_jumps_are_right_however_a_converter_rounds_a_bend(way: str, per_period: int) -> None:
     """Samples were taken for means over their step: of single values jumps were 3 % too large."""
-    fine, w = 200.0 * per_period, 2.0 * np.pi
+    step, w = 40, 2.0 * np.pi
+    fine = float(step * per_period)
     t = np.arange(40.0 * fine) / fine
     hits, jump = np.arange(0.61, 39.5, 0.4967), 0.3
-    motion = np.cos(w * t)
-    for k, at in enumerate(hits):
-        motion += (-1) ** k * jump * np.sin(w * np.maximum(t - at, 0.0)) / w
-    x = rounded(motion, 200, way)
+    sign = (-1.0) ** np.arange(hits.size)
+    motion = np.cos(w * t) + struck_at(t, hits, jump * sign, w=w)
+    x = rounded(motion, step, way)
     x = x + 2e-4 * np.random.default_rng(per_period).standard_normal(x.size)
     delay = {
         "value": 0.0,
-        "mean": -99.5 / fine,
-        "filter": 2.6131 / (2.0 * np.pi * 0.4) * 200 / fine,
+        "mean": -0.5 * (step - 1) / fine,
+        "filter": 2.6131 / (2.0 * np.pi * 0.4) * step / fine,
     }
     seen = Coarse(x, 1.0 / per_period, 0.0, samples=1)
     found = slope_changes(
-        seen, hits + delay[way], (-1.0) ** np.arange(hits.size) * jump, frequency=1.0,
+        seen, hits + delay[way], sign * jump, frequency=1.0,
         jump_errors=np.full(hits.size, 1.0),
     )  # fmt: skip
-    sign = (-1.0) ** np.arange(hits.size)
     alike = np.nanmedian(found.jump_error) / np.sqrt(hits.size)
     assert np.nanmean(sign * found.jump) == pytest.approx(jump, abs=3.0 * alike)
     assert alike < 0.04 * jump
