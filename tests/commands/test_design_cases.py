@@ -32,7 +32,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
         ("COARSE", (6, 6)), ("CLOSER", (2, 2)), ("FINALISTS", 3), ("MOVES", 1),
     ):  # fmt: skip
         monkeypatch.setattr(best_clearance, name, value)
-    monkeypatch.setattr("vinesexp.design.ask.BUDGET", 0.3)
+    monkeypatch.setattr("vinesexp.design.ask.BUDGET", 0.15)
     monkeypatch.setattr(around, "LEVELS", 5)
     monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
     monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))

@@ -105,7 +105,7 @@ def test_a_ball_in_the_middle_of_a_wide_cavity_is_never_touched() -> None:
 @pytest.fixture(scope="module")
 def rough() -> Advice:
     """Off resonance, with a tenth of the usual work: for what is said of it."""
-    return advise(task_at(8.1), budget=0.1)
+    return advise(task_at(8.1), budget=0.05)
 
 
 @pytest.mark.long

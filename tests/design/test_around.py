@@ -23,7 +23,7 @@ def found_of(task: Task) -> Found:
     with pytest.MonkeyPatch.context() as patched:
         for name, value in (("COARSE", (24, 24)), ("CLOSER", (2, 2)), ("FINALISTS", 3)):
             patched.setattr(best_clearance, name, value)
-        return search(task, ends=(4e-3, 90e-3), budget=0.5)
+        return search(task, ends=(4e-3, 90e-3), budget=0.25)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def found() -> Found:
 def left(task: Task, b: float, level: float) -> float:
     """Share of the bare amplitude at one level, by simulation."""
     at = replace(task, levels=(level, level))
-    rest = responses(wall_starts(at, b, range(24)))
+    rest = responses(wall_starts(at, b, range(12)))
     return float(rest.average(rest.mean)) / at.mean_bare()
 
 

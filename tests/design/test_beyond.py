@@ -61,10 +61,10 @@ def test_several_balls_and_laws_are_reckoned_to_take_more_work() -> None:
 
 
 def test_what_an_answer_may_take_bounds_its_runs() -> None:
-    """A tenth of the usual work, on a rig whose runs take long; the answer says so."""
+    """A twentieth of the usual work, on a rig whose runs take long; the answer says so."""
     light = Oscillator.from_modal(M=1.0, f0=10.0, zeta=3e-4)
     task = Task(light, (0.002,), (0.7,), (1e-4, 1e-4), (10.0, 10.0), tolerance=0.01)
-    advice = advise(task, budget=0.4)
+    advice = advise(task, budget=0.2)
     assert advice.judged.random < 100
     assert advice.beside.phases == 2
     [said] = [one for one in warnings_of(advice) if "which is long" in one]

@@ -299,7 +299,7 @@ def test_where_any_ball_amplifies_the_search_goes_on_to_where_it_rests() -> None
     o = Oscillator(M=1.0, c1=2.0 * 1.374e-4, k1=1.0)
     f = 0.9555 / (2.0 * np.pi)
     task = Task(o, (0.0781,), (0.9144,), levels=(1e-4, 1e-4), frequencies=(f, f), tolerance=0.01)
-    advice = advise(task, budget=0.5)
+    advice = advise(task, budget=0.35)
     assert advice.hopeless
     assert advice.robust.random_p90 < 1.5 * advice.bare
     assert advice.least_mean.rest_mean < 1.5 * advice.bare
