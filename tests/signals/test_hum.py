@@ -142,6 +142,16 @@ def test_a_release_and_a_decay_at_the_frequency_of_the_grid_are_no_hum(measure):
     assert hum_in(decay, 1e-4, frequency=50.0) == []
 
 
+def test_a_slow_line_lies_between_those_of_a_short_record():
+    # 0.8 % of 6.3 Hz is less than half of the 0.11 Hz from line to line of 8.8 s
+    f = 6.30256
+    t = 8.0e-4 * np.arange(11000)
+    slow = 2e-4 * np.cos(2 * np.pi * f * t)
+    (line,) = hum_in(slow, 8e-4, frequency=15.7, driven=True, lines=[f])
+    assert abs(line.frequency - f) < 0.01
+    assert abs(line.size / 2e-4 - 1.0) < 0.01
+
+
 def test_a_record_without_hum_is_left_as_it_is(measure, tmp_path):
     record = measure(b=[0.031], drive=G25, start=20.0, duration=24.0)
     path = stored(tmp_path / "a.nc", record.channels)

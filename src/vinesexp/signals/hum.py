@@ -133,9 +133,8 @@ def _alone(
     # What belongs to the motion: its multiples, each as wide as a peak.
     order = f / frequency
     of_motion = np.abs(order - np.rint(order)) * frequency * seconds < _OWN
-    band = np.flatnonzero(np.abs(f - line) < _WANDERS * line)
-    if not band.size:  # no point of the spectrum of so short a record is so near
-        return None
+    # a short record has no line of its spectrum nearer than this
+    band = np.flatnonzero(np.abs(f - line) < max(_WANDERS * line, 1.0 / seconds))
     peak = int(band[np.argmax(strength[band])])
     if (stays and of_motion[peak]) or abs(f[peak] / frequency - 1.0) < _APART:
         return None
