@@ -12,6 +12,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
     _averaged,
     _effects,
+    _factors,
     all_possible,
     believed,
     gains_of,
@@ -682,6 +683,18 @@ def test_tests_with_a_ball_that_scatter_leave_the_ring_downs_what_they_are():
     assert [w.cause.about for w in judged.found] == ["own f0 of tests with a ball"]
     value, error = judged.posterior.of({"ln_f0": 1.0})
     assert abs(value) < 4.0 * error < 1e-5
+
+
+@pytest.mark.parametrize(("scatters", "others"), [(0.02, 1), (1e-3, 0)])
+def test_a_gain_that_scatters_tells_ten_from_g_only_as_far_as_it_does(scatters, others):
+    observed, _ = campaign([2.303] * N)
+    priors = {**observed.beliefs.priors, "level": Prior(0.0, scatters)}
+    observed = replace(observed, beliefs=Beliefs(priors))
+    data = expand(observed.blocks, NAMES, np.zeros(N + 1))
+    causes = _factors("gain", "acceleration gain", {"level": -1.0}, (10.0, 9.80665, 1000.0))
+    (found,) = judge(data, observed, causes).found
+    assert found.cause.key == "gain x 10"
+    assert [one.factor for one in found.rivals] == [9.80665][:others]
 
 
 def test_of_rivals_each_is_in_the_values_however_likely_one_more_cause_is():

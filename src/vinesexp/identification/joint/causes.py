@@ -392,7 +392,7 @@ def weighed(
     for odds, cause in by_odds:
         beside = [c for c in chosen if c is not cause]
         without = believing(plain, beside)
-        others = _rivals(data, without, cause, odds, left)
+        others = _rivals(data, without, cause, odds, [*left, *_of_other_factors(causes, cause)])
         rivals += [
             (rival, believing(plain, [*beside, rival]), rival.log_odds - cause.log_odds)
             for rival in others
@@ -541,6 +541,13 @@ def _same(a: Cause, b: Cause) -> bool:
     v = np.array([b.direction.terms.get(k, 0.0) for k in keys])
     size = float(np.linalg.norm(u) * np.linalg.norm(v))
     return bool(size > 0.0 and abs(float(u @ v)) > 0.999 * size)
+
+
+def _of_other_factors(causes: Sequence[Cause], cause: Cause) -> list[Cause]:
+    """The same quantity by other factors: a gain scatters by what parts 10 from 9.80665."""
+    if cause.factor is None:
+        return []
+    return [one for one in causes if one.factor not in (None, cause.factor) and _same(one, cause)]
 
 
 def _rivals(
