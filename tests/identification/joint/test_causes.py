@@ -11,6 +11,7 @@ from vinesexp.identification.joint.causes import (
     Cause,
     Weighed,
     _averaged,
+    _beyond_the_unexplained,
     _effects,
     _factors,
     all_possible,
@@ -780,6 +781,24 @@ def test_scatter_of_what_the_flights_do_not_show_makes_no_doubt_of_what_they_sho
     found = {w.cause.key: w for w in judged.found}
     assert found["scatter"].log_odds > found["drift of r"].log_odds > 10.0
     assert found["drift of r"].sure == sure
+
+
+@pytest.mark.parametrize(("second", "sure"), [(30.0, True), (90.0, False)])
+def test_a_cause_that_is_doubted_is_a_part_of_what_is_unexplained_for_others(second, sure):
+    """Viscous friction was stated of a rig with a local mode, beside five lines of none."""
+
+    def weight(cause, odds, certain):
+        return Weighed(cause, odds, 1.0, 0.01, (), certain)
+
+    scatter = Cause("scatter", "scatter", "own r", None, wider={"own r: t0": 0.03})
+    found = [
+        weight(one(0), 140.0, True),
+        weight(drift(), second, True),
+        weight(scatter, 95.0, False),
+    ]
+    own = {f"own r: t{i}" for i in range(N)}
+    kept = _beyond_the_unexplained(found, own)
+    assert [w.sure for w in kept] == [sure, False, False]
 
 
 def test_a_base_channel_in_another_range_from_one_test_on_is_the_base_channel():

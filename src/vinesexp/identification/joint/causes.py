@@ -414,16 +414,18 @@ def weighed(
 def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> list[Weighed]:
     """The same, sure of no cause for which the records ask less than for what is unexplained.
 
-    What flights leave tells of causes of the flights alone.
+    What flights leave tells of causes of the flights alone. A cause that is doubted for this
+    explains nothing either, and is in what is left for others.
     """
     left = unexplained(found, in_flights)
-    return [
+    kept = [
         replace(one, sure=one.sure and (
             one.cause.kind == "remounting"
             or one.log_odds > left[bool(one.cause.moves & in_flights)]
         ))
         for one in found
     ]  # fmt: skip
+    return kept if kept == list(found) else _beyond_the_unexplained(kept, in_flights)
 
 
 def unexplained(found: Sequence[Weighed], in_flights: set[str]) -> dict[bool, float]:
