@@ -196,6 +196,32 @@ def test_a_cause_that_explains_no_more_than_the_law_of_another_may_be_wrong_by_g
     assert needed(data, observed, mistake) == mistake
 
 
+@pytest.mark.parametrize("seen_in", ["decay", "flights"])
+def test_what_the_flights_do_not_show_has_no_law_that_leaves_something_in_them(seen_in):
+    """Beside a spring that warms, a laser aimed anew was no cause, and clearances were wrong."""
+    values = np.full(N, 0.5)
+    values[3] += 0.1
+    observed, _ = campaign(values, error=1e-3)
+    line = np.linspace(-0.5, 0.5, N).tolist()
+    rest = dict(zip([f"own f0: t{i}" for i in range(N)], line, strict=True))
+    blocks = [
+        Block(f"t{i}", seen_in, (({name: 1.0}, 0.0),), Mean(at, 1e-4))
+        for i, (name, at) in enumerate(rest.items())
+    ]
+    priors = observed.beliefs.priors | dict.fromkeys(rest, Prior(0.0, 1e-4))
+    both = replace(
+        observed, names=(*NAMES, *rest), beliefs=Beliefs(priors),
+        blocks=(*observed.blocks, *blocks), start=np.zeros(2 * N + 1),
+    )  # fmt: skip
+    warms = Cause("drift of f0", "drift", "f0", Direction(rest, Prior(0.0, 0.5)))
+    other = replace(one(3), kind="one test")
+    data = expand(both.blocks, both.names, both.start)
+    for chosen in (proposed(data, both, [warms, other]), needed(data, both, [warms, other])):
+        assert {cause.key for cause in chosen} == {
+            warms.key, *([other.key] if seen_in == "decay" else [])
+        }  # fmt: skip
+
+
 def test_a_cause_that_is_hardly_there_is_not_stated():
     """Odds of a thousand to one are kept in the values and not called a fact."""
     observed, data = campaign(0.5 + 0.06 * np.linspace(-0.5, 0.5, N))

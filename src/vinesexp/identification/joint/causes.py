@@ -173,13 +173,15 @@ class Cause:
             odds -= math.log(_above_zero((prior.value - self.least) / prior.error))
         return odds
 
-    @property
-    def untrue(self) -> float:
-        """Share of what it explains that its law may be wrong by."""
+    def untrue(self, in_flights: set[str]) -> float:
+        """Share of what it explains that its law may leave in the flights.
+
+        Nothing of what it explains elsewhere: an f0 that drifts is known to a millionth.
+        """
         if self.about in _NO_LAWS:
             return _NO_LAW
         approximate = self.kind in _LAWS and self.about not in _EXACT_LAWS
-        return _LAW if approximate else 0.0
+        return _LAW if approximate and self.moves & in_flights else 0.0
 
     def may_be_left(self, in_flights: set[str]) -> bool:
         """Whether what a law of the flights leaves may be all there is of it.
@@ -316,7 +318,7 @@ def proposed(
     # a scatter of f0 stands for separate mountings and for what else the ring-downs contradict
     begin = needed(data, observed, begin or [c for c in causes if c.kind == "remounting"])
     by_odds = zip(_odds(data, observed.beliefs, begin), begin, strict=True)
-    untrue = max((cause.untrue * odds for odds, cause in by_odds), default=0.0)
+    untrue = max((cause.untrue(in_flights) * odds for odds, cause in by_odds), default=0.0)
     best, most = tuple(begin), 0.0
     base = posterior_of(data, believing(observed.beliefs, best))
     front, longest = [(0.0, untrue, best, base)], min(len(best) + more, _MOST)
@@ -331,7 +333,8 @@ def proposed(
                 own, cause = float(odds[i]), left[i]
                 if own > max(_ENOUGH, untrue if cause.may_be_left(in_flights) else 0.0):
                     key = frozenset(one.key for one in (*chosen, cause))
-                    longer[key] = so_far + own, max(untrue, cause.untrue * own), (*chosen, cause)
+                    left_by = max(untrue, cause.untrue(in_flights) * own)
+                    longer[key] = so_far + own, left_by, (*chosen, cause)
         front = []
         for so_far, untrue, chosen in sorted(longer.values(), key=lambda one: -one[0]):
             base = posterior_of(data, believing(observed.beliefs, chosen))
@@ -473,7 +476,8 @@ def needed(data: Quadratic, observed: Observed, chosen: Sequence[Cause]) -> tupl
     kept, in_flights = list(chosen), names_in_flights(observed)
     while kept:
         odds = _odds(data, observed.beliefs, kept)
-        untrue = max(cause.untrue * own for own, cause in zip(odds, kept, strict=True))
+        by_odds = zip(odds, kept, strict=True)
+        untrue = max(cause.untrue(in_flights) * own for own, cause in by_odds)
         beyond = [
             own
             - max(_ENOUGH, untrue if cause.kind in _LAWS and cause.may_be_left(in_flights) else 0.0)
