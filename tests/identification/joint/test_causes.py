@@ -14,6 +14,8 @@ from vinesexp.identification.joint.causes import (
     _beyond_the_unexplained,
     _effects,
     _factors,
+    _of_levels,
+    _of_masses,
     all_possible,
     believed,
     gains_of,
@@ -825,6 +827,25 @@ def test_a_cause_that_is_doubted_is_a_part_of_what_is_unexplained_for_others(sec
     own = {f"own r: t{i}" for i in range(N)}
     kept = _beyond_the_unexplained(found, own)
     assert [w.sure for w in kept] == [sure, False, False]
+
+
+def test_a_mass_or_length_in_another_unit_is_as_unsure_as_scales_or_ruler_are():
+    """Scales are 0.15 g off. Typed as 6974 g, a ball of 7.2 g was 6.974 +- 0.021 g."""
+    for causes_of, kind, lengths, stated, fixed in (
+        (_of_masses, "ln_m", {}, 6.974, 0.15e-3),
+        (_of_levels, "release: x", {15.0: "release: x"}, 15.0, 2e-4),
+    ):
+        seen = Mean(math.log(1.0 / 1000.0), 0.1)
+        block = Block("t0", "flights", (({kind: 1.0}, 0.0),), seen)
+        observed = Observed(
+            (kind,), Beliefs({kind: Prior(0.0, fixed / stated)}), (block,), np.zeros(1), {}, {},
+            {}, {}, lengths, {}, {}, ("t0",), {kind: {kind: ""}}, fixed={kind: fixed / stated},
+        )  # fmt: skip
+        data = expand((block,), (kind,), np.zeros(1))
+        judged = judge(data, observed, causes_of(observed))
+        assert [w.cause.factor for w in judged.found] == [1000.0]
+        error = judged.posterior.of({kind: 1.0})[1]
+        assert error == pytest.approx(1000.0 * fixed / stated, rel=0.1)
 
 
 def test_a_base_channel_in_another_range_from_one_test_on_is_the_base_channel():

@@ -12,6 +12,7 @@ from vinesexp.identification.joint.collisions import LOCALS
 from vinesexp.identification.joint.observations import (
     Decay,
     _Answer,
+    _ball,
     _base,
     _Builder,
     _common_of_records,
@@ -24,6 +25,7 @@ from vinesexp.identification.joint.observations import (
 )
 from vinesexp.identification.joint.over_amplitude import NO_LAW, TERMS
 from vinesexp.identification.joint.unknowns import Prior
+from vinesexp.records.campaign.load import load_campaign
 
 
 @pytest.mark.parametrize(("stated", "share"), [((0.032, 0.04), 0.008), ((), 0.0)])
@@ -32,6 +34,20 @@ def test_a_ball_that_was_not_weighed_adds_nothing_to_the_mass(stated, share):
     known = SimpleNamespace(nes_mass=[SimpleNamespace(value=one) for one in stated])
     builder = SimpleNamespace(campaign=SimpleNamespace(known=known), start={"ln_M": math.log(4.0)})
     assert _share_of_ball(builder) == pytest.approx(share)
+
+
+@pytest.mark.parametrize(("written", "fixed"), [("6974 g", 0.15e-3), ("6974 +- 0.1 g", None)])
+def test_the_fixed_error_of_scales_is_known_of_a_ball_with_no_error_of_its_own(
+    written, fixed, tmp_path
+):
+    (tmp_path / "campaign.yaml").write_text(
+        f'known: {{nes_mass: "{written}"}}\nuncertainties: {{nes_mass: 0.15 g}}\n'
+        "channels: {displacement: {column: x, quantity: displacement, unit: m}}\n"
+    )
+    (tmp_path / "records.csv").write_text("record,file,test\na,a.csv,ringdown\n")
+    b = _Builder(load_campaign(tmp_path), NO_LAW, {}, {})
+    name, stated = _ball(b, 1)
+    assert b.fixed.get(name) == (fixed and pytest.approx(fixed / stated))
 
 
 @pytest.mark.parametrize(("across", "setup"), [(0.0, ""), (0.03, ""), (0.03, "other")])

@@ -81,6 +81,7 @@ _ANY = (
     2.0  # of the logarithm of a factor that is in no list: a range of a scope, a charge amplifier
 )
 _WEIGHED = 0.3  # ln of a mass known better than that was weighed
+_MOST_FIXED = 0.2  # ln of what a mass or a length is off by beside a factor, at most
 #: Of the base's motion, whose own channel has a gain: what a displacement from the table lacks, and
 #: one from a table that turns, or from a stand that moves.
 _ALL_OF_BASE, _SOME_OF_BASE = Prior(1.0, 0.05), Prior(0.0, 0.5)
@@ -813,15 +814,20 @@ def _effects(o: Observed) -> list[Cause]:
 
 
 def _factors(
-    key: str, about: str, terms: Mapping[str, float], of: Sequence[float], *, log: bool = True
-) -> list[Cause]:
-    """A quantity stated as a multiple of the true one; `terms` is its logarithm or its scale."""
+    key: str, about: str, terms: Mapping[str, float], of: Sequence[float], *, log: bool = True,
+    fixed: float = 0.0,
+) -> list[Cause]:  # fmt: skip
+    """A quantity stated as a multiple of the true one; `terms` is its logarithm or its scale.
+
+    `fixed`: part of its error that no factor changes, over what is stated.
+    """
     causes = []
     for factor in of:
         off = -math.log(factor) if log else 1.0 / factor - 1.0
+        width = math.hypot(0.003, min(factor * fixed, _MOST_FIXED))
         causes.append(
             Cause(f"{key} x {factor:.4g}", "mistake", about,
-                  Direction(terms, Prior(off, 0.003)), members=2 * len(FACTORS), factor=factor)
+                  Direction(terms, Prior(off, width)), members=2 * len(FACTORS), factor=factor)
         )  # fmt: skip
     return causes
 
@@ -977,8 +983,8 @@ def _of_levels(o: Observed) -> list[Cause]:
     return [
         *answers,
         *(single if len(single) > 2 else []),
-        *_of_lengths("base", "base amplitude", o.levels),
-        *_of_lengths("release", "release", o.releases),
+        *_of_lengths("base", "base amplitude", o.levels, o.fixed),
+        *_of_lengths("release", "release", o.releases, o.fixed),
     ]
 
 
@@ -994,12 +1000,15 @@ def _beside_others(o: Observed) -> dict[str, str]:
     return {name: record for name, record in own.items() if record not in alone}
 
 
-def _of_lengths(key: str, about: str, names: Mapping[float, str]) -> list[Cause]:
+def _of_lengths(
+    key: str, about: str, names: Mapping[float, str], fixed: Mapping[str, float]
+) -> list[Cause]:
     """A column of lengths, by their logarithms, that is wrong throughout or in one value."""
     if not names:
         return []
     every = dict.fromkeys(names.values(), 1.0)
-    found = [*_factors(key, about, every, _LENGTH), *_by_any(key, about, every, 0.3)]
+    own = max(fixed.get(name, 0.0) for name in every)
+    found = _factors(key, about, every, _LENGTH, fixed=own) + _by_any(key, about, every, 0.3)
     if len(names) > 1:
         found += [
             Cause(f"one {name}", "mistake", about,
@@ -1024,7 +1033,7 @@ def _of_masses(o: Observed) -> list[Cause]:
     if "ln_M" in o.names and o.beliefs.priors["ln_M"].error < _WEIGHED:
         stated["ln_M"] = "mass"
     for name, about in stated.items():
-        found += _factors(name, about, {name: 1.0}, _MASS)
+        found += _factors(name, about, {name: 1.0}, _MASS, fixed=o.fixed.get(name, 0.0))
         found += _by_any(name, about, {name: 1.0}, 0.3)
     if o.loads:
         scale = {"load scale": 1.0}

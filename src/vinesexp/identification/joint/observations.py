@@ -44,10 +44,11 @@ from vinesexp.identification.joint.unknowns import (
     fit,
 )
 from vinesexp.records.campaign.schema import Campaign, Record
+from vinesexp.records.campaign.uncertainties import Tolerance
 from vinesexp.signals.channel_agreement import expected_lead
 from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts, typical_lateness
-from vinesexp.units import last_digit
+from vinesexp.units import Quantity, last_digit
 
 #: Methods of single records that count; the cheaper ones are shown beside them.
 COUNTED = ("likelihood", "envelope", "sweep")
@@ -134,6 +135,8 @@ class Observed:
     law : f0 and zeta over amplitude, as the ring-downs alone show them.
     cells : record whose stated added mass, or none, others have too, to the name of what its own
         differs by from theirs, kg, and the stated mass: one cell may be wrong, or empty.
+    fixed : logarithm of a mass or a length to the fixed part of its error, over what is stated: a
+        wrong unit leaves it as it is.
     """
 
     names: tuple[str, ...]
@@ -151,6 +154,7 @@ class Observed:
     kinds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     law: Law = NO_LAW
     cells: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     def common(self, own: str) -> str:
         """The unknown of all records beside which one record has its own."""
@@ -183,6 +187,7 @@ class _Builder:
     levels: dict[float, str] = field(default_factory=dict)
     loads: dict[float, str] = field(default_factory=dict)
     cells: dict[str, tuple[str, float]] = field(default_factory=dict)
+    fixed: dict[str, float] = field(default_factory=dict)
     releases: dict[float, str] = field(default_factory=dict)
     gains: dict[tuple[str, str], str] = field(default_factory=dict)
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
@@ -353,6 +358,7 @@ def observe(
         names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
         b.balls, b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
         tuple(record.id for record in campaign.records), b.kinds, b.law, b.cells,
+        b.fixed,
     )  # fmt: skip
 
 
@@ -404,8 +410,7 @@ def _rig(b: _Builder, found: Sequence[Estimate], driven: Mapping[str, DrivenMoti
         b.add(term, 0.0, width if term in b.law.free else 0.0)
     b.add("clock", 0.0, inputs.clock.of(1.0))
     if known.mass is not None:
-        error = known.mass.std_error or inputs.mass.of(known.mass.value)
-        b.add("ln_M", math.log(known.mass.value), error / known.mass.value)
+        _weighed(b, "ln_M", known.mass, inputs.mass, value=math.log(known.mass.value))
     else:
         balls = [mass.value for mass in known.nes_mass]
         b.add("ln_M", *_ORDINARY_M, start=math.log(100.0 * balls[0]) if balls else None)
@@ -420,11 +425,20 @@ def _ball(b: _Builder, number: int) -> tuple[str, float]:
         b.balls[number] = b.add("ln_m", 0.0, _WIDE)
         return b.balls[number], 1.0
     place = min(number, len(masses)) - 1
-    mass = masses[place]
-    error = mass.std_error or inputs.nes_mass.of(mass.value)
     of = "" if len(masses) == 1 else str(place + 1)
-    b.balls[number] = b.add("ln_m", 0.0, error / mass.value, of=of)
-    return b.balls[number], mass.value
+    b.balls[number] = _weighed(b, "ln_m", masses[place], inputs.nes_mass, of=of)
+    return b.balls[number], masses[place].value
+
+
+def _weighed(
+    b: _Builder, kind: str, mass: Quantity, scales: Tolerance, *, value: float = 0.0, of: str = ""
+) -> str:
+    """Name of the logarithm of a mass that was weighed; an error beside it is in its unit."""
+    error = mass.std_error or scales.of(mass.value)
+    name = b.add(kind, value, error / mass.value, of=of)
+    if error == scales.of(mass.value):
+        b.fixed[name] = scales.absolute / mass.value
+    return name
 
 
 def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
@@ -1007,6 +1021,8 @@ def _base(
     inputs = b.campaign.known.uncertainties
     stated = _WIDE if record.shown else inputs.base_amplitude.of(level) / level
     b.levels[level] = b.add("base", 0.0, stated, of=f"{1e3 * level:g} mm")
+    if not record.shown:
+        b.fixed[b.levels[level]] = inputs.base_amplitude.absolute / level
     here = {b.levels[level]: 1.0}
     picked, per = _picked_up(b, record, driven)
     for e in found:
@@ -1215,7 +1231,7 @@ def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
         common = _WIDE if record.shown else half
         name = b.add("release", 0.0, common, of=f"{1e3 * stated:g} mm")
         own = b.own("own release", record, max(half, _OWN_RELEASE))
-        b.releases[stated] = name
+        b.releases[stated], b.fixed[name] = name, error.absolute / stated
         if (e := seen.get(record.id)) is None or not e.value:
             continue
         off, width = math.log(abs(e.value) / stated), e.std_error / abs(e.value)
