@@ -25,6 +25,9 @@ BEST = ("likelihood", "envelope", "sweep", "impacts", "drop")
 NOTHING = "nothing"
 #: Parameter name: the phase error of a displacement integrated from the acceleration; its note.
 INTEGRATED = "integrated_phase"
+#: Parameter name: f0 of a test, by an acceleration whose integral is its displacement; ``by_area``
+#: of its data is its relative change where the areas of pulses are larger by 1.
+F0_INTEGRATED = "integrated_f0"
 
 #: Parameter name of a test with several balls of which impacts are lost: those found say nothing.
 LOST = "lost_impacts"

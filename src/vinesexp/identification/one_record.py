@@ -16,6 +16,7 @@ from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.driven_motion import DRIVEN, driven_motion
 from vinesexp.identification.estimate import (
+    F0_INTEGRATED,
     FIRST_SWING,
     HELD,
     INTEGRATED,
@@ -162,7 +163,8 @@ def estimate_record(
         `accelerometer_gain` and `channel_lag` of the channels, `pulse_share` of the impacts in
         that gain, `accelerometer_corner` of one that
         is AC-coupled, `accelerometer_across` of one that shows motion across its axis;
-        `integrated_phase` where the displacement is the integral of the acceleration; `content`,
+        `integrated_phase` and `integrated_f0` where the displacement is the integral of the
+        acceleration; `content`,
         a digest of the samples as its note. A record that gives nothing has
         an entry `nothing` with the reason as its note.
     """
@@ -281,6 +283,11 @@ def _without_laser(
     if law.has_corner:
         corner = ("accelerometer_corner", law.corner, law.corner_error, "Hz")
         rows += estimates_of(record, "channels", [corner])
+    if math.isfinite((own := integrated.motion.own).value):
+        rows.append(
+            Estimate(F0_INTEGRATED, own.value, own.error, "Hz", "motion of the mass", (record.id,),
+                     data={"by_area": own.by_area})
+        )  # fmt: skip
     return rows + impact_estimates(record, known, impacts, frequency, None, integrated)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray, median_of
 from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
-from vinesexp.identification.estimate import FIRST_SWING, INTEGRATED, Estimate
+from vinesexp.identification.estimate import F0_INTEGRATED, FIRST_SWING, INTEGRATED, Estimate
 from vinesexp.identification.flights import Flights, flights_of
 from vinesexp.identification.joint.collisions import (
     EFFECTS,
@@ -30,6 +30,7 @@ from vinesexp.identification.joint.over_amplitude import (
     TERMS,
     WIDTHS,
     Law,
+    OfTest,
     law_asked,
     log_of,
     slopes_of,
@@ -92,6 +93,8 @@ _INTEGRATED = 30.0
 #: The same of the base that the mass answers to and of its f0 and zeta, relative: harmonics of the
 #: base, contacts that last, a motion that is not quite that of one oscillator.
 _OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
+#: Of f0 by an acceleration that is integrated, relative, beside its gains: times of the pulses.
+_F0_INTEGRATED = 5e-4
 #: What looks like friction in it, as a share of what drives the mass.
 _OWN_PUSH = 3e-3
 #: From one channel of a recorder to another, 60 dB.
@@ -349,6 +352,7 @@ def observe(
         b.usual[level] = sum(_picked_up(b, r, driven[r.id])[1] for r in own) / len(own)
     for record in tests:
         _base(b, record, found, driven.get(record.id))
+    _without_laser(b, found)
     _clock(b, driven)
     _releases(b, found)
     _drops(b, found)
@@ -1055,20 +1059,7 @@ def _answered(
     """
     inputs = b.campaign.known.uncertainties
     f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
-    # Setting a clearance takes the cavity apart: it is a mounting of its own.
-    place = "b = " + ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
-    working = (e for e in found if e.parameter == "working_amplitude")
-    swing = next((e.value for e in working if e.records[0] == record.id), None)
-    # each test works at its own amplitude
-    of = {name: b.law.of_test(name, swing or b.law.amplitude) for name in ("f0", "zeta")}
-    at = {
-        name: {
-            b.own(f"amplitude {name}", record, own.error): 1.0,
-            b.add(f"increment {name}", 0.0, 1.0): own.half,
-            **dict(zip(TERMS.values(), own.slopes.tolist(), strict=True)),
-        }
-        for name, own in of.items()
-    }
+    swing, of, at = _at_swing(b, record, found)
     # what a straight spring and damper do not follow, as a share of the force of the spring
     bent = 2.0 * math.hypot(of["f0"].half, of["zeta"].half * zeta)
     swing = swing or level
@@ -1087,11 +1078,11 @@ def _answered(
     rubs = {"friction": 1.0, b.own("own friction", record, 0.0): 1.0}
     return (
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
-          b.add("mounting f0", 0.0, inputs.remounting.of(1.0), of=place): 1.0,
+          b.add("mounting f0", 0.0, inputs.remounting.of(1.0), of=_place(record)): 1.0,
           b.own("own f0", record, math.hypot(_OWN_F0, bent)): 1.0,
           "driven f0": 1.0, "rolling": -0.5 * eps}, of["f0"].constant),
         ({"ln_zeta": 1.0, **at["zeta"],
-          b.add("mounting zeta", 0.0, inputs.damping.of(1.0), of=place): 1.0,
+          b.add("mounting zeta", 0.0, inputs.damping.of(1.0), of=_place(record)): 1.0,
           b.own("own zeta", record, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
           "driven zeta": 1.0, "rolling": -0.5 * eps}, of["zeta"].constant),
         ({**base, **b.yields(record, per), **b.own_gain(record, "displacement"),
@@ -1105,6 +1096,54 @@ def _answered(
         ({_coupling(b, record): 1.0}, 0.0),
         (rubs, 0.0),
     )  # fmt: skip
+
+
+def _place(record: Record) -> str:
+    """Setting a clearance takes the cavity apart: it is a mounting of its own."""
+    return "b = " + ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
+
+
+def _at_swing(
+    b: _Builder, record: Record, found: Sequence[Estimate]
+) -> tuple[float | None, dict[str, OfTest], dict[str, dict[str, float]]]:
+    """Amplitude of a test, m, f0 and zeta at it by the law over amplitude, and these as sums."""
+    working = (e for e in found if e.parameter == "working_amplitude")
+    swing = next((e.value for e in working if e.records[0] == record.id), None)
+    of = {name: b.law.of_test(name, swing or b.law.amplitude) for name in ("f0", "zeta")}
+    return swing, of, {
+        name: {
+            b.own(f"amplitude {name}", record, own.error): 1.0,
+            b.add(f"increment {name}", 0.0, 1.0): own.half,
+            **dict(zip(TERMS.values(), own.slopes.tolist(), strict=True)),
+        }
+        for name, own in of.items()
+    }  # fmt: skip
+
+
+def _without_laser(b: _Builder, found: Sequence[Estimate]) -> None:
+    """f0 in tests whose displacement is the integral of the acceleration.
+
+    What drives the mass is known by the pulses and the base, each with its gain.
+    """
+    for e in found:
+        if e.parameter != F0_INTEGRATED or e.data is None or "ln_f0" not in b.priors:
+            continue
+        record, by = b.campaign.record(e.records[0]), e.data["by_area"]
+        _, of, at = _at_swing(b, record, found)
+        bent = 2.0 * of["f0"].half
+        remounted = b.campaign.known.uncertainties.remounting.of(1.0)
+        gains = {**b.own_gain(record, "acceleration"), _pulse_area(b): 1.0}
+        sums = {
+            "ln_f0": 1.0, "clock": -1.0, **at["f0"],
+            b.add("mounting f0", 0.0, remounted, of=_place(record)): 1.0,
+            b.own("own f0", record, math.hypot(_OWN_F0, bent)): 1.0,
+            "driven f0": 1.0, b.add("rolling", 0.0, 0.0): -0.5 * _share_of_ball(b),
+            b.gain(record, "base"): -by,
+            **{name: by * one for name, one in gains.items()},
+        }  # fmt: skip
+        error = math.hypot(e.std_error / e.value, _F0_INTEGRATED)
+        own = ((sums, of["f0"].constant),)
+        b.blocks.append(Block(record.id, "base", own, _Single(math.log(e.value), error)))
 
 
 def _turned(

@@ -160,6 +160,23 @@ def integrated_impacts(record: RecordView, impacts: Impacts, *, frequency: float
 
 
 @dataclass(frozen=True)
+class OwnFrequency:
+    """f0 of the mass in a test, by what impacts and base do to its motion at the oscillation.
+
+    Attributes
+    ----------
+    value, error : Hz
+        The error is that of the scatter along the record.
+    by_area : float
+        Relative change where the areas of pulses are larger by 1, or the base smaller.
+    """
+
+    value: float
+    error: float
+    by_area: float
+
+
+@dataclass(frozen=True)
 class IntegratedMotion:
     """The mass's displacement from its acceleration, and the base's, on one time axis.
 
@@ -173,6 +190,8 @@ class IntegratedMotion:
         Hz.
     law : PhaseLaw
         AC corner of the sensor, which is corrected, and what of its phase remains unknown.
+    own : OwnFrequency
+        f0 of the mass; its damping is as unsure as the phase.
     """
 
     x: Coarse
@@ -180,6 +199,7 @@ class IntegratedMotion:
     base_v: FloatArray
     frequency: float
     law: PhaseLaw
+    own: OwnFrequency
 
     @property
     def phase_error(self) -> float:
@@ -238,14 +258,14 @@ def integrated_motion(
     corner = 0.0
     for _ in range(_PASSES):
         x, v, a_band = _integrated(a, step, frequency, 2, corner=corner)
-        law = _law(
+        law, own = _law(
             (a_band, v - v_e, x - x_e), _integrated(a, step, frequency, 2)[2], times - start, jumps,
             step=step, frequency=frequency, cycles=cycles,
         )  # fmt: skip
         corner = law.corner
         if not -0.5 * frequency < corner < _NEAREST * frequency:
             raise AnalysisError(_near_corner(corner, frequency))
-    found = IntegratedMotion(Coarse(x, step, start), x_e, v_e, frequency, law)
+    found = IntegratedMotion(Coarse(x, step, start), x_e, v_e, frequency, law, own)
     _require_known(found)
     return found
 
@@ -311,8 +331,8 @@ def _integrated(
 def _law(
     motion: tuple[FloatArray, FloatArray, FloatArray], measured: FloatArray, times: FloatArray,
     jumps: FloatArray, *, step: float, frequency: float, cycles: float,
-) -> PhaseLaw:  # fmt: skip
-    """Phase of the measured acceleration beside what impacts and base do to the mass.
+) -> tuple[PhaseLaw, OwnFrequency]:  # fmt: skip
+    """Phase of the measured acceleration beside what impacts and base do to the mass; its f0.
 
     Parameters
     ----------
@@ -337,11 +357,7 @@ def _law(
     w = np.asarray(2.0 * np.pi * f[used], dtype=np.float64)
     struck = np.stack([lines_of_pulses(times - i * step, jumps, step, size, w) for i in begins])
     here = low[used]
-    columns = np.stack([v[:, here].ravel(), x[:, here].ravel()], axis=1)
-    wanted = (struck - a)[:, here].ravel()
-    real = np.concatenate([columns.real, columns.imag])
-    scale = np.linalg.norm(real, axis=0)
-    d, s = np.linalg.lstsq(real / scale, np.concatenate([wanted.real, wanted.imag]))[0] / scale
+    d, s, own = _oscillator(*(part[:, here].ravel() for part in (v, x, a, struck)))
     there = high[used]
     law = law_of_lines(
         lines(measured)[:, there], (struck - d * v - s * x)[:, there],
@@ -352,4 +368,25 @@ def _law(
             "the record does not show whether the accelerometer is AC-coupled: no displacement by "
             "integration"
         )
-    return law
+    return law, own
+
+
+def _oscillator(
+    v: ComplexArray, x: ComplexArray, a: ComplexArray, struck: ComplexArray
+) -> tuple[float, float, OwnFrequency]:
+    """d and s of the equation of motion by lines at the oscillation, and f0 by s."""
+
+    def real(lines: ComplexArray) -> FloatArray:
+        return np.concatenate([lines.real, lines.imag])
+
+    A, y = real(np.stack([v, x], axis=1)), real(np.stack([struck - a, struck], axis=1))
+    size = np.linalg.norm(A, axis=0)
+    solved = np.linalg.lstsq(A / size, y)[0] / size[:, None]
+    (d, _), (s, by_area) = solved.tolist()
+    left = y[:, 0] - A @ solved[:, 0]
+    variance = float(left @ left) / left.size * float(np.linalg.inv(A.T @ A)[1, 1])
+    if not s > 0.0:
+        return d, s, OwnFrequency(math.nan, math.nan, 0.0)
+    f0 = math.sqrt(s) / (2.0 * math.pi)
+    # segments overlap by half
+    return d, s, OwnFrequency(f0, 0.5 * f0 * math.sqrt(2.0 * variance) / s, 0.5 * by_area / s)
