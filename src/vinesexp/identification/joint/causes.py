@@ -147,7 +147,7 @@ class Cause:
     wider : unknowns whose prior it widens, and by how much: all that a scatter does.
     records : those it concerns; empty: all.
     stated : values of the test log that it concerns, as written there, or what is unlike; empty:
-        all.
+        all. Of a drift the first and the last record that show it.
     factor : stated over true, where it is a factor.
     spread : standard deviation over the tests with a ball of what it moves there, for a coefficient
         of 1.
@@ -1177,7 +1177,7 @@ def _of_order(o: Observed) -> list[Cause]:
             found += [
                 Cause(f"{key}{how}", kind_of, about, Direction(terms, Prior(0.0, times * width)),
                       members=members * (len(ids) if of else 1), records=of,
-                      spread=float(share[tests].std()))
+                      stated=(ids[0], ids[-1]), spread=float(share[tests].std()))
                 for how, times, members in _AS_FAR
             ]  # fmt: skip
     return found

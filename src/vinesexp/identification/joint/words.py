@@ -303,9 +303,9 @@ def _drift(cause: Cause, value: float, error: float) -> str:
         )
     why = "wear, or dirt" if name in _UNITS else "temperature, or something that comes loose"
     return (
-        f"{name} drifts by {size} from the first record to the last, in the order of records.csv "
-        f"({why}); the values hold for the middle of the tests with a ball, and their errors "
-        "include the change over these"
+        f"{name} drifts by {size} from the first record that shows it, {cause.stated[0]}, to the "
+        f"last, {cause.stated[-1]}, in the order of records.csv ({why}); the values hold for the "
+        "middle of the tests with a ball, and their errors include the change over these"
     )
 
 
