@@ -277,8 +277,8 @@ def _near_corner(corner: float, frequency: float) -> str:
             f"oscillation at {frequency:.3g} Hz for a displacement by integration"
         )
     return (
-        "the phase of the accelerometer over frequency does not fit an AC coupling: no "
-        "displacement by integration"
+        "the phase of the accelerometer over frequency does not fit an AC coupling, as impacts and "
+        "base show it: no displacement by integration. Check the sensitivity of the base"
     )
 
 
