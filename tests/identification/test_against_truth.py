@@ -1,6 +1,7 @@
 """The whole analysis of a small simulated campaign against the truth it was made from."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +119,15 @@ def test_a_release_reaches_its_levels_in_order(analysed):
     times = [row["time_s"] for row in rows[:3]]
     assert times == sorted(times)
     assert 1.0 < times[0] < 2.0
+
+
+def test_levels_are_those_of_the_motion_where_the_sheet_has_another_unit(analysed):
+    """With a displacement in inches no level was reached, and b_t was not predicted."""
+    stated = replace(analysed.campaign.record("released"), release=25.4 * 0.02)
+    with open_record(analysed.folder / "conditioned/released.nc") as view:
+        rows = decay_times(stated, conditioned=view)
+    assert [row["target_m"] for row in rows] == pytest.approx([0.01, 0.005, 0.003, 0.002], rel=0.1)
+    assert all(row["time_s"] for row in rows[:3])
 
 
 def test_the_first_and_the_last_cycle_of_a_ringdown_survive_the_filter(analysed):

@@ -596,8 +596,11 @@ def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
     time = time - freed(conditioned)
     if not np.isfinite(amplitude).any():
         return []
-    # a release that was not written down has round levels, which others by the same hand share
-    release = abs(record.release or float(f"{np.nanmax(amplitude):.2g}"))
+    # a release that was not written down, or is in another unit than the displacement, has round
+    # levels, which others by the same hand share
+    seen, release = float(np.nanmax(amplitude)), abs(record.release or 0.0)
+    if not 0.0 < LEVELS[-1] * release < seen:
+        release = float(f"{seen:.2g}")
     targets = [share * release for share in LEVELS]
     reached = [time_to_level(time, amplitude, target) for target in targets]
     return [
