@@ -917,14 +917,16 @@ def _at_another_base(answer: Answer, ids: Sequence[str]) -> dict[str, str]:
 
 
 def _moved(answer: Answer, names: Mapping[str, str]) -> dict[str, str]:
-    """Of unknowns that single records have for themselves, those that a named cause moves."""
-    return {
-        names[name]: name
-        for w in answer.judged.found
-        if w.sure and not w.rivals and w.cause.direction and len(w.cause.direction.terms) == 1
-        for name in w.cause.direction.terms
-        if name in names
-    }
+    """Of unknowns that single records have for themselves, those that a named cause moves.
+
+    Nothing that a record has for itself is as elsewhere if it is unlike the others.
+    """
+    found: dict[str, str] = {}
+    for w in answer.judged.found:
+        alone = w.cause.direction is not None and len(w.cause.direction.terms) == 1
+        if w.cause.kind == "unlike" or (alone and w.sure and not w.rivals):
+            found |= {names[name]: name for name in w.cause.moves & names.keys()}
+    return found
 
 
 def _releases(answer: Answer, campaign: Campaign) -> list[Estimate]:
