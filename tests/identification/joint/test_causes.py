@@ -486,6 +486,21 @@ def test_an_increment_in_the_place_of_an_added_mass_is_one_cell(same):
     assert moved == pytest.approx(second)
 
 
+@pytest.mark.parametrize("scale", [1.0, 1000.0])
+def test_one_added_mass_is_wrong_by_a_share_of_what_it_is_in_another_unit_too(scale):
+    """Of masses typed in kg one was 7 % off: f0 of its record was said to be another."""
+    loads = {0.35 / scale: "load: a", 0.65 / scale: "load: b"}
+    names = ("load scale", *loads.values())
+    priors = dict.fromkeys(names, Prior(0.0, 3e-4))
+    observed = Observed(
+        names, Beliefs(priors), (), np.zeros(3), {}, {}, {}, loads, {}, {}, {}, ()
+    )  # fmt: skip
+    fitted = SimpleNamespace(names=names, at=np.array([math.log(scale), 0.0, 0.0]))
+    found = [*_of_masses(observed), *of_some_rows(observed, fitted)]
+    widths = [c.direction.prior.error for c in found if c.direction.terms == {"load: a": 1.0}]
+    assert max(w for w in widths if w < 0.5) == pytest.approx(0.07)
+
+
 def test_a_clearance_may_be_wrong_by_more_than_itself():
     true = np.array([18.9, 20.7, 21.8, 22.9, 24.7]) * 1e-3
     stated = true.copy()

@@ -885,6 +885,8 @@ def of_some_rows(o: Observed, data: Quadratic) -> list[Cause]:
         for id, (name, load) in cells
     ]  # fmt: skip
     found = [*_in_rings("clearance", cavities), *_by_factor("clearance", cavities, _LENGTH)]
+    if abs(math.log(scale)) > _OTHER_UNIT:
+        found += _one_load(o, scale)
     apart = _own_mountings(o)
     for items in ([*weights.values()], rows):  # all rows of one mass, or one of them
         found += _in_rings("added mass", items, apart)
@@ -965,6 +967,7 @@ def _by_factor(about: str, items: Sequence[_Stated], factors: Sequence[float]) -
 
 
 _UNTYPED = 3.0  # times the heaviest that was typed: a mass that was not
+_OTHER_UNIT = math.log(2.0)  # of a factor of all added masses, from which on it is no error
 _LIKE_FACTOR = 0.02  # by which what a fit shows may differ from a factor, relative
 
 
@@ -1043,18 +1046,7 @@ def _of_masses(o: Observed) -> list[Cause]:
         )
         offset = dict.fromkeys(o.loads.values(), 1.0)
         apart = _own_mountings(o)
-        single = [(name, load, f"{1e3 * load:g} g") for load, name in o.loads.items()]
-        cells = [(name, load, _cell(load, id)) for id, (name, load) in o.cells.items()]
-        found += [
-            Cause(f"one {name}{how}", "mistake", "added mass",
-                  Direction({name: 1.0}, Prior(0.0, width)), members=members * len(items),
-                  least=-load, stated=(stated,), wider=apart.get(name, {}))
-            for items in (single if len(single) > 1 else [], cells)
-            for name, load, stated in items
-            for how, width, members in (
-                ("", 0.2 * load, 1), (", any", _UNTYPED * max(o.loads), 5 if load else 1))
-            if width
-        ]  # fmt: skip
+        found += _one_load(o, 1.0)
         if more := _on_top(o):
             found.append(
                 Cause("increments", "mistake", "added mass", Direction(more, Prior(1.0, 1e-3)),
@@ -1067,6 +1059,23 @@ def _of_masses(o: Observed) -> list[Cause]:
             for sign, width in (("+", 0.05), ("any", min(o.loads)))
         ]  # fmt: skip
     return found
+
+
+def _one_load(o: Observed, scale: float) -> list[Cause]:
+    """An added mass, or one cell of it, that is wrong; all are `scale` times what was typed."""
+    apart, unit = _own_mountings(o), "" if scale == 1.0 else f", {scale:.0g} times"
+    single = [(name, load, f"{1e3 * load:g} g") for load, name in o.loads.items()]
+    cells = [(name, load, _cell(load, id)) for id, (name, load) in o.cells.items()]
+    return [
+        Cause(f"one {name}{how}{unit}", "mistake", "added mass",
+              Direction({name: 1.0}, Prior(0.0, scale * width)), members=members * len(items),
+              least=-scale * load, stated=(stated,), wider=apart.get(name, {}))
+        for items in (single if len(single) > 1 else [], cells)
+        for name, load, stated in items
+        for how, width, members in (
+            ("", 0.2 * load, 1), (", any", _UNTYPED * max(o.loads), 5 if load else 1))
+        if width
+    ]  # fmt: skip
 
 
 def _on_top(o: Observed) -> dict[str, float]:
