@@ -32,6 +32,7 @@ CAUSES: Mapping[str, str] = {
     "lost samples": r"samples? (is|are|were) (lost|missing)|lost samples|samples lost",
     "magnet": r"magnet|pull(ed)? to the middle|hollow|concave",
     "drag": r"drag of the air|air in the cavity",
+    "viscous": r"viscous friction|film of oil",
     "knocks": r"knock|spikes that are no impacts",
     "clearance": r"clearance_mm (of|is|in|that)|true value of clearance_mm|clearances [-+\d]",
     "release": r"release_mm",
@@ -84,7 +85,7 @@ SAME: Mapping[str, frozenset[str]] = {
 TELLING = frozenset({
     "friction", "tilt", "walls", "speed", "contact", "rolling", "damping", "spring", "cross-axis",
     "local mode", "wear", "drift of f0", "drift of gain", "change", "other record",
-    "second clock", "lost samples", "magnet", "drag",
+    "second clock", "lost samples", "magnet", "drag", "viscous",
     "rows exchanged", "twice", "diameter", "stuck", "aboard", "inverted", "clearance",
     "beside the table",
 })  # fmt: skip
