@@ -163,6 +163,15 @@ class DrivenMotion:
         )
         return np.array([a, b, c.real, c.imag, p[4]]), J
 
+    def by_coupling(self, five: FloatArray) -> FloatArray:
+        """What an AC coupling with a corner of 1/s changes the five by.
+
+        Of x = y + w_c (integral of y) a damper c leaves c w_c in the spring.
+        """
+        changes = self.by_corner[0] + five[0] * self.by_corner[1]
+        changes[0] -= five[1]
+        return np.asarray(changes)
+
     def base(self, *, f0: float, zeta: float) -> tuple[float, float, float]:
         """Amplitude of the base on the scale of the displacement, its error, m; its phase, rad.
 
@@ -476,7 +485,7 @@ def _fitted(
     along, rubbed = rows.of(moments), -rows.of(flights.rubbing())[:, 0]
     others = [*rows.of(flights.drift()).T, rows.jump]
     # AC coupling with a corner of w_c leaves y of x = y + w_c (integral of y)
-    total = np.cumsum(x) * flights.step
+    total = (np.cumsum(x) - 0.5 * x) * flights.step
     wanders = min(_WANDERS * 2.0 * math.pi / (w * flights.step), 0.5 * x.size)
     total = total - _slower(total, round(wanders))
     coupled = np.stack([-along[:, 1], rows.of(flights.moments(total))[:, 0]], axis=1)

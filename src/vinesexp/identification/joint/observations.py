@@ -1214,10 +1214,10 @@ class _Answer:
         slides = float((rub < self.rolls_from).mean())
         along = float(np.minimum(rub, self.rolls_from).mean())
         model, J = self.driven.driven(np.append(p[:4], p[4] + self.eps * along))
-        first, by_square = self.driven.by_corner
-        by_corner = first + model[0] * by_square
+        by_corner = self.driven.by_coupling(model)
         rest = self.driven.values + by_corner * p[5] - model
-        J[:, 0] -= 2.0 * model[0] * p[5] * by_square
+        J[:, 0] -= 2.0 * model[0] * p[5] * self.driven.by_corner[1]
+        J[0, :2] += model[1] * p[5]
         spread = 0.0  # of the density of what is known less well
         if (force := self.eps * (rub - along)) > 0.0:
             share = 0.5 * force / (self.driven.rate**2 * math.hypot(*self.driven.swing))
