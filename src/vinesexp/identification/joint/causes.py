@@ -86,7 +86,9 @@ _MOST_FIXED = 0.2  # ln of what a mass or a length is off by beside a factor, at
 #: one from a table that turns, or from a stand that moves.
 _ALL_OF_BASE, _SOME_OF_BASE = Prior(1.0, 0.05), Prior(0.0, 0.5)
 _CLOCK = 1e-3  # of a clock that is wrong: a divider, a quartz that is none
-_CORNER = 2.0 * math.pi * 0.5  # rad/s, of an AC-coupled input
+#: rad/s, of an AC-coupled input; and by how much the driven motion of a record may ask for another:
+#: what is slow in the integral of its displacement is not known at its ends.
+_CORNER, _OWN_CORNER = 2.0 * math.pi * 0.5, 2.0 * math.pi * 0.1
 _ABOARD = 0.02  # of M: what ring-downs may carry besides, such as the ball in its cavity
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
@@ -800,7 +802,7 @@ def _effects(o: Observed) -> list[Cause]:
     ]  # fmt: skip
     found += [
         Cause(f"{name} +", "effect", "coupling", Direction({name: 1.0}, Prior(0.0, _CORNER)),
-              least=0.0)
+              least=0.0, wider=dict.fromkeys(o.kinds.get("own coupling", ()), _OWN_CORNER))
         for name in o.kinds.get("coupling", ())
     ]  # fmt: skip
     found += [

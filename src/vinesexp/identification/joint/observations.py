@@ -1093,7 +1093,7 @@ def _answered(
         (turned, inverted),
         ({"drag": eps * speed**2, "viscous": eps * speed,
           b.own("own push", record, push * drive): 1.0}, 0.0),
-        ({_coupling(b, record): 1.0}, 0.0),
+        ({_coupling(b, record): 1.0, b.own("own coupling", record, 0.0): 1.0}, 0.0),
         (rubs, 0.0),
     )  # fmt: skip
 
