@@ -57,7 +57,10 @@ def test_files_are_laid_over_one_another_by_their_times(tmp_path):
         (lambda f: write(f / "a.csv", "CH1", A), "'CH1' is in several files"),
         (lambda f: write(f / "a.csv", "CH3", A), "no column 'CH2' in any of its 2 files"),
         (lambda f: write(f / "a.csv", "CH2", A, shift=100.0), "do not overlap in time"),
-        (lambda f: write(f / "a.csv", "CH2", A, rows=slice(None, None, 2)), "different sample rat"),
+        (
+            lambda f: write(f / "a.csv", "CH2", A, rows=np.arange(N) % 10 > 0),
+            "different sample rat",
+        ),
         (lambda f: (f / "a.csv").unlink(), "no such file"),
     ],
 )
@@ -189,6 +192,25 @@ def test_a_column_of_one_name_in_both_files_is_named_by_its_file(tmp_path):
     assert [check.outcome for check in checks] == ["ok"]
     with open_record(tmp_path / "a.nc") as view:
         np.testing.assert_allclose(view.read("acceleration"), 9.80665 * A, atol=1e-5)
+
+
+@pytest.mark.parametrize("slower", ["CH1", "CH2"])
+def test_the_clock_of_two_rates_is_that_of_the_acceleration(slower, tmp_path):
+    """A slower displacement is held around its samples; a faster one is averaged."""
+    every, whole = slice(None, None, 10), slice(None, N - 3)  # the last few are in one file alone
+    rows = {one: every if one == slower else whole for one in ("CH1", "CH2")}
+    write(tmp_path / "x.csv", "CH1", X, rows=rows["CH1"])
+    write(tmp_path / "a.csv", "CH2", A, rows=rows["CH2"])
+    assert [check.outcome for check in run(tmp_path)] == ["ok"]
+    with open_record(tmp_path / "a.nc") as view:
+        x, a, rate = view.read("displacement"), view.read("acceleration"), view.sample_rate
+    assert rate == pytest.approx(RATE if slower == "CH1" else RATE / 10)
+    assert 9.80665 * A[rows["CH2"]][: a.size] == pytest.approx(a, abs=1e-5)
+    if slower == "CH1":
+        assert 1e-3 * X[::10] == pytest.approx(x[::10], abs=1e-9)
+        assert (np.diff(x) != 0.0).sum() == N // 10 - 1
+    else:
+        assert 1e-3 * X[6:-4].reshape(-1, 10).mean(axis=1) == pytest.approx(x[1:], abs=1e-9)
 
 
 def test_a_setup_changes_the_channels_that_it_names(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import Channel, Setup
-from vinesexp.records.instrument.samples import Samples
+from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import open_source
 
 RNG = np.random.default_rng(3)
@@ -151,19 +151,21 @@ def test_the_rate_of_another_dataset_is_not_that_of_the_channels(tmp_path):
     }
 
 
-def test_channels_of_two_rates_are_reported_and_one_alone_is_read(tmp_path):
+def test_channels_of_two_rates_come_to_one_clock(tmp_path):
     def fill(file):
-        for name, values, rate in (("x", A, 1000.0), ("a", B, 500.0)):
+        for name, values, rate in (("x", A[::2], 500.0), ("a", B, 1000.0)):
             file[name] = values
             file[name].attrs["sample_rate_hz"] = rate
 
-    source = make(tmp_path / "a.h5", fill)
+    make(tmp_path / "a.h5", fill)
     roles = {"displacement": "x", "acceleration": "a"}
     channels = {r: Channel(r, n, r, 1.0, unit="V") for r, n in roles.items()}
-    with pytest.raises(RecordError, match="'x' 1000 Hz, 'a' 500 Hz"):
-        Samples(source, Setup(channels))
-    one = Samples(source, Setup({"acceleration": channels["acceleration"]}))
-    assert one.sample_rate == 500.0
+    rate, _, found = read_channels(tmp_path / "a.h5", Setup(channels))
+    assert rate == 1000.0
+    assert list(found["acceleration"]) == pytest.approx(list(B))
+    assert list(found["displacement"][::2]) == pytest.approx(list(A[::2]))
+    one = Setup({"displacement": channels["displacement"]})
+    assert read_channels(tmp_path / "a.h5", one)[0] == 500.0
 
 
 def test_attributes_of_any_form_are_no_traceback(tmp_path):

@@ -8,6 +8,7 @@ its place, so that the other records go on.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -90,11 +91,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
 
 def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     setup = campaign.setup_of(record)
-    samples = (
-        JoinedSamples(record.files, setup)
-        if record.more_files
-        else Samples(open_source(record.file), setup)
-    )
+    samples = samples_of(record.files, setup)
     attributes = {**store.record_attributes(campaign, record), **_file_attributes(record, samples)}
     with whole_file(out) as unseen:
         samples.through(lambda: _write(unseen, samples, attributes))
@@ -131,43 +128,78 @@ def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
         writer.sample_rate, writer.start = samples.sample_rate, samples.start
 
 
+def samples_of(files: Sequence[Path], setup: Setup) -> Samples:
+    """The channels of a record, SI, on one clock: of its file, or of all its files.
+
+    Raises
+    ------
+    RecordError
+        As of `Samples` and `JoinedSamples`.
+    """
+    sources = [open_source(file) for file in files]
+    if len(sources) > 1 or len(_of_one_rate(sources[0], setup.channels, setup)) > 1:
+        return JoinedSamples(sources, setup)
+    return Samples(sources[0], setup)
+
+
+def _of_one_rate(
+    source: Source, channels: Mapping[str, Channel], setup: Setup
+) -> list[dict[str, Channel]]:
+    """Channels of a file, those of each sample rate that it states together."""
+    found: dict[float, dict[str, Channel]] = {}
+    for role, channel in channels.items():
+        own = columns_fitting(source, channel.column)
+        interval = source.columns[own[0]].interval if len(own) == 1 else None
+        known = setup.sample_rate is None and interval is not None and interval > 0.0
+        # A column that states nothing has the samples of those that do.
+        key = round(math.log(interval) / _SAME_RATE) if known and interval else math.nan
+        found.setdefault(key, {})[role] = channel
+    return list(found.values()) if not any(math.isnan(key) for key in found) else [dict(channels)]
+
+
 _OFF = 0.1  # of a sample: how far apart the clocks of two files may stand
+_SAME_RATE = 1e-6  # relative: rates that differ by the digits in which they are printed
+#: Of the rates of two files, the least that is another setting and no other clock.
+_OTHER_RATE = 1.5
+_TIE = 1e-6  # samples: places half way between two, to either of which rounding would bring them
 #: What one of the files of a record contributes, and its samples by role.
 _Part = tuple[Samples, dict[str, FloatArray]]
 
 
 class JoinedSamples(Samples):
-    """The channels of a record in several files, CH1 and CH2 each in its own, SI, on one clock.
+    """The channels of a record in several files or of several rates, SI, on one clock.
 
-    The files are laid over one another by their own times, or by their first samples where they
-    have none; what does not overlap is left out, and reported. Held in memory: oscilloscopes that
+    They are laid over one another by their own times, or by their first samples where they
+    have none; what does not overlap is left out, and reported. The clock is that of the
+    acceleration, else the fastest. A slower channel is held, as a converter shows a sensor of its
+    own rate: what is done with records later knows such values. Held in memory: oscilloscopes that
     write a file a channel write short ones.
 
     Parameters
     ----------
-    files : sequence of Path
-        The instrument files.
+    sources : sequence of Source
+        The opened files.
     setup : Setup
         Channels and times. A column ``b*:CH1`` means CH1 in the file whose name fits ``b*``.
 
     Raises
     ------
     RecordError
-        A channel in none or several of the files, rates that differ, files that do not overlap.
+        A channel in none or several of the files, rates that differ a little, files that do not
+        overlap.
     """
 
-    def __init__(self, files: Sequence[Path], setup: Setup) -> None:
-        sources = [open_source(file) for file in files]
+    def __init__(self, sources: Sequence[Source], setup: Setup) -> None:
         wanted: list[dict[str, Channel]] = [{} for _ in sources]
         said: list[tuple[str, str]] = []
         for role, channel in setup.channels.items():
             named = [(k, _named(source, channel)) for k, source in enumerate(sources)]
             places = [(k, column) for k, column in named if column is not None]
             if len(places) > 1:
-                reported = ", ".join(files[k].name for k, _ in places)
+                reported = ", ".join(sources[k].path.name for k, _ in places)
                 raise RecordError(
                     f"column '{channel.column}' is in several files ({reported}); write it as "
-                    f"'{files[places[0][0]].stem}*:{channel.column}'",
+                    f"'{sources[places[0][0]].path.stem}*:{channel.column}'",
                     where=f"channel {role}",
                 )
             for k, column in places:
@@ -175,12 +207,17 @@ class JoinedSamples(Samples):
             if not places:
                 if not channel.optional:
                     raise RecordError(
-                        f"no column '{channel.column}' in any of its {len(files)} files",
+                        f"no column '{channel.column}' in any of its {len(sources)} files",
                         where=f"channel {role}",
                     )
                 said.append(("channels", f"no column '{channel.column}' for {role}"))
         pairs = zip(sources, wanted, strict=True)
-        read = [_read(source, channels, setup) for source, channels in pairs if channels]
+        read = [
+            _read(source, own, setup)
+            for source, channels in pairs
+            for own in _of_one_rate(source, channels, setup)
+            if own
+        ]
         self._parts = [part for part, _ in read]
         one, channels = _joined(read, said) if read else (sources[0], {})
         super().__init__(one, Setup(channels))
@@ -194,7 +231,10 @@ class JoinedSamples(Samples):
     @property
     def roles_by_file(self) -> list[list[str]]:
         """Roles of the channels of each file."""
-        return [list(part.quantities) for part in self._parts]
+        found: dict[Path, list[str]] = {}
+        for part in self._parts:
+            found.setdefault(part.source.path, []).extend(part.quantities)
+        return list(found.values())
 
     def overload(self, role: str) -> str | None:
         """What is reported about samples out of the instrument's range; see `Samples.overload`."""
@@ -207,32 +247,65 @@ def _joined(
     """The parts laid over one another as one source, and its channels; warnings go to `said`."""
     parts, lengths = [part for part, _ in read], [len(next(iter(x.values()))) for _, x in read]
     names, rates = [part.source.path.name for part in parts], [part.sample_rate for part in parts]
-    if max(rates) > min(rates) * (1.0 + 1e-6):
+    shown = [part.sample_rate for part in parts if "acceleration" in part.quantities]
+    rate = shown[0] if shown else max(rates)
+    apart = [max(own / rate, rate / own) for own in rates]
+    if any(1.0 + _SAME_RATE < ratio < _OTHER_RATE for ratio in apart):
         pairs = zip(names, rates, strict=True)
-        reported = ", ".join(f"{name} {rate:.9g} Hz" for name, rate in pairs)
+        reported = ", ".join(f"{name} {own:.9g} Hz" for name, own in pairs)
         raise RecordError(f"files of different sample rates ({reported}); resample them to one")
     start = max(part.start for part in parts)
-    shifts = np.array([(start - part.start) * rates[0] for part in parts])
-    whole = np.rint(shifts).astype(int)
-    off = float(np.abs(shifts - whole).max())
+    shifts = np.array([(start - part.start) * rate for part in parts])[np.less(apart, _OTHER_RATE)]
+    off = float(np.abs(shifts - np.rint(shifts)).max())
     if off > _OFF:
         said.append(("files", f"clocks of the files stand {off:.2g} samples apart"))
-    length = min(n - k for n, k in zip(lengths, whole, strict=True))
+    end = min(p.start + n / own for p, n, own in zip(parts, lengths, rates, strict=True))
+    length = int((end - start) * rate + 0.5)
     if length < 2:
         raise RecordError("its files do not overlap in time")
     for part in parts:
         said += part.warnings
-    lost = [n - length for n in lengths]
-    if max(lost):
+    lost = [int(n - length * own / rate + _TIE) for n, own in zip(lengths, rates, strict=True)]
+    if any(k >= own / min(rates) for k, own in zip(lost, rates, strict=True)):
         reported = ", ".join(f"{n} {k}" for n, k in zip(names, lost, strict=True) if k)
         said.append(("files", f"samples left out where the files differ: {reported}"))
     table, channels = [], {}
-    for (part, values), k in zip(read, whole, strict=True):
+    for part, values in read:
         for role, quantity in part.quantities.items():
-            table.append((Column(role), values[role][k : k + length]))
+            x = _on_clock(
+                values[role], (start - part.start) * rate, part.sample_rate / rate, length
+            )
+            table.append((Column(role), x))
             channels[role] = of_unit(role, role, quantity, SI_UNITS[quantity], 1.0)
-    path, interval = parts[0].source.path, 1.0 / rates[0]
+    path, interval = parts[0].source.path, 1.0 / rate
     return TableSource(path, "joined", table, sample_interval=interval, start=start), channels
+
+
+def _on_clock(x: FloatArray, shift: float, ratio: float, n: int) -> FloatArray:
+    """`n` samples of a clock that begins `shift` of its samples after those of a channel.
+
+    Parameters
+    ----------
+    ratio : samples of the channel for one of the clock: those that stand nearest to it are
+        averaged; of a slower channel the nearest is held.
+
+    Examples
+    --------
+    >>> _on_clock(np.array([1.0, 2.0, 3.0]), 0.0, 1.0 / 3.0, 8)
+    array([1., 1., 2., 2., 2., 3., 3., 3.])
+    >>> _on_clock(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), 0.0, 2.0, 3)
+    array([1.5, 3.5, 5.5])
+    """
+    if 1.0 / _OTHER_RATE < ratio < _OTHER_RATE:
+        ratio = 1.0  # the same rate in other digits
+    if ratio <= 1.0:
+        nearest = np.floor((np.arange(n) + shift) * ratio + 0.5 + _TIE).astype(np.int64)
+        held: FloatArray = x[np.clip(nearest, 0, x.size - 1)]
+        return held
+    place = np.floor(np.arange(x.size) / ratio - shift + 0.5 - _TIE).astype(np.int64)
+    own = (place >= 0) & (place < n)
+    count = np.bincount(place[own], minlength=n)
+    return np.asarray(np.bincount(place[own], x[own], n) / np.maximum(count, 1))
 
 
 def _named(source: Source, channel: Channel) -> str | int | None:
@@ -276,7 +349,7 @@ def read_channels(
         As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
     """
     with naming(path, described_in=described_in):
-        samples = Samples(open_source(path), setup)
+        samples = samples_of([path], setup)
         values = samples.whole()
         if out_of_range := next(filter(None, map(samples.overload, values)), None):
             raise RecordError(out_of_range)
