@@ -63,6 +63,16 @@ def test_empty_cells_of_one_channel_are_left_out_and_said(tmp_path):
     assert not np.isnan(kept["acceleration"]).any()
 
 
+def test_packets_that_no_channel_has_are_gaps_of_all(tmp_path):
+    """As a wireless recorder leaves them, as NaN: what comes after them is not shifted."""
+    stretches = (1000, 1064), (5000, 5064)
+    x, a = without(X, *stretches), without(A, *stretches)
+    checks, kept = looked_over(tmp_path, "ringdown", displacement=x, acceleration=a)
+    assert [check.check for check in checks] == ["ingest", "gaps", "gaps"]
+    for role, values in (("displacement", x), ("acceleration", a)):
+        np.testing.assert_array_equal(np.isnan(kept[role]), np.isnan(values))
+
+
 @pytest.mark.parametrize(("length", "outcome"), [(30, "warning"), (33, "refused")])
 def test_gaps_longer_than_an_eighth_of_a_period_break_the_motion(length, outcome, tmp_path):
     """One in each period and a half: there are no two periods in a row without."""

@@ -120,8 +120,14 @@ def test_the_size_of_the_blocks_plays_no_part(rows, tmp_path, monkeypatch):
     values = read_channels(tmp_path / "a.csv", Setup(campaign.channels, time=campaign.time))[2]
     empty = {role: np.flatnonzero(np.isnan(x)).tolist() for role, x in values.items()}
     assert empty == {"base": [], "displacement": [], "acceleration": [67, 68, 69]}
-    # One of all channels is refused.
+    # One of all channels is a gap of all: where it lies, its times say.
     lines[70] = lines[70].split(",", 1)[0] + ",,,"
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    values = read_channels(tmp_path / "a.csv", Setup(campaign.channels, time=campaign.time))[2]
+    empty = {role: np.flatnonzero(np.isnan(x)).tolist() for role, x in values.items()}
+    assert empty == {"base": [67], "displacement": [67], "acceleration": [67, 68, 69]}
+    # Without its time it is refused.
+    lines[70] = ",,,"
     (tmp_path / "a.csv").write_text("\n".join(lines))
     with pytest.raises(RecordError, match="line 71, column CH1: empty or NaN"):
         read_channels(tmp_path / "a.csv", Setup(campaign.channels, time=campaign.time))

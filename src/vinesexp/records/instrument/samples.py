@@ -2,10 +2,10 @@
 
 Rows come as blocks of complete ones: trimmed at the ends, whole in between, in range. Missing cells
 before the first or after the last complete row are trimmed, which is what loggers write when
-channels start or stop apart. A hole of some channels in the middle is a gap of these; one of all
-channels would shift everything behind it, so the record is refused. Samples marked as out of the
-instrument's range stand at its end instead. What campaign.yaml says of a channel leads to its
-column (`find_column`) and the size of its numbers.
+channels start or stop apart. A hole in the middle is a gap of the channels that are empty, of all
+of them too: its rows count. Without its time no row can be placed, and the record is refused.
+Samples marked as out of the instrument's range stand at its end instead. What campaign.yaml says of
+a channel leads to its column (`find_column`) and the size of its numbers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray, add_run, runs_of
+from vinesexp.arrays import FloatArray, add_run, runs_of
 from vinesexp.errors import RecordError, nearest
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, Setup, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
@@ -494,8 +494,7 @@ class Rows:
     _limits: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     def blocks(self) -> Iterator[tuple[int, FloatArray]]:
-        """Rows with the number of the first: from the first complete one to the last, and in
-        between those too in which some channel has a value."""
+        """Rows with the number of the first: from the first complete one to the last."""
         done, begin, end = 0, None, 0
         self.overloads.clear()
         for raw in self.source.blocks(self.indexes):
@@ -504,7 +503,8 @@ class Rows:
             if not known.all() and (begin is not None or known.any()):
                 place = done + np.arange(len(block))
                 start = place[known][0] if begin is None else begin
-                known |= self._some(block) & (place > start) & (place < self._last)
+                timed = ~np.isnan(block[:, self.measured :]).any(axis=1)
+                known |= timed & (place > start) & (place < self._last)
             whole = np.flatnonzero(known)
             if len(whole):
                 first, last = int(whole[0]), int(whole[-1]) + 1
@@ -517,12 +517,6 @@ class Rows:
             done += len(raw)
         self.trimmed = (done, 0) if begin is None else (begin, done - end)
         self.found = done
-
-    def _some(self, block: FloatArray) -> BoolArray:
-        """Rows with their time and a value of some channel."""
-        empty = np.isnan(block)
-        channels, time = empty[:, : self.measured], empty[:, self.measured :]
-        return np.asarray(~channels.all(axis=1) & ~time.any(axis=1))
 
     @cached_property
     def _last(self) -> int:
@@ -567,7 +561,7 @@ class Rows:
         return self._limits[index]
 
     def refuse_hole(self, row: int) -> None:
-        """Name the first missing cell from row `row` on."""
+        """Refuse the first missing cell from row `row` on, and name it."""
         seen = 0
         for raw in self.source.blocks(self.indexes):
             empty = np.isnan(marks_to_infinity(raw))
