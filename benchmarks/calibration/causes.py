@@ -56,6 +56,7 @@ CAUSES: Mapping[str, str] = {
     "short": r"too short|too few cycles|longer records|record longer|cycles are too few",
     "alias": r"alias",
     "beside the table": r"beside the table",
+    "base late": r"base channel (that )?comes",
 }
 
 #: What is a name of the same thing: a campaign with the first may be told of the others.
@@ -78,6 +79,7 @@ SAME: Mapping[str, frozenset[str]] = {
     "alias": frozenset({"contact rings"}),
     "damping": frozenset({"spring"}),
     "spring": frozenset({"damping"}),
+    "delay": frozenset({"base late"}),  # of the displacement, beside which the base is early
 }
 
 #: Causes that change how the rig or the sheet is understood: naming one that is not there is false.
@@ -87,7 +89,7 @@ TELLING = frozenset({
     "local mode", "wear", "drift of f0", "drift of gain", "change", "other record",
     "second clock", "lost samples", "magnet", "drag", "viscous",
     "rows exchanged", "twice", "diameter", "stuck", "aboard", "inverted", "clearance",
-    "beside the table",
+    "beside the table", "base late",
 })  # fmt: skip
 
 _OPEN = re.compile(

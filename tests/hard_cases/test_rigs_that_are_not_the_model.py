@@ -606,6 +606,24 @@ def test_a_recorder_of_the_base_that_is_triggered_by_chance_changes_no_gain(tmp_
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("late", "words"), [(8e-3, "after"), (-8e-3, "before")])
+def test_a_base_channel_that_is_far_late_in_all_tests_is_one_cause(late, words, tmp_path):
+    """Its phase made f0 of the tests another: 0.5 % off, or b_c known to 25 % only."""
+    from benchmarks.calibration.draw import plain
+
+    scene = replace(plain(2213).with_sensors(base=True), causes=frozenset({"base late"}))
+    scene = scene.mapped(lambda test: test.suffers("base late", late), "periodic")
+    found = small_campaign(scene, tmp_path)
+    (said,) = [text for text in found["warnings"] if "the base channel comes" in text]
+    shown = float(re.search(rf"comes (\S+) \+- \S+ ms {words} the displacement", said).group(1))
+    assert shown == pytest.approx(8.0, abs=0.3), said
+    assert not found["false"]
+    for name in ("f0", "zeta", "M", "c1", "k1", "r", "b_c_0"):
+        assert abs(found["values"][name]["z"]) < 3.0, name
+    assert found["values"]["b_c_0"]["error"] < 0.01 * found["values"]["b_c_0"]["truth"]
+
+
+@pytest.mark.slow
 def test_a_sensor_on_the_table_is_one_cause_of_all_records(tmp_path):
     """Each record was to tell it alone: two of six did, and M was withheld."""
     from benchmarks.calibration.draw import plain

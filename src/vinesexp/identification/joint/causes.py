@@ -89,6 +89,7 @@ _CLOCK = 1e-3  # of a clock that is wrong: a divider, a quartz that is none
 #: rad/s, of an AC-coupled input; and by how much the driven motion of a record may ask for another:
 #: what is slow in the integral of its displacement is not known at its ends.
 _CORNER, _OWN_CORNER = 2.0 * math.pi * 0.5, 2.0 * math.pi * 0.1
+_FILTERED = 3e-3  # s, by which a filter of one channel alone has it late
 _ABOARD = 0.02  # of M: what ring-downs may carry besides, such as the ball in its cavity
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
@@ -804,6 +805,12 @@ def _effects(o: Observed) -> list[Cause]:
         Cause(f"{name} +", "effect", "coupling", Direction({name: 1.0}, Prior(0.0, _CORNER)),
               least=0.0, wider=dict.fromkeys(o.kinds.get("own coupling", ()), _OWN_CORNER))
         for name in o.kinds.get("coupling", ())
+    ]  # fmt: skip
+    found += [
+        Cause(f"{name} +{how}", "effect", "base late",
+              Direction({name: 1.0}, Prior(0.0, times * _FILTERED)), members=members)
+        for name in o.kinds.get("base late", ())
+        for how, times, members in _AS_FAR
     ]  # fmt: skip
     found += [
         Cause(f"{name} +", "mistake", name, Direction({name: 1.0}, Prior(0.0, _CLOCK)))

@@ -51,6 +51,7 @@ _NAMES = {
         "a displacement that is not measured in space (a sensor on the table, a table that turns)"
     ),
     "coupling": "a displacement that is AC-coupled",
+    "base late": "a base channel that comes late or early beside the displacement",
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
     "base felt": "a mass that is driven by more or less than the base that is measured",
@@ -395,6 +396,12 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         "in the driven tests the displacement lacks what is slower than about "
         f"{with_error(v / (2.0 * math.pi), e / (2.0 * math.pi))} Hz (an input that "
         "is AC-coupled): f0, zeta and r are corrected for it. Record DC-coupled"
+    ),
+    "base late": lambda v, e: (
+        f"the base channel comes {with_error(1e3 * abs(v), 1e3 * e)} ms "
+        f"{'after' if v > 0.0 else 'before'} the displacement in all tests: one of them is "
+        "filtered, or the channel shows something else than how the base moves (the voltage of "
+        "the shaker). f0, zeta and base amplitude are corrected for it"
     ),
     "jumps": lambda v, e: (
         f"the velocity jumps that both sensors show are {with_error(math.exp(-v), e)} times those "
