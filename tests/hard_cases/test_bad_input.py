@@ -124,10 +124,10 @@ CAMPAIGN_MISTAKES = {
         "unit: V",
         ["key channels.displacement.unit", "'V' is a unit of voltage", "displacement"],
     ),
-    "sensitivity upside down": (
+    "sensitivity without an output": (
         "campaign.yaml",
         "0.5 V/mm",
-        "2 mm/V",
+        "2 mm/s",
         ["key channels.base.sensitivity", "'mm' is a unit of displacement", "voltage"],
     ),
     "wrong quantity": (

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.channel_section import read_channel_entry, read_time
 from vinesexp.records.campaign.schema import Channel, Setup, TimeColumn
@@ -87,6 +89,13 @@ class BaseRecord:
             raise RecordError(
                 f"lasts {max(lasts, 0.0):.6g} s{after}, test '{record}' runs for {needed:.6g} s "
                 "(settle and duration); give a longer record, or shorten the test",
+                file=path,
+            )
+        missing = np.flatnonzero(np.isnan(samples))
+        if missing.size:
+            raise RecordError(
+                f"{missing.size} empty or NaN among the samples, {missing[0] / rate:.6g} s after "
+                "the start: a base that is simulated has no gaps; fill them, or cut there",
                 file=path,
             )
         return Measured(samples, rate)
