@@ -91,7 +91,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
 
 def _ingested(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     setup = campaign.setup_of(record)
-    samples = samples_of(record.files, setup)
+    samples = on_one_clock(record.files, setup)
     attributes = {**store.record_attributes(campaign, record), **_file_attributes(record, samples)}
     with whole_file(out) as unseen:
         samples.through(lambda: _write(unseen, samples, attributes))
@@ -128,7 +128,7 @@ def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
         writer.sample_rate, writer.start = samples.sample_rate, samples.start
 
 
-def samples_of(files: Sequence[Path], setup: Setup) -> Samples:
+def on_one_clock(files: Sequence[Path], setup: Setup) -> Samples:
     """The channels of a record, SI, on one clock: of its file, or of all its files.
 
     Raises
@@ -349,14 +349,13 @@ def read_channels(
         As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
     """
     with naming(path, described_in=described_in):
-        samples = samples_of([path], setup)
+        samples = on_one_clock([path], setup)
         values = samples.whole()
         if out_of_range := next(filter(None, map(samples.overload, values)), None):
             raise RecordError(out_of_range)
     if samples.quantities.get("displacement") == "velocity":
-        velocity = values["displacement"]
-        zero = store.zero_of([velocity], velocity.size)
-        values["displacement"] = store.integrated(velocity - zero, 1.0 / samples.sample_rate)
+        velocity = values["displacement"] - store.zero_of(values["displacement"])
+        values["displacement"] = store.integrated(velocity, 1.0 / samples.sample_rate)
     for role, x in values.items():  # what was not measured
         for first, end in (*samples.gaps, *samples.lost.get(role, ())):
             x[first:end] = np.nan

@@ -19,7 +19,7 @@ day and any machine.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
@@ -167,25 +167,37 @@ def integrated(velocity: FloatArray, step: float) -> FloatArray:
     return np.asarray(out, dtype=np.float64)
 
 
-def zero_of(velocity: Iterable[FloatArray], n: int) -> float:
-    """What a sensor of velocity shows at rest, m/s, from `n` samples of a motion in parts.
+def zero_of(velocity: Any, *, released: bool = False) -> float:
+    """What a sensor of velocity shows at rest, m/s; an array, or a dataset on disk read by blocks.
 
     The mean with weights sin^4: an oscillation of some cycles, or one that decays, adds nothing to
-    it wherever it begins and ends. NaN counts for nothing.
+    it wherever it begins and ends. Of a mass that was `released` from where it is first fast on,
+    so that none of its way to rest counts. NaN, and bursts of the sensor, count for nothing.
 
     Examples
     --------
     >>> v = 0.002 + 0.5 * np.cos(np.arange(1000) / 10.0)
-    >>> round(zero_of([v], v.size), 4), round(float(v.mean()), 4)
+    >>> round(zero_of(v), 4), round(float(v.mean()), 4)
     (0.002, -0.0005)
     """
-    total, weights, begin = 0.0, 0.0, 0
-    for part in velocity:
-        weight = np.sin(np.pi * (np.arange(begin, begin + part.size) + 0.5) / n) ** 4
-        known = np.isfinite(part)
-        total += float(weight[known] @ part[known].astype(np.float64))
-        weights += float(weight[known].sum())
-        begin += part.size
+    n = len(velocity)
+    begins = range(0, n, _AT_ONCE)
+    speeds = (np.abs(velocity[k : k + _AT_ONCE]) for k in begins)
+    usual = max((float(np.nanquantile(v, 0.99)) for v in speeds if np.isfinite(v).any()), default=0)
+    first: int | None = None if released else 0
+    total = weights = 0.0
+    for begin in begins:
+        part = np.asarray(velocity[begin : begin + _AT_ONCE], dtype=np.float64)
+        counts = np.abs(part) <= 2.0 * usual  # NaN does not
+        if first is None:
+            fast = np.flatnonzero(counts & (np.abs(part) >= 0.5 * usual))
+            if not fast.size:
+                continue
+            first = begin + int(fast[0])
+        index = np.arange(begin, begin + part.size) + 0.5 - first
+        weight = np.where(counts & (index > 0), np.sin(np.pi * index / (n - first)) ** 4, 0.0)
+        total += float(weight[counts] @ part[counts])
+        weights += float(weight.sum())
     return total / weights if weights else 0.0
 
 
@@ -489,8 +501,7 @@ def leave_out(
 def integrate(path: Path, role: str, *, released: bool = False) -> None:
     """Make the displacement of a velocity, in a record on disk; NaN stays where it was.
 
-    The velocity of the sensor's zero is left out (see `zero_of`): that of a mass that was
-    `released` from where it is fastest on, so that none of its way to rest counts.
+    The velocity that the sensor shows at rest is left out (see `zero_of`).
     """
     import h5py
 
@@ -498,12 +509,10 @@ def integrate(path: Path, role: str, *, released: bool = False) -> None:
         data, step = file[role], 1.0 / float(file.attrs["sample_rate_hz"])
         n = len(data)
         parts = [(begin, min(begin + _AT_ONCE, n)) for begin in range(0, n, _AT_ONCE)]
-        first = _fastest(data, parts) if released else 0
-        own = (data[max(begin, first) : end] for begin, end in parts if end > first)
-        mean, place = zero_of(own, n - first), 0.0
+        zero, place = zero_of(data, released=released), 0.0
         before = np.empty(0)  # the last samples of the block before, which are written over
         for begin, end in parts:
-            more = data[begin : min(end + REACH, n)].astype(np.float64) - mean
+            more = data[begin : min(end + REACH, n)].astype(np.float64) - zero
             both = np.concatenate([before, more])
             x = integrated(both, step)
             seen = np.flatnonzero(np.isfinite(x))
@@ -520,16 +529,6 @@ def integrate(path: Path, role: str, *, released: bool = False) -> None:
         if _MEASURED in file:
             del file[_MEASURED][role]  # the integral needs an even clock
         _say_quantity(data, role, "displacement", "integrated")
-
-
-def _fastest(data: Any, parts: Sequence[tuple[int, int]]) -> int:
-    """The sample of a velocity at which it is largest."""
-    top, at = -1.0, 0
-    for begin, end in parts:
-        speed = np.nan_to_num(np.abs(data[begin:end]))
-        if speed.max() > top:
-            top, at = float(speed.max()), begin + int(np.argmax(speed))
-    return at
 
 
 def open_record(path: Path) -> RecordView:
