@@ -726,6 +726,18 @@ def test_a_gain_that_is_another_in_each_record_is_no_drift_and_no_change(sensor)
     assert check.detail.startswith(f"not explained: the {sensor} is read with another gain")
 
 
+def test_a_coupling_leaves_the_driven_motion_of_each_test_a_corner_of_its_own():
+    observed, _ = steps([0.0] * N, kind="own coupling")
+    coupled = replace(
+        observed,
+        names=(*observed.names, "coupling"),
+        kinds={**observed.kinds, "coupling": ("coupling",)},
+    )
+    (cause,) = [c for c in possible_causes(coupled) if c.about == "coupling"]
+    assert set(cause.wider) == set(observed.kinds["own coupling"])
+    assert min(cause.wider.values()) > 0.0
+
+
 def test_a_base_that_the_mass_does_not_answer_to_is_a_cause_where_it_is_measured():
     observed, _ = steps([0.0] * N, kind="bent")
     assert not [c for c in possible_causes(observed) if c.about == "base felt"]

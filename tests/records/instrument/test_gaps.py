@@ -142,10 +142,9 @@ def test_the_step_of_a_velocity_at_an_impact_is_no_lone_sample(tmp_path):
     rng = np.random.default_rng(6)
     x = swing(bits=16)
     x += 1e-6 * rng.standard_normal(x.size)
-    at = np.arange(50, x.size - 50, 97)
-    for i, sign in zip(at, rng.choice([-1.0, 1.0], at.size), strict=True):
-        x[i:] += 4e-4 * sign
-        x[i] += rng.uniform(-1.0, 1.0) * 4e-5
+    usual = 60.0 * np.median(np.abs(np.diff(x)))  # about what a lone sample is far out by
+    for i in range(50, x.size - 50, 211):
+        x[i:] += rng.uniform(0.95, 1.05) * usual * rng.choice([-1.0, 1.0])
     with stored(tmp_path, x) as view:
         assert lone_samples(view, "displacement") == ()
 

@@ -23,9 +23,8 @@ from vinesexp.signals.impacts.slopes import Coarse
 _HALVES, _WIDE = (1.0 / 24.0, 1.0 / 10.0), 4.0  # periods: of triangles; moving mean over these
 _THRESHOLD = 6.0  # standard deviations of the noise
 _ROUNDS, _HIGHEST = 10, 0.5  # of the highest near it, that a triangle needs to be taken away
-_MISPLACED = (
-    0.1  # of a triangle taken away, that is left beside it: half a mean of some ten, a contact
-)
+#: Of a triangle taken away, that is left beside it: half a mean of some ten, a contact.
+_MISPLACED = 0.1
 _OFF = 0.05  # of w^2 times the displacement: damping, and the drive beside the resonance
 _FOURTH = math.sqrt(70.0)  # noise of a fourth difference, over that of a value
 _SECOND, _FAINTER = (1.2, 7.0), 3.0  # of the oscillation: of a second motion; any other line
