@@ -17,7 +17,7 @@ from vinesexp.figures.record_words import settings_of, short, titled
 from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, key, label, link, new_figure, panels
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
-from vinesexp.records.campaign.schema import Campaign, Record
+from vinesexp.records.campaign.schema import RELEASES, Campaign, Record
 from vinesexp.records.stored.result_columns import DECAY, REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
@@ -456,7 +456,7 @@ def draw_records(found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         for record in _representative([r for r in usable if r.test == test]):
             yield from draw_record(record, results, stated=found.campaign.record(record.id))
     yield from _sweeps([r for r in usable if r.test == "sweep"], found)
-    yield from _releases([r for r in usable if r.test in ("transient", "ringdown")], found)
+    yield from _releases([r for r in usable if r.test in RELEASES], found)
 
 
 def draw_record(

@@ -11,6 +11,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from vinesexp.records.campaign.schema import RELEASES
+
 _LENGTHS = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "μm": 1e-3, "cm": 10.0, "m": 1e3}  # in mm
 _MASSES = {"g": 1.0, "kg": 1e3}  # in g
 _UNITS = _LENGTHS | _MASSES
@@ -200,7 +202,7 @@ def _by_size(
     columns = [column for column in columns if column.endswith("_mm")]
     ordered = sorted(lengths, key=lambda one: -max(one.values))
     sizes = [max(one.values) for one in ordered]
-    if test in ("transient", "ringdown"):
+    if test in RELEASES:
         columns = _of_release(sizes, columns, release)
     elif columns == [*_LONE] and len(sizes) == 1:
         columns = [c for c, (low, high) in _LONE.items() if low <= sizes[0] <= high]

@@ -21,7 +21,7 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
-from vinesexp.records.campaign.schema import Campaign, Record
+from vinesexp.records.campaign.schema import RELEASES, Campaign, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.records.stored.result_columns import reading_of_metre
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -279,7 +279,7 @@ def _beside(
     """
     apart = " | " in row["regime"] or len(record.clearance) < 2
     decay = float("nan")
-    if record.test in ("transient", "ringdown"):
+    if record.test in RELEASES:
         decay = decay_time(seen.time, seen.amplitude)
     steady = is_steady(seen.time, seen.amplitude, seen.length)
     still = row["regime"] == Regime.NO_IMPACT.value

@@ -20,7 +20,7 @@ from scipy import ndimage
 from scipy.special import stdtrit
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, runs_of
-from vinesexp.records.campaign.schema import Record
+from vinesexp.records.campaign.schema import RELEASES, Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import FROM_REST, RECORDERS, RecordView
@@ -31,7 +31,7 @@ from vinesexp.signals.free_from import free_sample
 from vinesexp.signals.means import coarse_channels, fill_gaps
 
 #: Tests whose motion shows the clock of a recorder.
-MENDED = ("periodic", "ringdown", "transient")
+MENDED = ("periodic", *RELEASES)
 
 _POINTS, _FINER = 48, 400  # means a cycle; where impacts must not alias into them
 _FEWEST = 12  # windows

@@ -92,7 +92,7 @@ def set_right(path: Path, record: Record) -> list[Check]:
 
 #: What is said (check, outcome, detail), and the displacement set right.
 Mended = tuple[tuple[str, Outcome, str], Iterator[FloatArray]]
-Mend = Callable[[RecordView, PhaseLaw | None, float], Mended | None]
+Mend = Callable[[RecordView, float], Mended | None]
 
 
 def _correction(
@@ -101,14 +101,13 @@ def _correction(
     """The first thing found of those left to look for: what is corrected changes the law."""
     if _DISPLACEMENT not in view.roles:
         return None
-    law = law_in(view, frequency=frequency) if left else None
     while left:
-        if (found := left.pop(0)(view, law, frequency)) is not None:
+        if (found := left.pop(0)(view, frequency)) is not None:
             return Correction([Check(record.id, *found[0])], {_DISPLACEMENT: found[1]})
     return None
 
 
-def _coupled(view: RecordView, law: PhaseLaw | None, frequency: float) -> Mended | None:
+def _coupled(view: RecordView, frequency: float) -> Mended | None:
     """The displacement of a release without its AC coupling.
 
     It has one where its middle comes back from as far as the mass was let go. In driven tests it
@@ -181,8 +180,9 @@ def _without_coupling(view: RecordView, found: _Coupling) -> Iterator[FloatArray
         yield x + whole - drift
 
 
-def _slow(view: RecordView, law: PhaseLaw | None, frequency: float) -> Mended | None:
+def _slow(view: RecordView, frequency: float) -> Mended | None:
     """The displacement as fast as the acceleration."""
+    law = law_in(view, frequency=frequency)
     if law is None or law.spread < max(_SURE * law.spread_error, _LEAST**2):
         return None
     detail = (

@@ -607,8 +607,8 @@ def _where_it_bends(
             )  # fmt: skip
         moves: BoolArray = np.abs(slopes.jump - jumps) > slopes.alone
         if kept is None:
-            found = found.keep(np.zeros_like(sure))
-        elif not kept.all() or (left and moves.any()):  # neighbours settle by turns
+            break
+        if not kept.all() or (left and moves.any()):  # neighbours settle by turns
             left -= int(kept.all())
             found, jumps = found.keep(kept), slopes.jump[kept]
         else:
@@ -616,7 +616,7 @@ def _where_it_bends(
             return found, slope_changes(x, found.time, slopes.jump, frequency=frequency)
     if bent > _MANY_BENDS:
         said.append(("impacts", "warning", _NO_FLIGHTS))
-    return found, _NONE
+    return detection_at(np.empty(0)), _NONE
 
 
 def _second_in_words(x: Coarse, rest: Coarse) -> str:

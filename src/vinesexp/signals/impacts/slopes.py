@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -363,24 +363,35 @@ def slope_changes(
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
             where = (times, jumps, centre, group, reach, share > 0.3)
-            if response.w_free is None:
-                # The longest windows there are show how the oscillator answers; twice converges.
-                enough = len(group) >= _EACH * len(x.forced)
-                whole = replace(x, forced=tuple(f for f in x.forced if enough or f.expected))
-                for _ in range(2):
-                    unsure = least_known
-                    windows = _windows(whole, response, *where)
-                    if whole.forced:
-                        x, forced, by_force = _without_forced(whole, times, windows, centre[group])
-                        unsure = max(unsure, by_force)
-                        windows = _windows(x, response, *where)
-                    response = _refined(windows, response, x, unsure)
-                walks = _walks(_windows(x, response, *where))
+            unknown = response.w_free is None
+            if unknown:  # the longest windows there are show it
+                x, response, forced = _learnt(x, response, where, least_known)
             windows = _windows(x, response, *where)
+            walks = _walks(windows) if unknown else walks
             own = windows.differences() if walks else windows
             _solve(own, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
     return replace(out, x=out.x + forced[0], v_before=out.v_before + forced[1])
+
+
+def _learnt(
+    x: Coarse, response: JumpResponse, where: tuple[Any, ...], least_known: float
+) -> tuple[Coarse, JumpResponse, FloatArray]:
+    """How the oscillator answers a jump; the displacement less what moves the mass beside its sine.
+
+    And that at the impacts, m and m/s. `where` is what `_windows` takes.
+    """
+    times, _, centre, group, *_ = where
+    enough = len(group) >= _EACH * len(x.forced)
+    whole = replace(x, forced=tuple(f for f in x.forced if enough or f.expected))
+    x, forced = whole, np.zeros((2, times.size))
+    for _ in range(2):  # twice converges
+        unsure, windows = least_known, _windows(whole, response, *where)
+        if whole.forced:
+            x, forced, by_force = _without_forced(whole, times, windows, centre[group])
+            unsure, windows = max(unsure, by_force), _windows(x, response, *where)
+        response = _refined(windows, response, x, unsure)
+    return x, response, forced
 
 
 def _without_forced(
@@ -664,8 +675,9 @@ def _walks(windows: _Windows) -> bool:
 
     What repeats, as a model that is not quite right makes it, is neither.
     """
-    both = [_beside(_Fit.of(one)) for one in (windows.differences(), windows)]
-    return len(windows.samples) >= _EACH and abs(both[0]) < _WHITE and both[1] > _WALKS
+    if len(windows.samples) < _EACH or _beside(_Fit.of(windows)) <= _WALKS:
+        return False
+    return abs(_beside(_Fit.of(windows.differences()))) < _WHITE
 
 
 def _beside(fit: _Fit) -> float:
