@@ -77,6 +77,7 @@ def table_of(
         late_s=np.nan * ones,  # no displacement is made, of which bends could be read
         late_error_s=np.nan * ones,
         nes_confidence=ones,
+        unseen_before=np.zeros(n, dtype=np.int64),
         crowded=np.zeros(n, dtype=np.int64),
         clipped=np.zeros(n, dtype=np.int64),
     )

@@ -31,6 +31,7 @@ def exact_impacts(b: float) -> Impacts:
         velocity_jump_m_s=hits["v_after"] - hits["v_before"], confidence=ones,
         velocity_jump_error_m_s=1e-4 * ones, x_m=hits["x"], v_before_m_s=hits["v_before"],
         nes_confidence=ones,
+        unseen_before=np.zeros(ones.size, dtype=np.int64),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def results(tmp_path: Path) -> Path:
     write_rows(folder / "identified.csv", IDENTIFIED, [row])
     hits = [
         {**dict.fromkeys(IMPACTS.names), "time_s": 0.5 + k, "nes": 1, "side": (-1) ** k,
-         "velocity_jump_m_s": 0.01 * k, "crowded": 0, "clipped": 0}
+         "velocity_jump_m_s": 0.01 * k, "unseen_before": 0, "crowded": 0, "clipped": 0}
         for k in range(3)
     ]  # fmt: skip
     write_rows(folder / "impacts/b34.csv", IMPACTS, hits)

@@ -56,7 +56,7 @@ def test_a_channel_without_jumps_shows_none(channel: str) -> None:
     side = np.where(times % 2.0, 1.0, -1.0)
     columns = dict.fromkeys(COLUMNS, np.ones(20)) | {
         "time_s": times, "side": side, "velocity_jump_m_s": side, "crowded": np.zeros(20),
-        "clipped": np.zeros(20), f"jump_{channel}_m_s": np.zeros(20),
+        "clipped": np.zeros(20), "unseen_before": np.zeros(20), f"jump_{channel}_m_s": np.zeros(20),
     }  # fmt: skip
     own = flights_of(Impacts(**columns), nes=1, b=0.03, period=5.0)
     assert own.index.size == 18
@@ -87,7 +87,7 @@ def test_a_ball_that_came_to_rest_at_a_wall_starts_no_flight(b: float, seen: flo
     columns = dict.fromkeys(COLUMNS, np.ones(n)) | {
         "time_s": hits["time"][found], "side": hits["side"][found], "x_m": hits["x"][found],
         "v_before_m_s": hits["v_before"][found], "velocity_jump_m_s": jump[found],
-        "crowded": np.zeros(n), "clipped": np.zeros(n),
+        "unseen_before": np.zeros(n), "crowded": np.zeros(n), "clipped": np.zeros(n),
     }  # fmt: skip
     own = flights_of(Impacts(**columns), nes=1, b=b, period=1 / 7.862)
     assert own.index.size > 20  # it may rest at a wall for most of the time

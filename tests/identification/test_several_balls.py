@@ -30,7 +30,8 @@ def impacts_of(b: tuple[float, float], r: tuple[float, float], seed: int) -> Imp
         "time_s": hits["time"], "side": hits["side"], "x_m": hits["x"], "nes": hits["nes"] + 1,
         "v_before_m_s": before + _NOISE * random.standard_normal(n),
         "velocity_jump_m_s": jump + _NOISE * random.standard_normal(n),
-        "crowded": np.zeros(n), "clipped": np.zeros(n), "v_shared_m_s": np.zeros(n),
+        "unseen_before": np.zeros(n), "crowded": np.zeros(n), "clipped": np.zeros(n),
+        "v_shared_m_s": np.zeros(n),
         "velocity_jump_error_m_s": np.full(n, _NOISE), "time_error_s": np.full(n, 1e-6),
     }  # fmt: skip
     for name in ("acceleration", "displacement"):

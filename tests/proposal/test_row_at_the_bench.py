@@ -39,8 +39,8 @@ def impacts_of(b: float, *, G: float = 2.5e-4, noise: float = 1.0, seed: int = 0
         jump_displacement_m_s=jump, jump_displacement_error_m_s=1e-4 * ones,
         x_m=read(hits["x"], 3e-6), v_before_m_s=read(hits["v_before"], 2e-4),
         v_error_m_s=2e-4 * ones, v_shared_m_s=0.0 * ones, read_later_s=0.0 * ones,
-        late_s=0.0 * ones, late_error_s=1e-4 * ones, nes_confidence=ones, crowded=zeros,
-        clipped=zeros,
+        late_s=0.0 * ones, late_error_s=1e-4 * ones, nes_confidence=ones,
+        unseen_before=zeros, crowded=zeros, clipped=zeros,
     )  # fmt: skip
 
 

@@ -165,6 +165,7 @@ def _signals(record: Record) -> tuple[dict[str, np.ndarray], list[dict[str, obje
             "v_before_m_s": 0.1 * side,
             "crowded": 0,
             "clipped": 0,
+            "unseen_before": 0,
         }
         for hit, side in zip(hits, sides, strict=True)
     ]

@@ -109,6 +109,7 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
     gap = np.diff(impacts.time_s, prepend=-np.inf, append=np.inf)
     sure &= np.minimum(gap[:-1], gap[1:])[own] > _APART * period
     crosses = (side[1:] != side[:-1]) & (dt < _LONGEST * period) & sure[1:] & sure[:-1]
+    crosses &= impacts.unseen_before[own][1:] == 0
     # A ball that bounces on one wall, lower each time, may rest there unseen and leave later.
     jump = np.abs(impacts.velocity_jump_m_s[own])
     next_jump = jump[1:-1] ** 2 / np.maximum(jump[:-2], 1e-300)

@@ -101,6 +101,18 @@ def test_two_balls_are_distinguished(measure, tmp_path: Path) -> None:
     assert (found.nes_confidence[nearest][apart] > 0.9).mean() > 0.95
 
 
+@pytest.mark.parametrize(("b", "gap"), [((0.030, 0.029), 1.5e-3), ((0.028, 0.022), 3.1e-3)])
+def test_balls_that_always_hit_one_after_the_other_do_not_ring(b, gap, measure, tmp_path):
+    """The template took the second contact for ringing: every other impact was lost."""
+    record = measure(b=list(b), m=0.016, drive=G25, start=15.0, duration=4.0)
+    found = found_in(record, tmp_path, clearance=b)
+    inside = record.time[(record.time > 0.05) & (record.time < 3.95)]
+    assert np.median(np.diff(inside)[::2]) == pytest.approx(gap, rel=0.1)  # it is such a motion
+    off = np.abs(found.time_s - inside[:, np.newaxis])
+    assert off.min(axis=1).max() < 2e-5
+    assert found.n <= record.time.size
+
+
 def test_balls_are_not_distinguished_without_displacement(measure, tmp_path: Path, store) -> None:
     record = measure(b=[0.023, 0.034], drive=G25, duration=5.0)
     only = {"acceleration": record.channels["acceleration"]}

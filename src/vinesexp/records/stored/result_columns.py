@@ -30,7 +30,7 @@ IMPACTS = Table(
         jump_acceleration_error_m_s:.9g jump_displacement_m_s:.9g
         jump_displacement_error_m_s:.9g x_m:.9g v_before_m_s:.9g v_error_m_s:.9g
         v_shared_m_s:.9g read_later_s:.9g late_s:.9g late_error_s:.9g nes_confidence:.9g
-        crowded:whole clipped:whole
+        unseen_before:whole crowded:whole clipped:whole
     """))  # fmt: skip
 
 IDENTIFIED = Table(

@@ -17,7 +17,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray, each_array
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.settings.stages import ChannelSettings, Settings
+from vinesexp.settings.stages import ChannelSettings, ImpactSettings, Settings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import range_in, read_unstuck, resolution_of
 from vinesexp.signals.free_from import freed
@@ -64,7 +64,7 @@ _HEARD = ("acceleration", "sound", "displacement", "base")
 #: Spread of r and relative spread of mu that are allowed in each pass.
 _PASSES = ((0.15, 0.5), (0.04, 0.15), (0.012, 0.05), (0.003, 0.02))
 _FIRST_R, _SAME_R = (0.4, 0.65, 0.85), 0.1  # of each ball; of two that r does not distinguish
-_TRIAL = 70  # impacts by which a start is chosen
+_TRIAL = 70  # impacts along which every start is followed
 #: Of a history's log weight: what real balls, which follow no law exactly, may add to a wrong one.
 _BETTER = 10.0
 _HISTORIES, _SETTLED = 48, 6  # that are followed; impacts after which a label is final
@@ -96,6 +96,20 @@ class _Rig:
         return bool(np.all(each < [1e-9, 1e-9, _SAME_R]))
 
 
+@dataclass(frozen=True)
+class _History:
+    """Whose each impact is, from 0, and how probable that is, by what is believed of the balls.
+
+    `comes`: whether it was to come there; else it had an impact before that was not seen.
+    """
+
+    ball: IntArray
+    confidence: FloatArray
+    comes: BoolArray
+    weight: float
+    rig: _Rig
+
+
 @dataclass
 class _Beam:
     """Histories: for each and each ball the last impact and the velocity since; log weights."""
@@ -106,6 +120,7 @@ class _Beam:
     spread: FloatArray  # of the velocity; infinite: lost
     weight: FloatArray  # (histories,)
     labels: IntArray  # (histories, impacts)
+    comes: BoolArray  # whether that ball was to come there
 
     def at(self, chosen: IntArray) -> _Beam:
         """A copy of the chosen histories."""
@@ -132,45 +147,53 @@ def attribute(
     Returns
     -------
     Impacts
-        `nes` from 1; 0 with confidence 0 where it is not known.
+        `nes` from 1; 0 with confidence 0 where it is not known. `unseen_before` where the ball
+        was not to come there.
     """
     n = impacts.n
     if len(clearance) <= 1:
         return replace(impacts, nes=np.ones(n, dtype=np.int64), nes_confidence=np.ones(n))
     known = np.flatnonzero(np.isfinite(impacts.x_m) & np.isfinite(impacts.v_before_m_s))
-    nes, confidence = np.zeros(n, dtype=np.int64), np.zeros(n)
+    nes, confidence, unseen = np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(n, dtype=np.int64)
     if frequency and known.size >= 2:
-        nes[known], confidence[known] = _labelled(
-            impacts, known, np.array(clearance), nes_mass, frequency
+        found = _labelled(impacts, known, np.array(clearance), nes_mass, frequency)
+        nes[known], confidence[known], unseen[known] = (
+            found.ball + 1,
+            found.confidence,
+            ~found.comes,
         )
-    return replace(impacts, nes=nes, nes_confidence=confidence)
+    return replace(impacts, nes=nes, nes_confidence=confidence, unseen_before=unseen)
 
 
 def _labelled(
     impacts: Impacts, known: IntArray, b: FloatArray, nes_mass: Sequence[float], frequency: float
-) -> tuple[IntArray, FloatArray]:
-    """Labels (from 1) and their probabilities, of the most probable of all histories.
+) -> _History:
+    """The most probable of all histories, and the probabilities of its balls.
 
     Every other history counts against a label with its own probability, above all the best one
     with balls exchanged: unlike balls may explain nearly as well what they did not do.
     """
     few = known[:_TRIAL]
     starts = _starts(impacts, known, b, nes_mass, frequency)
-    first = max(starts, key=lambda rig: _search(impacts, few, rig)[2])
-    found = [_followed(impacts, known, first)]
+    first = max((_followed(impacts, few, rig) for rig in starts), key=_weight)
+    found = [_followed(impacts, known, first.rig, 1)]
     for i, k in combinations(range(b.size), 2):
-        labels, _, _, rig = found[0]
+        rig = found[0].rig
         if (b[i], rig.mass[i]) == (b[k], rig.mass[k]):
             continue
         order = np.arange(b.size)
         order[[i, k]] = k, i
         given = replace(rig, r=rig.r[order], mu=rig.mu[order])
-        rig = _learnt(impacts, known, order[labels], given, _PASSES[1])
+        rig = _learnt(impacts, known, order[found[0].ball], given, _PASSES[1])
         found.append(_followed(impacts, known, rig, 1))
-    labels, _, weight, _ = max(found, key=lambda one: one[2])
-    weights = np.exp([(one[2] - weight) / _BETTER for one in found])
-    same = [np.where(one[0] == labels, one[1], 0.0) for one in found]
-    return labels + 1, np.asarray(weights @ np.array(same) / weights.sum())
+    best = max(found, key=_weight)
+    weights = np.exp([(one.weight - best.weight) / _BETTER for one in found])
+    same = [np.where(one.ball == best.ball, one.confidence, 0.0) for one in found]
+    return replace(best, confidence=weights @ np.array(same) / weights.sum())
+
+
+def _weight(history: _History) -> float:
+    return history.weight
 
 
 def _starts(
@@ -195,29 +218,26 @@ def _starts(
     return starts
 
 
-def _followed(
-    impacts: Impacts, known: IntArray, rig: _Rig, passed: int = 0
-) -> tuple[IntArray, FloatArray, float, _Rig]:
-    """The most probable history of a rig, r and mu learnt in passes; and this rig."""
-    labels, confidence, weight = _search(impacts, known, rig)
+def _followed(impacts: Impacts, known: IntArray, rig: _Rig, passed: int = 0) -> _History:
+    """The most probable history of a rig, whose r and mu are learnt in passes."""
+    found = _search(impacts, known, rig)
     for spreads in _PASSES[passed + 1 :]:
-        closer = _learnt(impacts, known, labels, rig, spreads)
-        again = _search(impacts, known, closer)
-        if again[2] < weight:  # real balls need not be as regular as that
+        again = _search(impacts, known, _learnt(impacts, known, found.ball, found.rig, spreads))
+        if again.weight < found.weight:  # real balls need not be as regular as that
             break
-        rig, (labels, confidence, weight) = closer, again
-    return labels, confidence, weight, rig
+        found = again
+    return found
 
 
-def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, FloatArray, float]:
-    """Best history: label of each impact (from 0), its probability, and the log weight."""
+def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> _History:
+    """The most probable history of a rig."""
     t, x = impacts.time_s[known], impacts.x_m[known]
     v, jump = impacts.v_before_m_s[known], impacts.velocity_jump_m_s[known]
     side = impacts.side[known].astype(np.float64)
     balls, n = rig.b.size, known.size
     nothing = np.zeros((1, balls))
-    lost, labels = nothing + np.inf, np.zeros((1, n), dtype=np.int64)
-    beam = _Beam(nothing, nothing, nothing, lost, np.zeros(1), labels)
+    labels = np.zeros((1, n), dtype=np.int64)
+    beam = _Beam(nothing, nothing, nothing, nothing + np.inf, np.zeros(1), labels, labels > 0)
     confidence = np.zeros(n)
     for j in range(n + _SETTLED):
         if j < n:
@@ -225,7 +245,8 @@ def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, Flo
         if j >= _SETTLED:
             _settle(beam, j - _SETTLED, confidence)
     best = int(np.argmax(beam.weight))
-    return beam.labels[best].copy(), confidence, float(beam.weight[best])
+    own = beam.labels[best].copy(), confidence, beam.comes[best].copy()
+    return _History(*own, float(beam.weight[best]), rig)
 
 
 def _settle(beam: _Beam, j: int, confidence: FloatArray) -> None:
@@ -274,7 +295,7 @@ def _advanced(
     new.weight, new.spread = total[parent, ball], np.where(gone, np.inf, beam.spread)[parent]
     new.time[rows, ball], new.place[rows, ball] = t, wall[ball]
     new.velocity[rows, ball], new.spread[rows, ball] = after, new_spread
-    new.labels[:, j] = ball
+    new.labels[:, j], new.comes[:, j] = ball, inlier[parent, ball]
     return _without_twins(new) if rig.alike else new
 
 
@@ -383,6 +404,24 @@ IN_GAPS = "impacts in gaps"
 _MANY_WITH_GAPS = 0.1  # of the cycles
 
 
+def _detected(
+    stream: Stream, settings: ImpactSettings, *, frequency: float | None, balls: int
+) -> Detection:
+    """Contacts of an acceleration.
+
+    Two balls that hit one after the other, again and again, look like a contact that rings: of
+    templates for contacts more or less apart that one is right which leaves least of its contacts.
+    """
+
+    def left(found: Detection) -> float:
+        return float(found.template.model_error.max()) if found.template else math.inf
+
+    usual = settings.apart
+    aparts = (usual, usual / 3.0, min(usual, settings.contact)) if balls > 1 else (usual,)
+    tried = (detect(stream, replace(settings, apart=one), frequency=frequency) for one in aparts)
+    return min(tried, key=left)
+
+
 def _in_gaps(
     record: RecordView, role: str, frequency: float, *, contact: float
 ) -> Iterator[tuple[str, str, str]]:
@@ -418,7 +457,7 @@ def _by_pulses(
     And by how much later the displacement is read, s.
     """
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
-    found = detect(stream, settings.impacts, frequency=motion)
+    found = _detected(stream, settings.impacts, frequency=motion, balls=len(clearance))
     if not (settings.slopes.use and motion and found.time.size):
         return found, None, 1.0, 0.0
     if "displacement" not in record.roles:
@@ -836,6 +875,7 @@ def _table(
         late_s=slopes.shift,
         late_error_s=slopes.shift_error,
         nes_confidence=unknown,
+        unseen_before=np.zeros(n, dtype=np.int64),
         crowded=found.crowded.astype(np.int64),
         clipped=found.clipped.astype(np.int64),
     )

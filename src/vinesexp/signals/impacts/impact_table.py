@@ -35,6 +35,8 @@ class Impacts:
     read_later_s : by which these are read after `time_s`, as the displacement is late.
     late_s, late_error_s : by which the displacement bends after that.
     nes_confidence : probability of `nes`.
+    unseen_before : 1 where one of several balls was not to come there: it had an impact between
+        that was not seen.
     crowded, clipped : 1 where it overlaps another or is ill explained; where it saturated.
     """
 
@@ -58,6 +60,7 @@ class Impacts:
     late_s: FloatArray
     late_error_s: FloatArray
     nes_confidence: FloatArray
+    unseen_before: IntArray
     crowded: IntArray
     clipped: IntArray
 
