@@ -42,7 +42,7 @@ from vinesexp.identification.joint.unknowns import (
     fit,
     posterior_of,
 )
-from vinesexp.identification.joint.whole import _as_sure_as_causes, _only_so_true, _search
+from vinesexp.identification.joint.whole import _as_sure_as_causes, _best, _only_so_true, _search
 from vinesexp.identification.joint.words import called, cause_checks
 
 
@@ -755,6 +755,17 @@ def test_tests_with_a_ball_that_scatter_leave_the_ring_downs_what_they_are():
     assert [w.cause.about for w in judged.found] == ["own f0 of tests with a ball"]
     value, error = judged.posterior.of({"ln_f0": 1.0})
     assert abs(value) < 4.0 * error < 1e-5
+
+
+def test_ring_downs_of_several_oscillators_leave_f0_as_unsure_as_they_differ():
+    """Springs that differ by a half: f0 had the error of records that scatter by 1 %."""
+    of = [-0.3, -0.3, 0.0, 0.13, 0.25, 0.25, -0.1, 0.05]
+    observed, _ = steps(of, tests=())
+    scatters = [c for c in possible_causes(observed) if c.kind == "scatter"]
+    judged, _ = _best(observed, observed.beliefs, scatters)
+    value, error = judged.posterior.of({"ln_f0": 1.0})
+    assert value == pytest.approx(np.mean(of), abs=1e-2)
+    assert error == pytest.approx(np.std(of) / math.sqrt(N), rel=0.1)
 
 
 @pytest.mark.parametrize(("scatters", "others"), [(0.02, 1), (1e-3, 0)])

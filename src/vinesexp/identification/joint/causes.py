@@ -1232,6 +1232,20 @@ _UNLIKE = {
 }  # fmt: skip
 
 
+def as_wide_as_seen(found: Posterior, chosen: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Some causes, each scatter at least as wide as what it widens is found to scatter.
+
+    No width is wide enough for records of several rigs; the errors follow from the width.
+    """
+    values = dict(zip(found.names, found.values, strict=True))
+    wide = []
+    for cause in chosen:
+        seen = math.sqrt(sum(values[n] ** 2 for n in cause.wider) / max(len(cause.wider), 1))
+        known = cause.kind != "scatter" or seen <= max(cause.wider.values())
+        wide.append(cause if known else replace(cause, wider=dict.fromkeys(cause.wider, seen)))
+    return tuple(wide)
+
+
 def _remounted(o: Observed) -> list[Cause]:
     """Ring-downs of one load, which have one mounting, as if each had its own f0, or damping."""
     found = []

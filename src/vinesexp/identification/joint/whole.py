@@ -21,6 +21,7 @@ from vinesexp.identification.joint.causes import (
     Judged,
     Weighed,
     all_possible,
+    as_wide_as_seen,
     believing,
     mixture,
     names_in_flights,
@@ -329,6 +330,9 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
         chosen, data = merged, _fitted(observed, data, believing(observed.beliefs, merged))
     while (kept := needed(data, observed, chosen)) != chosen:
         chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
+    seen = posterior_of(data, believing(observed.beliefs, chosen))
+    if (wider := as_wide_as_seen(seen, chosen)) != chosen:
+        chosen, data = wider, _fitted(observed, data, believing(observed.beliefs, wider))
     fitted = partial(_fitted, observed, data)
     return weighed(data, observed, causes, chosen, fitted=fitted), data
 
