@@ -369,3 +369,25 @@ def test_a_mass_held_aside_at_first_is_let_go(zeta, held, tmp_path):
     assert test == "ringdown"
     assert float(cells["release_mm"]) == pytest.approx(25.0, rel=0.01)
     assert view.columns[2].peak()[0] == pytest.approx(7.0, rel=0.02)
+
+
+def test_a_channel_that_is_struck_and_drifts_is_no_base(tmp_path):
+    """A hammer's channel: what rings long was the base, and the test a sweep from 34 to 34 Hz."""
+    t = np.arange(4096) / 1280.0
+    hammer = 0.04 * np.exp(-(((t - 0.04) / 1e-3) ** 2)) + 0.004 * np.sin(2.0 * t)
+    rings = np.where(t < 0.04, 0.0, 3.0 * np.exp(-0.3 * t) * np.cos(2 * np.pi * 34.06 * t))
+    noise = 1e-3 * RNG.standard_normal((2, t.size))
+    view, roles = looked_at(
+        tmp_path / "a.csv", "time,chan_1,chan_2", t, hammer + 0.1 * noise[0], rings + noise[1]
+    )
+    assert roles == {"chan_2": "displacement"}
+    assert describe_test(view, guess_roles([view]))[0] == "ringdown"
+
+
+def test_a_base_is_swept_that_changes_by_a_share_of_its_own_frequency(tmp_path):
+    """The displacement moved at 1 Hz, mostly: a base of 34 Hz that rises by 0.2 % was a sweep."""
+    t = np.arange(16384) / 1280.0
+    base = 0.2 * np.sin(2 * np.pi * (34.0 + 0.003 * t) * t)
+    x = np.sin(2 * np.pi * t) + 0.02 * base + 1e-3 * RNG.standard_normal(t.size)
+    view, _ = looked_at(tmp_path / "a.csv", "time (s),base (mm),laser (mm)", t, base, x)
+    assert describe_test(view, guess_roles([view]))[0] == "periodic"

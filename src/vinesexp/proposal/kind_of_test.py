@@ -56,7 +56,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
             why = "shocks and no oscillation; no flights between them shrink by a constant ratio"
         return OPEN, {}, why
     if base is not None and stands_out(base) and base.rate and common_frequency(file) > 0.0:
-        return _driven(file, base)
+        return _driven(base)
     handled = calm_part(x.moving)
     calm = x.moving[handled]
     if not decays(calm):
@@ -132,18 +132,19 @@ def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
     return None
 
 
-def _driven(file: FileView, base: ColumnView) -> tuple[str, dict[str, str], str]:
+def _driven(base: ColumnView) -> tuple[str, dict[str, str], str]:
     found = swept_band(base)
-    if found is not None and abs(found[1] - found[0]) <= _SWEEPS * common_frequency(file):
+    mean = 0.0 if found is None else 0.5 * sum(found)
+    if found is not None and abs(found[1] - found[0]) <= _SWEEPS * mean:
         peak = base.peak()[0]  # several tones together cross zero at none of them
-        found = found if abs(0.5 * sum(found) - peak) < _TONE * peak else None
+        found = found if abs(mean - peak) < _TONE * peak else None
     if found is None:
         return OPEN, {}, "the base moves, but neither at one frequency nor as a sweep"
     begin, end = found
-    if abs(end - begin) > _SWEEPS * common_frequency(file):
+    if abs(end - begin) > _SWEEPS * mean:
         cells = {"frequency_hz": f"{begin:.4g}:{end:.4g}"}
         return "sweep", cells, "the frequency of the base changes"
-    cells = {"frequency_hz": f"{0.5 * (begin + end):.5g}"}
+    cells = {"frequency_hz": f"{mean:.5g}"}
     return "periodic", cells, "the base moves at one frequency"
 
 

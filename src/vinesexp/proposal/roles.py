@@ -350,6 +350,8 @@ def _voted(
     quiet = [label for label, t in traits.items() if t.quiet and not t.doubled]
     if len(quiet) == 1 and loud:
         steadiest = quiet[0]
+        if not traits[steadiest].steady < _KEEPS:
+            return  # it drifts, or was struck: neither at rest nor a base that moves
     elif len(loud) >= 2 and not quiet:
         by_change = sorted(loud[: max(len(loud) - 1, 2)], key=lambda label: traits[label].steady)
         steadiest, change = by_change[0], traits[by_change[0]].steady
@@ -534,8 +536,12 @@ def is_second_derivative(first: ColumnView, other: ColumnView) -> bool:
 
 
 def common_frequency(file: FileView) -> float:
-    """Frequency of the strongest motion that most signals of a file share, Hz."""
-    peaks = sorted(column.peak()[0] for column in file.signals)
+    """Frequency of the strongest motion that most signals of a file share, Hz.
+
+    What drifts or is struck once has none, where others oscillate.
+    """
+    moving = [column for column in file.signals if stands_out(column)] or file.signals
+    peaks = sorted(column.peak()[0] for column in moving)
     return peaks[(len(peaks) - 1) // 2] if peaks else 0.0  # of two that differ, the lower
 
 
