@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
+from vinesexp.proposal.kind_of_test import OPEN, describe_test
+from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
 
 T = np.arange(600) / 1000.0
@@ -86,3 +89,41 @@ def test_of_two_columns_of_times_the_finer_one_counts(tmp_path):
     (tmp_path / "a.csv").write_text("Time,Elapsed,x\n" + "\n".join(rows))
     view = view_file(tmp_path / "a.csv")
     assert (view.time, view.rate) == (1, 200.0)
+
+
+@pytest.mark.parametrize("name", ["Frequency", "Frequenz"])
+def test_a_unit_of_time_says_more_than_a_name_of_frequencies(name, tmp_path):
+    """A PicoScope in German writes so over its times: the record was a spectrum."""
+    path = tmp_path / "a.txt"
+    rows = "".join(f"{-1 + 0.5 * k:.2f}\t{np.sin(0.3 * k):.4f}\n" for k in range(400))
+    path.write_text(f"{name}\tKanal A\n(ms)\t(V)\n\n{rows}")
+    view = view_file(path)
+    assert [column.kind for column in view.columns] == ["time", "signal"]
+    assert view.rate == pytest.approx(2000.0)
+
+
+def test_matrices_with_an_axis_of_their_own_each_ask_for_the_times(tmp_path):
+    """An analyser's times and spectra: the reason was that complex numbers are not read."""
+    t, f = np.arange(800) / 400.0, 0.5 * np.arange(400)
+    savemat(
+        tmp_path / "a.mat",
+        {
+            "ChanNum": np.array([1.0, 2.0, 3.0, 4.0]),
+            "X1": np.stack([t, np.exp(-t) * np.cos(60.0 * t)], axis=1),
+            "G1_1": np.stack([f, 1.0 / (1.0 + (f - 9.5) ** 2)], axis=1),
+            "H1": np.stack([f, f * 1j], axis=1),
+        },
+    )
+    view = view_file(tmp_path / "a.mat")
+    test, _, why = describe_test(view, guess_roles([view]))
+    assert test == OPEN
+    assert "'X1/0', 'G1_1/0' rise evenly" in why
+    assert "name the times as 'time'" in why
+
+
+def test_what_has_a_unit_of_time_is_said_to_be_a_time_for_its_unit(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{0.01 * k:.2f},{np.sin(0.3 * k):.4f}\n" for k in range(400))
+    path.write_text(f"Time (s),accelerometer (s)\n{rows}")
+    against = weighed_roles([view_file(path)]).against
+    assert against == {"accelerometer": "its unit is s, so it is a time"}

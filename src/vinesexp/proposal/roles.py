@@ -150,7 +150,8 @@ def weighed_roles(files: Sequence[FileView]) -> WeighedRoles:
             if label in clocks:
                 against[label] = "it is the times, or a counter, in another file"
             elif _is_of_time(column):
-                against[label] = "its name says that it is a time"
+                said = f"unit is {column.unit}, so" if column.unit else "name says that"
+                against[label] = f"its {said} it is a time"
             elif _OTHERS.search(column.name):
                 against[label] = "its name says another quantity than motion along a line"
             else:

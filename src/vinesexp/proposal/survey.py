@@ -20,7 +20,7 @@ from vinesexp.records.instrument.timebase import Clock, UnevenClockError
 from vinesexp.records.readers import Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.source import part_of
-from vinesexp.units import UNITS
+from vinesexp.units import UNITS, first_of
 
 _MOST = 1 << 21  # samples of a column that are looked at
 _TIME_NAME = re.compile(
@@ -209,7 +209,7 @@ def view_file(path: Path) -> FileView:
     parts = () if part_of(path) else source.parts
     return FileView(
         path, source.format, tuple(columns), rate, time, tuple(problems),
-        (*remarks, *source.losses, *_odd(columns, source.stated_rows, path.name, parts)),
+        (*remarks, *_odd(columns, source.stated_rows, path.name, parts), *source.losses),
         parts=parts,
         time_unit="s" if time is None else _unit_of_times(stated_unit, read[time]),
         time_unit_stated=stated_unit in UNITS["time"],
@@ -307,15 +307,17 @@ def _over_their_axes(columns: Sequence[ColumnView]) -> list[ColumnView]:
 
 
 def is_called_frequency(name: str, unit: str | None) -> bool:
-    """Whether a column's name or unit is that of a frequency axis.
+    """Whether a column's unit, or its name where no unit of time contradicts, is a frequency's.
 
     Examples
     --------
     >>> is_called_frequency("Frequency", None), is_called_frequency("x", "Hz")
     (True, True)
-    >>> is_called_frequency("force", None)
-    False
+    >>> is_called_frequency("force", None), is_called_frequency("Frequenz", "ms")
+    (False, False)
     """
+    if unit in UNITS["time"]:
+        return False
     return _FREQUENCY_NAME.match(name) is not None or unit in UNITS["frequency"]
 
 
@@ -481,9 +483,14 @@ def _perhaps_times(source: Source, read: dict[int, FloatArray]) -> list[int]:
     # A ramp in the first column, without a name or under any name, is the times most likely.
     found += [0] if 0 in read and source.columns[0].unit != SEQUENCE else []
     # So is the only ramp of even steps among columns that have no names of their own.
-    ramps = [j for j in read if j and _is_ramp(read[j]) and not _is_named(source.columns[j].name)]
-    ramps = [j for j in ramps if np.diff(read[j]).mean() != 1.0]
+    ramps = _ramps(source, read)
     return found + (ramps if len(ramps) == 1 else [])
+
+
+def _ramps(source: Source, read: dict[int, FloatArray]) -> list[int]:
+    """Columns behind the first without a name of their own that rise by even steps, no counters."""
+    ramps = [j for j in read if j and _is_ramp(read[j]) and not _is_named(source.columns[j].name)]
+    return [j for j in ramps if np.diff(read[j]).mean() != 1.0]
 
 
 def _time_and_rate(
@@ -542,6 +549,11 @@ def _time_and_rate(
         return still
     stated = _stated_rate(source)
     if stated is None:
+        if ramps := [f"'{source.columns[j].name}'" for j in _ramps(source, read)]:
+            backwards.append(
+                f"{first_of(ramps, 2)} rise evenly, so each may be the "
+                "times or the frequencies of what stands beside it; name the times as 'time'"
+            )
         return None, None, backwards
     slow = f"the file states {stated:.4g} Hz, too slow for a vibration: is that the rate?"
     return None, float(f"{stated:.9g}"), [slow] if stated < SLOWEST else []

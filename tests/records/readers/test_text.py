@@ -395,3 +395,41 @@ def test_a_serial_monitor_puts_the_time_of_day_before_labelled_numbers(tmp_path)
     source = open_source(path)
     assert [(c.unit) for c in source.columns] == ["s", None]
     np.testing.assert_allclose(read(path)[1], np.c_[np.arange(60) * 1e-3, SWING], atol=1e-9)
+
+
+@pytest.mark.parametrize(("sign", "decimal"), [(";", ","), (",", "."), (" ", ".")])
+@pytest.mark.parametrize("names", [["t (s)", "x (mm)"], []])
+@pytest.mark.parametrize("count", [60, 20_000])
+def test_channels_that_lie_in_rows_are_columns(sign, decimal, names, count, tmp_path):
+    """As in an array: was refused where a row is long, or two samples of 60 channels."""
+    if names and sign == " ":
+        names = ["t", "x"]
+    values = np.array([0.001 * np.arange(count), np.sin(0.1 * np.arange(count))])
+    rows = [[f"{value:.6f}".replace(".", decimal) for value in row] for row in values]
+    lines = [[name, *row] for name, row in zip(names, rows, strict=True)] if names else rows
+    path = tmp_path / "a.csv"
+    path.write_text("".join(sign.join(row) + sign.strip() + "\n" for row in lines))
+    source = open_source(path)
+    assert [c.name for c in source.columns] == (names or ["", ""])
+    assert [c.unit for c in source.columns] == (["s", "mm"] if "t (s)" in names else [None, None])
+    np.testing.assert_allclose(read(path)[1], values.T, atol=1e-6)
+    assert source.locate(0) == f"cell {1 + bool(names)}"
+
+
+def test_a_table_of_more_channels_than_samples_has_its_names_above(tmp_path):
+    path = tmp_path / "a.csv"
+    names = [f"CH{k}" for k in range(60)]
+    path.write_text(
+        ",".join(names) + "\n" + (",".join(["1.5"] * 60) + "\n") * 20 + ",".join(["2.5"] * 60)
+    )
+    assert [c.name for c in open_source(path).columns] == names
+
+
+def test_channels_in_the_rows_of_a_sheet_are_columns(tmp_path):
+    book = pytest.importorskip("openpyxl").Workbook()
+    book.active.append(["Time (s)", *(0.01 * k for k in range(80))])
+    book.active.append(["x (mm)", *(float(k % 7) for k in range(80))])
+    book.save(tmp_path / "a.xlsx")
+    source = open_source(tmp_path / "a.xlsx")
+    assert [(c.name, c.unit) for c in source.columns] == [("Time (s)", "s"), ("x (mm)", "mm")]
+    assert next(source.blocks([0, 1])).shape == (80, 2)

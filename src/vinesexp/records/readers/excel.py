@@ -16,7 +16,7 @@ from typing import Any, Literal
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.layout import Lines
 from vinesexp.records.readers.source import file_of, part_of
-from vinesexp.records.readers.text import TextSource, laid_aside
+from vinesexp.records.readers.text import TextSource, laid_aside, turned
 from vinesexp.records.readers.unread import need
 
 NAME = "Excel (.xlsx, .xls)"
@@ -51,7 +51,8 @@ def open_file(path: Path) -> TextSource:
     lines = (f"{_line(row)}\n" for row in sheets[name].itertuples(index=False))
     called = Lines("row", of=f"sheet '{name}'")
     try:
-        source = TextSource(path, *laid_aside(lines), called)
+        aside = laid_aside(lines)
+        source = TextSource(path, *(turned(aside[1]) or (*aside, called)))
     except RecordError as error:
         where = error.where or called.of
         raise RecordError(error.problem, where=where, remedy=error.remedy) from None

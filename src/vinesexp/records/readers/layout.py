@@ -41,7 +41,8 @@ _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _SWAPPED = str.maketrans(",.", ".,")
 _FEWEST_HALVES = 2  # lines
 _FEWEST_GROUPED = 5  # cells; below, a point is a decimal point
-_CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
+#: Delimiters, None for white space, with each decimal sign.
+CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
 _CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,9}))?)?"
 _ZONE = r"(?:\s*(?:Z|UTC|[+-]\d{2}:?\d{2}))?"
 _TICKS = 10**9  # a second: a clock has nine digits
@@ -331,7 +332,7 @@ def _decode(raw: bytes) -> tuple[str, str]:
 def _delimiter_and_decimal(tail: list[str], filled: list[str], encoding: str) -> Layout:
     """The pair under which the last lines hold most numbers and least else."""
     best, most = Layout(encoding, ",", "."), 0
-    for delimiter, decimal in _CANDIDATES:
+    for delimiter, decimal in CANDIDATES:
         layout = Layout(encoding, delimiter, decimal)
         score = 0
         for line in tail:

@@ -1,9 +1,9 @@
 """Text files of oscilloscopes, analysers and data loggers: CSV of any kind, plain columns.
 
-What is no plain table is laid aside as one first: UTF-16, rows with words around their numbers,
-rows with lines behind them, and one of several blocks of rows. LabVIEW writes a file of several
-segments so, and programs that append record to record. What stands above the first block belongs
-to all of them, but for what a block states itself.
+What is no plain table is laid aside as one first: UTF-16, rows of one channel each, rows with
+words around their numbers, rows with lines behind them, and one of several blocks of rows. LabVIEW
+writes a file of several segments so, and programs that append record to record. What stands above
+the first block belongs to all of them, but for what a block states itself.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.header import find_layout
 from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value, unit_of_label
-from vinesexp.records.readers.layout import THE_FILE, Layout, Lines, seconds_since
+from vinesexp.records.readers.layout import CANDIDATES, THE_FILE, Layout, Lines, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
     Source,
@@ -44,6 +44,9 @@ _MOST = 0.2  # stretches of words for each row: more are rows with text in them
 _LISTED = 1 << 20  # lines of words: likewise
 _WORDS = frozenset('ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz#*%"[')
 _CHUNK = 1 << 22
+_ACROSS = 50  # samples at least of a channel that lies in a row
+_LONGEST = 1 << 26  # bytes of a file of such rows
+_SIGNS = [Layout("utf-8", delimiter, decimal) for delimiter, decimal in CANDIDATES]
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # the mark that such a file begins with
 
 
@@ -59,6 +62,8 @@ def open_file(path: Path) -> TextSource:
         wide = stream.read(2) in _UTF_16
     if wide:
         aside, text = _narrow(text)
+    if (columns := turned(text)) is not None:
+        return TextSource(path, *columns)
     try:
         layout = find_layout(text)
         bare = not layout.unpaired and not any(column.name for column in layout.columns)
@@ -87,6 +92,30 @@ def laid_aside(pieces: Iterable[str | bytes]) -> tuple[IO[bytes], Path]:
         aside.write(one.encode("utf-8", "replace") if isinstance(one, str) else one)
     aside.flush()
     return aside, text
+
+
+def turned(file: Path) -> tuple[IO[bytes], Path, Lines] | None:
+    """Rows of one channel each laid aside as columns; None where each row is a sample.
+
+    As in an array, samples are along the longer side. The first cell of a row may be its name.
+    """
+    with file.open(encoding="utf-8-sig", errors="replace") as stream:
+        line = stream.readline(_LONGEST)
+        layout = next((one for one in _SIGNS if len(_row_of_values(one, line)) >= _ACROSS), None)
+        if layout is None or not file.stat().st_size <= min(len(line) ** 2, _LONGEST):
+            return None
+        rows = [_row_of_values(layout, one) for one in (line, *stream) if one.strip()]
+    if len({len(row) for row in rows}) > 1 or len(rows) >= len(rows[0]):
+        return None
+    sign = layout.delimiter or "\t"
+    columns = laid_aside(f"{sign.join(cells)}\n" for cells in zip(*rows, strict=True))
+    return *columns, Lines("cell")
+
+
+def _row_of_values(layout: Layout, line: str) -> list[str]:
+    """The cells of a line of which all but the first are values; else none."""
+    cells = layout.cells(line.rstrip().rstrip(layout.delimiter))
+    return cells if all(map(layout.is_value, cells[1:])) else []
 
 
 def _narrow(file: Path) -> tuple[IO[bytes], Path]:
