@@ -215,3 +215,13 @@ def test_a_fit_that_comes_to_no_end_is_no_evidence():
     assert open_.keys() <= {"weighed", "added mass"}
     assert any(text.startswith("M is not known") for text in said)
     assert any(text.startswith("k1 and c1 are not known: they need M") for text in said)
+
+
+def test_a_damping_that_the_ring_downs_leave_open_is_said_to_be_so():
+    """In air and in water: it was not known for want of a free decay."""
+    found, where = ring_downs([0.0] * 3, [0.0] * 3)
+    zetas = iter([5e-4, 0.03, 0.03])
+    found = [replace(e, value=next(zetas)) if e.parameter == "zeta" else e for e in found]
+    (why,) = said(found, where, "zeta is not known")
+    assert "the tests together show" in why
+    assert "no free decay" not in why

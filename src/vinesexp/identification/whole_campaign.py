@@ -1020,9 +1020,13 @@ def _absent(
         ),
         "r": "no drop test and no test whose displacement shows ten impacts of an NES or more",
     }
-    if found is not None and "r" in found:
-        value, error = found.of({"r": 1.0})
-        reasons["r"] = (
+    for name, term in (("f0", "ln_f0"), ("zeta", "ln_zeta"), ("r", "r")):
+        if answer is None or found is None or term not in found or not answer.records_of({term: 1}):
+            continue
+        value, error = found.of({term: 1.0})
+        if term != name:
+            value, error = math.exp(value), math.exp(value) * error
+        reasons[name] = (
             f"the tests together show {value:.3g} +- {COVERAGE_95 * error:.2g}; leave out those in "
             "which it was another, or analyse them as a campaign of their own"
         )
