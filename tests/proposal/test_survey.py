@@ -127,3 +127,16 @@ def test_what_has_a_unit_of_time_is_said_to_be_a_time_for_its_unit(tmp_path):
     path.write_text(f"Time (s),accelerometer (s)\n{rows}")
     against = weighed_roles([view_file(path)]).against
     assert against == {"accelerometer": "its unit is s, so it is a time"}
+
+
+def test_times_of_a_second_run_that_are_printed_to_few_digits_are_its_own(tmp_path):
+    """Runs side by side: the second had the times of the first, 30 Hz for 50."""
+    rows = [
+        f"{k / 30:.2E};{np.cos(0.2 * k):.3f};{k / 50:.2E};{np.cos(0.1 * k):.3f}" for k in range(900)
+    ]
+    path = tmp_path / "a.csv"
+    path.write_text("t1;theta1;t2;theta2\n" + "\n".join(rows) + "\n")
+    view = view_file(path)
+    assert [column.kind for column in view.columns] == ["time", "signal"] * 2
+    assert view.columns[1].rate == pytest.approx(30.0, rel=0.01)
+    assert view.columns[3].rate == pytest.approx(50.0, rel=0.01)

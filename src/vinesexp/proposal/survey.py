@@ -228,12 +228,13 @@ def _kinds(
         if time is None and column.interval and column.interval > 0.0:
             own = 1.0 / column.interval
         kind = "time" if index == time else _kind(values, column.unit)
+        same = time is not None and column.name == source.columns[time].name
+        named = same or is_called_time(column.name)
         rises = kind in ("signal", "counter") and _grows(values)
         if rises and is_called_frequency(column.name, column.unit):
             kind = "frequency"
-        same = time is not None and column.name == source.columns[time].name
-        named = same or is_called_time(column.name)
-        if kind == "signal" and rises and (named or len(values) >= _FEWEST):
+        printed = named and _grows(values, by=0.0)  # to few digits
+        if kind == "signal" and (printed or (rises and len(values) >= _FEWEST)):
             kind = "time"  # of other channels than the first: by its name, or as nothing moves so
             if time is not None and is_other_time(column.name, source.columns[time].name):
                 own = rate = _rate_of(values, _unit_of_times(column.unit, values))
@@ -417,9 +418,9 @@ def _is_ramp(values: FloatArray) -> bool:
     return mean > 0.0 and bool((np.abs(steps - mean) < 0.1 * mean).all())
 
 
-def _grows(values: FloatArray) -> bool:
+def _grows(values: FloatArray, by: float = np.nextafter(0.0, 1.0)) -> bool:
     finite = values[np.isfinite(values)]
-    return len(finite) > 2 and bool((np.diff(finite) > 0.0).all())
+    return len(finite) > 2 and bool((np.diff(finite) >= by).all())
 
 
 def _begins_anew(times: FloatArray) -> bool:
