@@ -156,7 +156,7 @@ _REWRITTEN = (
     (r"/sec\b", "/s"),
     (r"/s(?:\*\*2|2)$", "/s^2"),
     (r"/\(?s\*s\)?$|/s/s$", "/s^2"),
-    (r"^grms$|^g_?n$|^gn$|^g0$", "g"),
+    (r"^grms$|^g_?n$|^gn$|^g0$|^g['’]s$", "g"),
     (r"^lbs?\b(?=[ */])", "lbf"),
 )
 _ALL = {unit for table in UNITS.values() for unit in table}

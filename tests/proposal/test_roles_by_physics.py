@@ -391,3 +391,15 @@ def test_a_base_is_swept_that_changes_by_a_share_of_its_own_frequency(tmp_path):
     x = np.sin(2 * np.pi * t) + 0.02 * base + 1e-3 * RNG.standard_normal(t.size)
     view, _ = looked_at(tmp_path / "a.csv", "time (s),base (mm),laser (mm)", t, base, x)
     assert describe_test(view, guess_roles([view]))[0] == "periodic"
+
+
+def test_what_a_table_did_is_the_base_before_what_was_put_out_to_it(tmp_path):
+    """Units of LabVIEW in their plural; the voltage to the amplifier was the base."""
+    told = np.sin(2 * np.pi * 2.0 * T)
+    did = 0.4 * told + 0.02 * RNG.standard_normal(T.size)
+    rows = "".join(f"{t:.4f},{a:.4f},{b:.4f}\n" for t, a, b in zip(T, told, did, strict=True))
+    path = tmp_path / "a.csv"
+    path.write_text(f"timestamp,Output To Table,Table accel\nseconds,Volts,g's\n{rows}")
+    view = view_file(path)
+    assert [column.unit for column in view.columns] == ["s", "V", "g"]
+    assert guess_roles([view])["Table accel"].role == "base"

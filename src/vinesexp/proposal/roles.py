@@ -57,7 +57,7 @@ _OTHERS = re.compile(
     "|(?<![a-z])fr[eé]q|frekven",
     re.IGNORECASE,
 )
-_COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
+_COMMAND = re.compile(r"excit|drive|output", re.I)  # what a generator was told to do
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
 VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind|vibrom|\bldv|(?<!加)速度", re.I)
 _TURNING = re.compile(r"gyro|rotat|angular vel", re.I)
