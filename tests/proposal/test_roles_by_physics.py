@@ -403,3 +403,20 @@ def test_what_a_table_did_is_the_base_before_what_was_put_out_to_it(tmp_path):
     view = view_file(path)
     assert [column.unit for column in view.columns] == ["s", "V", "g"]
     assert guess_roles([view])["Table accel"].role == "base"
+
+
+@pytest.mark.parametrize("names", ["a_x,a_y,g_x,g_y", "ax,ay,gx,gy", "acx,acy,gyx,gyy"])
+def test_the_axes_of_a_logger_with_short_names_are_accelerations_and_turns(names, tmp_path):
+    """A car's vibration: one axis was the base, and a rate of turn the displacement."""
+    swing = np.sin(2 * np.pi * 1.3 * T)
+    noise = 0.05 * RNG.standard_normal((4, T.size))
+    _, roles = looked_at(
+        tmp_path / "a.csv",
+        f"t,{names}",
+        T,
+        0.3 * swing + noise[0],
+        noise[1],
+        20.0 * swing,
+        noise[3],
+    )
+    assert roles == {names.split(",")[0]: "acceleration"}

@@ -29,7 +29,9 @@ _NAMES = {
         r"|振动台|台面|基座|底座|基础|激励",
         re.I,
     ),
-    "acceleration": re.compile(r"acc(?!ura)|acel|beschl|pcb|icp|\bimu\b|加速度", re.I),
+    "acceleration": re.compile(
+        r"acc(?!ura)|acel|beschl|pcb|icp|\bimu\b|^ac?[_ ]?[xyz]$|加速度", re.I
+    ),
     "displacement": re.compile(
         r"laser|disp(?!lay)|pos(?!s|t)|d[eé]pl|weg|ldv|vib|mass|oscill|激光|位移|质量块", re.I
     ),
@@ -60,7 +62,7 @@ _OTHERS = re.compile(
 _COMMAND = re.compile(r"excit|drive|output", re.I)  # what a generator was told to do
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
 VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind|vibrom|\bldv|(?<!加)速度", re.I)
-_TURNING = re.compile(r"gyro|rotat|angular vel", re.I)
+_TURNING = re.compile(r"gyro|rotat|angular vel|^gy?[_ ]?[xyz]$", re.I)
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
 #: Sensors of a phone after which a file is called whose columns are x, y and z.
 _SENSOR = re.compile(r"accelero|acceleration|gyro", re.I)
@@ -263,8 +265,7 @@ def _rate_of_motion(
     better = (
         other
         for other, (_, q) in measured.items()
-        if _named(other) != "base"
-        and (q in _RATES[quantity] or (q is None and _named(other) == "displacement"))
+        if _named(other) != "base" and (q or _named(other)) in _RATES[quantity]
     )
     if (other := next(better, None)) is not None:
         weight = _LAST if quantity == "velocity" else _NEVER  # turning about an axis or three

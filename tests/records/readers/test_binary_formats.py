@@ -265,7 +265,7 @@ def test_an_array_of_several_records_is_named_as_such(tmp_path):
 
 def test_pickled_objects_are_never_opened(tmp_path):
     np.save(tmp_path / "a.npy", np.array([{"x": 1}, 2], dtype=object), allow_pickle=True)
-    with pytest.raises(RecordError, match="cannot be read as NumPy"):
+    with pytest.raises(RecordError, match="holds Python objects, which are not read"):
         open_source(tmp_path / "a.npy")
 
 

@@ -433,3 +433,11 @@ def test_channels_in_the_rows_of_a_sheet_are_columns(tmp_path):
     source = open_source(tmp_path / "a.xlsx")
     assert [(c.name, c.unit) for c in source.columns] == [("Time (s)", "s"), ("x (mm)", "mm")]
     assert next(source.blocks([0, 1])).shape == (80, 2)
+
+
+def test_text_with_zero_bytes_is_said_to_be_that(tmp_path):
+    """It was an unknown format that begins with the bytes of its first word."""
+    path = tmp_path / "a.txt"
+    path.write_bytes(b"Zeit\tKanal 1\r\n\0Sekunden\t( \xb0C )\r\n\0" + b"0\t0,981\r\n" * 60)
+    with pytest.raises(RecordError, match="text with zero bytes, the first in line 2"):
+        open_source(path)

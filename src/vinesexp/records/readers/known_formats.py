@@ -34,6 +34,7 @@ FORMATS = (
 )
 HEAD = 4096  # bytes that are shown to `recognises`
 
+_BLANKS = str.maketrans("", "", "\t\r\n")
 _POINTER = b"version https://git-lfs"  # what Git leaves in place of a large file
 
 
@@ -70,6 +71,12 @@ def reader_for(head: bytes, suffix: str, *more: Any) -> Any:
     for reader in asked:
         if reader.recognises(head, suffix):
             return reader
+    line = head[: head.find(b"\0") + 1].count(b"\n") + 1
+    if line > 1 and head.replace(b"\0", b"").decode("latin-1").translate(_BLANKS).isprintable():
+        raise RecordError(
+            f"is text with zero bytes, the first in line {line}, as a logger leaves that lost its "
+            "power; copy it again, or delete them in an editor"
+        )
     raise RecordError(
         f"unknown format (it begins with the bytes {head[:8].hex(' ')}); export the record as one "
         f"of: {known}"
