@@ -140,3 +140,10 @@ def test_times_of_a_second_run_that_are_printed_to_few_digits_are_its_own(tmp_pa
     assert [column.kind for column in view.columns] == ["time", "signal"] * 2
     assert view.columns[1].rate == pytest.approx(30.0, rel=0.01)
     assert view.columns[3].rate == pytest.approx(50.0, rel=0.01)
+
+
+def test_what_creeps_up_beside_the_times_has_no_name_in_common_with_them(tmp_path):
+    """Columns without names: a displacement of few steps that only rises was another time."""
+    rows = [f"{k / 1000:.4f},{round(0.02 * k) / 7:.4f}" for k in range(400)]
+    (tmp_path / "a.csv").write_text("\n".join(rows) + "\n")
+    assert [c.kind for c in view_file(tmp_path / "a.csv").columns] == ["time", "signal"]

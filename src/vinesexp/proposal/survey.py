@@ -233,8 +233,8 @@ def _kinds(
         rises = kind in ("signal", "counter") and _grows(values)
         if rises and is_called_frequency(column.name, column.unit):
             kind = "frequency"
-        printed = named and _grows(values, by=0.0)  # to few digits
-        if kind == "signal" and (printed or (rises and len(values) >= _FEWEST)):
+        printed = named and bool(column.name) and _grows(values, by=0.0)  # to few digits
+        if kind == "signal" and (printed or (rises and (named or len(values) >= _FEWEST))):
             kind = "time"  # of other channels than the first: by its name, or as nothing moves so
             if time is not None and is_other_time(column.name, source.columns[time].name):
                 own = rate = _rate_of(values, _unit_of_times(column.unit, values))
