@@ -313,12 +313,16 @@ def _is_heard(at: Sequence[tuple[FileView, ColumnView]]) -> bool:
 def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Indication]:
     """Acceleration and base by what the signals do: every file has a vote."""
     votes: dict[str, Counter[str]] = {"acceleration": Counter(), "base": Counter()}
+    rings: Counter[str] = Counter()  # files that say that a channel is no base
     for file in files:
         columns = {label_of(c): c for c in file.signals if label_of(c) in rest}
         if len(columns) >= 2 and any((c.rate or 0.0) >= SLOWEST for c in file.signals):
             traits = {label: traits_of(file, column) for label, column in columns.items()}
             for role, label in _voted(traits, columns):
                 votes[role][label] += 1
+            moving = [label for label, column in columns.items() if stands_out(column)]
+            change, label = max(((traits[one].steady, one) for one in moving), default=(0.0, ""))
+            rings[label] += change >= _KEEPS
     words = {
         "acceleration": "in size and phase it is another channel times the frequency squared",
         "base": "it is at rest or keeps its amplitude while the others ring",
@@ -327,7 +331,8 @@ def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> lis
     for role, count in votes.items():
         others = {"acceleration", "base", "displacement"} - taken - {role} - {e.role for e in found}
         left = [label for label in rest if label not in {one.label for one in found}]
-        chosen = next((one for one, _ in count.most_common() if one in left), None)
+        may = (one for one, n in count.most_common() if role != "base" or n > rings[one])
+        chosen = next((one for one in may if one in left), None)
         # The last channel of a rig is its displacement.
         if role not in taken and chosen is not None and (len(left) > 1 or not others):
             said = f"{words[role]} (in {count[chosen]} of {sum(count.values())} files)"
