@@ -424,7 +424,7 @@ def identify_campaign(
     checks += filled
     own = {name: table for name, table in impacts.items() if name not in left}
     answer = answer_of(used, campaign, own, driven)
-    rows = _by_method(used, answer.observed.law if answer else NO_LAW)
+    rows = _by_method(used, (_law_of(answer) if answer else None) or NO_LAW)
     if answer is None:
         return Identified(rows, [*checks, *_absent(rows), *remarks(used)], [])
     sources = _combined(answer)
@@ -467,22 +467,27 @@ def _usable(
     return used, excluded | copies | other | lost, [*checks, *switched, *impossible]
 
 
+def _law_of(answer: Answer) -> Law | None:
+    """The law over amplitude that all records show; None where there is none."""
+    known = {"ln_f0", "ln_zeta"} <= set(answer.posterior.names)
+    law = answer.observed.law
+    return law_found(answer.posterior, law) if law.free and known else None
+
+
 def _over_amplitude(
     answer: Answer, rig: RigPosterior, used: Sequence[Estimate], campaign: Campaign
 ) -> tuple[tuple[LevelValues, ...], list[Estimate], list[Check]]:
     """Values of each level, the law as rows, and what is said of it; nothing without a law."""
-    posterior = answer.posterior
-    if not (answer.observed.law.free and {"ln_f0", "ln_zeta"} <= set(posterior.names)):
+    if (law := _law_of(answer)) is None:
         return (), [], []
-    law = law_found(posterior, answer.observed.law)
     swings = swing_of_levels(used, campaign)
     swings |= {level: _at_the_end(rig, law, campaign, level, A) for level, A in swings.items()}
     bare = [e for e in used if e.data and e.parameter in ("f0", "f0_added")]
     top = max((e.amplitude or 0.0 for e in bare), default=law.amplitude)
     return (
-        level_values(posterior, law, swings),
-        law_rows(posterior, law, tuple(e.records[0] for e in bare)),
-        law_checks(posterior, law, top),
+        level_values(answer.posterior, law, swings),
+        law_rows(answer.posterior, law, tuple(e.records[0] for e in bare)),
+        law_checks(answer.posterior, law, top),
     )
 
 

@@ -103,6 +103,25 @@ def test_two_ring_downs_that_differ_by_their_mounting_share_one_law():
     )
 
 
+def test_ring_downs_of_several_rigs_are_each_moved_by_no_law_but_what_all_show():
+    """A first guess of the law moved one at 168 Hz to 103.5 +- 0.1 Hz, 60 Hz in a folder."""
+    decays = [(34.0, 3.1e-4, [1.7e-3, 2e-3]), (34.0, 2.8e-4, [3e-3, 5e-3]),
+              (207.0, 2e-3, [1e-3, 4e-3]), (168.0, 2.5e-4, [4e-3, 6.5e-3, 1e-2])]  # fmt: skip
+    found = [
+        e for i, (f0, zeta, at) in enumerate(decays)
+        for e in seen(f"rd_{i}", lambda A, f0=f0, zeta=zeta: (f0, zeta), at, error=1e-5, at=at[1],
+                      terms=TERMS if i == 3 else ())
+    ]  # fmt: skip
+    odd = seen("rd_4", lambda A: (167.9, 7.6e-6 / A), [2e-3, 4.7e-3, 1.1e-2], error=1e-3,
+               at=7.4e-3, terms=TERMS)  # fmt: skip
+    found += [replace(e, method="envelope") for e in odd]
+    records = tuple(Record(f"rd_{i}", Path("x"), "ringdown") for i in range(5))
+    where = replace(campaign(), known=Known(uncertainties=Uncertainties()), records=records)
+    rows = {(e.parameter, e.method): e for e in identify_campaign(found, where, {}).rows}
+    assert rows["f0", "envelope"].value == pytest.approx(167.9, abs=1.0)
+    assert rows["zeta", "envelope"].value < 4e-3
+
+
 @pytest.mark.parametrize("warmth", [-1.0, 1.0])
 def test_what_changes_with_the_time_of_a_decay_is_as_unsure_as_a_law_over_its_amplitude(warmth):
     """A damper that warms up was a quadratic one, and zeta of the tests 4 errors off."""

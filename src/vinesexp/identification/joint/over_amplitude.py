@@ -98,14 +98,19 @@ class Law:
         return np.asarray((1.0 - self.terms[:2].sum()) / np.maximum(whole, _LEAST))
 
     def moved(self, e: Estimate) -> Estimate:
-        """f0 or zeta of one record at A0, where `data` does not say it better."""
+        """f0 or zeta of one record at A0, where `data` does not say it better.
+
+        What is not known of the law counts as far as A0 is away.
+        """
         if not e.amplitude or not self.free or e.method not in BEST:
             return e
         name = e.parameter.removesuffix("_added")
         shift = float(self.log(name, e.amplitude))
         swept = float(self.log(name, _SWEPT * e.amplitude))
         unsure = shift - swept if e.method == "sweep" else 0.0
-        error = math.hypot(e.std_error, unsure * e.value)
+        slopes = self.gradient(name, e.amplitude)
+        of_law = math.sqrt(max(float(slopes @ self.covariance @ slopes), 0.0))
+        error = math.hypot(e.std_error, unsure * e.value, of_law * e.value)
         share = math.exp(-shift)
         return replace(e, value=share * e.value, std_error=share * error, amplitude=self.amplitude)
 
