@@ -45,7 +45,7 @@ _LISTED = 1 << 20  # lines of words: likewise
 _WORDS = frozenset('ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz#*%"[')
 _CHUNK = 1 << 22
 _ACROSS = 50  # samples at least of a channel that lies in a row
-_LONGEST = 1 << 26  # bytes of a file of such rows
+_LONGEST = 1 << 24  # bytes of a file of such rows, which is in memory at once
 _SIGNS = [Layout("utf-8", delimiter, decimal) for delimiter, decimal in CANDIDATES]
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # the mark that such a file begins with
 
