@@ -268,14 +268,35 @@ def test_releases_are_grouped_by_release_and_amplitude():
     ]
 
 
+def begun(x0, amplitude=None):
+    """Columns of regimes.csv of a release from x0, with the amplitude with which it begins."""
+    return {"released_m": x0, "begins_m": amplitude or x0, "begins_error_m": 4e-5}
+
+
+def test_b_t_is_of_the_amplitude_with_which_pushed_releases_begin():
+    """As the hands pushed unlike, b_t is as unsure as their median."""
+    shares = dict(zip((10, 20, 27, 33, 48), (1.0, 1.05, 1.1, 1.12, 1.2), strict=True))
+    records = [release(b, 0.020) for b in shares]
+    rows = [
+        regime_row(r.id, 1.0, "two symmetric") | begun(0.020, 0.020 * share)
+        for r, share in zip(records, shares.values(), strict=True)
+    ]
+    times = [time_row(r.id, 0.010, 2.0) for r in records]
+    (level,) = release_levels(campaign(records), rows, times)
+    assert level.release.value == pytest.approx(1.1 * 0.020)
+    assert level.release.std_error / level.release.value == pytest.approx(
+        float(np.std(list(shares.values()), ddof=1)) / 5**0.5, rel=0.2
+    )
+
+
 def test_releases_by_hand_are_one_level_and_begin_at_one_amplitude():
     """Each ball takes 5 mm/s off, whatever it was let go at: all clearances are equally fast."""
     pulled = {10: 0.0206, 20: 0.0196, 27: 0.0194, 33: 0.0204, 48: 0.0201}
     records = [release(b, x0) for b, x0 in pulled.items()]
     still = release(60, 0.0198)  # of a ball that no wall reached
     regimes = [
-        regime_row(r.id, 1.0, "two symmetric") | {"released_m": 0.98 * r.release} for r in records
-    ] + [regime_row(still.id, 1.0, "no impact") | {"released_m": 0.0194}]
+        regime_row(r.id, 1.0, "two symmetric") | begun(0.98 * r.release) for r in records
+    ] + [regime_row(still.id, 1.0, "no impact") | begun(0.0194)]
     times = [
         time_row(r.id, share * r.release, (0.98 - share) * r.release / 0.005)
         for r in [*records, still] for share in (0.5, 0.25)

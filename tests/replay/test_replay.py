@@ -16,7 +16,7 @@ from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.replay import campaign_replay
-from vinesexp.replay.campaign_replay import Model, _begun, replay_campaign, rig_of
+from vinesexp.replay.campaign_replay import Model, _as_begun, _begun, replay_campaign, rig_of
 from vinesexp.replay.motions import (
     AS_RECORDED,
     ON_ORBIT,
@@ -579,3 +579,11 @@ def test_a_test_that_a_small_error_of_its_clearance_explains_is_replayed(test, a
     campaign_replay._beside(whole, record, Model(TABLE_2, (0.032,)), None, seen, row)
     shares = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.75, -0.75)[:again]
     assert tried == pytest.approx([0.0, *(0.006 * share for share in shares)])
+
+
+@pytest.mark.parametrize(("begins", "expected"), [(0.018, 0.0216), (None, 0.024)])
+def test_a_release_is_replayed_from_the_amplitude_with_which_it_begins(begins, expected):
+    """The record says the share of what was let go; the test log how far that was."""
+    record = Record("a", Path("a"), "transient", clearance=(0.03,), release=0.024)
+    row = {"released_m": 0.020, "begins_m": begins}
+    assert _as_begun(record, row).release == pytest.approx(expected)

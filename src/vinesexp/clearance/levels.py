@@ -270,12 +270,12 @@ def release_levels(
         ids = {record.id for record, _ in group}
         stated = Quantity(x0, campaign.known.uncertainties.release.of(x0))
         release = found_length("release", identified, ids) or stated
-        # the sensor shows how much farther out each was let go than the others, or the sheet does
-        shown = all(row.get("released_m") for _, row in group)
-        starts = [
-            row["released_m"] if shown else abs(record.release or x0) for record, row in group
-        ]
+        # the sensor shows how much farther out each began than the others, or the sheet does
+        shown = all(row.get("begins_m") for _, row in group)
+        starts = [row["begins_m"] if shown else abs(record.release or x0) for record, row in group]
         common = median(starts)
+        if shown:
+            release = _as_begun(release, [row for _, row in group])
         named = next(record.id for record, _ in group if abs(record.release or 0.0) == x0)
         for target in sorted(reached.get(named, {}), reverse=True):
             tests = [
@@ -288,6 +288,18 @@ def release_levels(
             if any(test.value is not None for test in tests):
                 levels.append(ReleaseLevel(x0, target, tuple(tests), release, state))
     return levels
+
+
+def _as_begun(release: Quantity, rows: Rows) -> Quantity:
+    """The amplitude with which releases begin, where a hand pushed the mass or went along, m."""
+    shares = [row["begins_m"] / row["released_m"] for row in rows]
+    if all(share == 1.0 for share in shares):
+        return release
+    share = median(shares)
+    error = median(row["begins_error_m"] / row["begins_m"] for row in rows)
+    scatter = float(np.std(shares, ddof=1)) / math.sqrt(len(shares)) if len(shares) > 1 else 0.0
+    relative = math.hypot(release.std_error / release.value, error, scatter)
+    return Quantity(release.value * share, release.value * share * relative)
 
 
 #: Neighbouring values that differ by less than this share are one, as somebody read it: base

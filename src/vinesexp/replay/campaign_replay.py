@@ -251,6 +251,7 @@ def replay_campaign(
     for record in campaign.records:
         if record.test not in TESTS or record.exclude or record.id not in by_id:
             continue
+        record = _as_begun(record, by_id[record.id])
         seen = _seen(paths, record, reading_of_metre(campaign, record, inputs))
         if seen is None:
             continue
@@ -265,6 +266,13 @@ def replay_campaign(
         alike = [one for one in found if one.regime == regime]
         cycles += _cycles(record, seen, alike or found)
     return rows, cycles
+
+
+def _as_begun(record: Record, row: Row) -> Record:
+    """A release from the amplitude with which its free motion begins, whatever the hand did."""
+    if not record.release or not row.get("begins_m"):
+        return record
+    return replace(record, release=record.release * row["begins_m"] / row["released_m"])
 
 
 def _beside(

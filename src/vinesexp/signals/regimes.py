@@ -30,7 +30,7 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import FROM_REST, RecordView, open_record
 from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
-from vinesexp.signals.free_from import freed, let_go
+from vinesexp.signals.free_from import LetGo, freed, let_go
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
 from vinesexp.signals.impacts.find import IN_GAPS, count_impacts, impacts_of_record, struck
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
@@ -45,6 +45,7 @@ from vinesexp.theory.regime_definitions import (
     regime_of,
 )
 from vinesexp.theory.regime_definitions import PERMANENT as TWO_PER_CYCLE
+from vinesexp.units import COVERAGE_95
 
 #: Clearances that differ by less than this share are alike.
 _ALIKE = 0.01
@@ -138,11 +139,12 @@ def transition_row(
         A row of transitions.csv; None for a ball that was never captured. Decay rates are slopes
         of straight lines through the logarithm of the amplitude, and None for too few cycles.
     """
-    spells = activation_spells(series.time, series.side, period=period)
+    time, amplitude = decay
+    free = series.time >= time[0] - 0.5 * period  # the middle of the first cycle
+    spells = activation_spells(series.time[free], series.side[free], period=period)
     if not len(spells):
         return None
     begin, end = spells[np.argmax(spells[:, 1] - spells[:, 0])]
-    time, amplitude = decay
     seen = amplitude > _FLOOR * np.max(amplitude, initial=0.0)
 
     def rate(of: BoolArray) -> float | None:
@@ -713,8 +715,10 @@ def rows_or_refuse(
             lost = any(check in ("aliased", IN_GAPS) for check, _, _ in said)
             rows.update(shown_by_record(record, conditioned=view, impacts=impacts, lost=lost))
             counted = rows["regime"][0].get("steady_from_s")
-            out_at = let_go(raw, view) if record.test == "transient" else None
-            rows["regime"][0]["released_m"] = None if out_at is None else abs(out_at.x)
+            out_at = let_go(raw, view, impacts) if record.test == "transient" else None
+            if out_at is not None:
+                rows["regime"][0] |= _begins(out_at)
+                said += _pushed(out_at)
             rows.update(
                 release=[] if out_at is None else [asdict(out_at)],
                 base=base_rows(record, measured=raw, conditioned=view, steady_from=counted),
@@ -727,6 +731,29 @@ def rows_or_refuse(
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return impacts, rows
+
+
+def _begins(out_at: LetGo) -> Row:
+    """Columns of regimes.csv of a release: how far out, and with which amplitude it begins."""
+    return {
+        "released_m": abs(out_at.x),
+        "begins_m": out_at.amplitude,
+        "begins_error_m": out_at.amplitude_error,
+    }
+
+
+def _pushed(out_at: LetGo) -> Iterator[Said]:
+    """What checks.csv says of a release in which a hand did more than let go."""
+    if abs(out_at.x) == out_at.amplitude:
+        return
+    more = out_at.amplitude > abs(out_at.x)
+    hand = "pushed the mass" if more else "went along with the mass, or held it back"
+    yield (
+        "release", "ok",
+        f"let go {1e3 * abs(out_at.x):.4g} mm from rest, the free motion begins with an amplitude "
+        f"of {1e3 * out_at.amplitude:.4g} +- {1e3 * COVERAGE_95 * out_at.amplitude_error:.2g} mm: "
+        f"the hand {hand}; decay times and b_t are of this amplitude",
+    )  # fmt: skip
 
 
 def _struck(record: Record, measured: RecordView, conditioned: RecordView) -> dict[str, float]:

@@ -416,6 +416,14 @@ def test_only_spikes_at_the_release_and_no_larger_than_its_step_are_the_release(
     assert not _let_go(found, x, free=0.0, frequency=f).any()
 
 
+def test_a_mass_that_is_let_go_moves_after_a_sixteenth_of_its_cycle():
+    """At 25 Hz a ball hit it within 6 ms, which was taken for the ringing of the release."""
+    f = 25.0
+    x = Coarse(0.01 * np.cos(2.0 * np.pi * f * np.arange(4000) / 1e4), 1e-4, 0.0)
+    found = detection_at(np.array([0.201, 0.206]), peak=np.array([50.0, 50.0]))
+    assert _let_go(found, x, free=0.2, frequency=f).tolist() == [True, False]
+
+
 def two_jumps(first, second, *, apart):
     """A displacement with two jumps of velocity, `apart` periods from one another; their times."""
     f, w = 8.0, 16.0 * np.pi

@@ -98,7 +98,7 @@ RECORD_REGIMES = Table(
         captured:number? swing_first:number? swing:number? spells:number? spell_mean_s:number?
         impacts_per_cycle_each? amplitude_running_max_m:number? length_s:.4g?
         amplitude_error_m:.4g? cycles:.0f? steady_from_s:.4g? waited_s:.4g? released_m:.5g?
-        test? clearance_mm? base_amplitude_mm:.7g?
+        begins_m:.5g? begins_error_m:.3g? test? clearance_mm? base_amplitude_mm:.7g?
     """))  # fmt: skip
 
 #: How the base moved in each periodic test, from its own channel.

@@ -519,8 +519,8 @@ _TINY = 1e-6
 _NONE = SlopeChanges.unknown(0)
 
 #: s about the release in which a sensor and its filters ring, and how large this is at most over
-#: the step of the acceleration.
-_STEP_RINGS, _STEP_SHOWS = 8e-3, 1.2
+#: the step of the acceleration; share of a cycle in which the mass does not yet move.
+_STEP_RINGS, _STEP_SHOWS, _NOT_YET = 8e-3, 1.2, 1.0 / 16.0
 
 
 def _let_go(found: Detection, x: Coarse, *, free: float, frequency: float) -> BoolArray:
@@ -531,7 +531,8 @@ def _let_go(found: Detection, x: Coarse, *, free: float, frequency: float) -> Bo
     if not free:
         return np.zeros(found.time.size, dtype=bool)
     step = (2.0 * math.pi * frequency) ** 2 * 0.5 * float(np.ptp(x.values))
-    return (np.abs(found.time - free) < _STEP_RINGS) & (np.abs(found.peak) < _STEP_SHOWS * step)
+    at_rest = min(_STEP_RINGS, _NOT_YET / frequency)
+    return (np.abs(found.time - free) < at_rest) & (np.abs(found.peak) < _STEP_SHOWS * step)
 
 
 def _where_it_is_late(
