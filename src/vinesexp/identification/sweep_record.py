@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
+from scipy.ndimage import uniform_filter1d
 
 from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError
@@ -51,6 +52,9 @@ _LINES = 12  # fewest
 _FAR = 3.0  # times the highest line of the fit: from there on a spectrum holds noise only
 _ENOUGH = 50  # lines that a level of noise is taken from
 _BAND = (0.75, 1.25)  # of the resonance
+_CYCLES = 4.0  # over which the largest amplitude of a sweep is a mean
+_SURE = 3.0  # standard errors of what noise leaves
+_BENT = 0.05  # of the motion, left by a linear oscillator: worth a line
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,8 @@ class Transmissibility:
         Misfit over its expectation.
     lines : int
         Fourier lines used.
+    left : float
+        What a linear oscillator leaves of the motion beyond noise, as a share of it.
     """
 
     f0: float
@@ -82,6 +88,7 @@ class Transmissibility:
     lag_error: float
     chi2: float
     lines: int
+    left: float
 
 
 def transmissibility(
@@ -229,24 +236,41 @@ def _solved(lines: _Lines, start: float) -> Transmissibility:
     p = best.values
     freedom = max(1, 2 * lines.w.size - 4 - transient.shape[1])
     chi2 = best.chi2 / freedom
+    left = _share_left(p, lines, transient)
+    # What is not that of a linear oscillator moves the resonance by as much of its width, at most.
     error = np.sqrt(np.diag(best.covariance) * max(1.0, chi2))
+    error = np.hypot(error, left * np.array([p[0] * p[1], p[1], p[2], 0.0]))
     two_pi = 2.0 * math.pi
     return Transmissibility(
         float(p[0]) / two_pi, float(error[0]) / two_pi, float(p[1]), float(error[1]),
-        float(p[2]), float(error[2]), float(p[3]), float(error[3]), chi2, lines.w.size,
+        float(p[2]), float(error[2]), float(p[3]), float(error[3]), chi2, lines.w.size, left,
     )  # fmt: skip
+
+
+def _share_left(p: FloatArray, lines: _Lines, transient: ComplexArray) -> float:
+    """What the fit surely leaves of the motion of the mass beyond noise, as a share of it."""
+    error, sigma = _weighted(p, lines)
+    left = _without(error / sigma, transient / sigma[:, np.newaxis]).reshape(2, -1)
+    noise = (sigma / np.abs(_parts(p, lines)[0])) ** 2  # of either part of a line, squared
+    beyond = float(((left**2).sum(axis=0) - 2.0) @ noise)
+    sure = beyond - _SURE * 2.0 * float(np.linalg.norm(noise))
+    return math.sqrt(max(sure, 0.0) / float((np.abs(lines.X) ** 2).sum()))
+
+
+def _without(z: ComplexArray, columns: ComplexArray) -> FloatArray:
+    """Real and imaginary parts of z with real multiples of the columns projected out."""
+    q = np.linalg.qr(np.concatenate([columns.real, columns.imag]))[0]
+    r = _stack(z)
+    return np.asarray(r - q @ (q.T @ r))
 
 
 def _misfit(p: FloatArray, lines: _Lines, transient: ComplexArray) -> tuple[FloatArray, FloatArray]:
     """The weighted misfit with T projected out, and its derivatives at the present weights."""
     error, sigma = _weighted(p, lines)
-    basis = np.concatenate([(transient / sigma[:, np.newaxis]).real,
-                            (transient / sigma[:, np.newaxis]).imag])  # fmt: skip
-    q = np.linalg.qr(basis)[0]
+    basis = transient / sigma[:, np.newaxis]
 
     def out(z: ComplexArray) -> FloatArray:
-        r = _stack(z / sigma)
-        return np.asarray(r - q @ (q.T @ r))
+        return _without(z / sigma, basis)
 
     changes = np.array([1e-7 * p[0], 1e-7, 1e-6, 1e-6 / p[0]])
     columns = []
@@ -382,6 +406,7 @@ def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None
     k = group_size(view.sample_rate, f0, points=POINTS)
     step = k / view.sample_rate
     base, x = channel_means(view, "base", k), channel_means(view, role, k)
+    x -= x.mean()
     if view.quantity(role) != view.quantity("base"):
         to_motion = -1.0 / (2.0 * math.pi * f0) ** 2
         x = x * to_motion if view.quantity(role) == "acceleration" else x
@@ -391,7 +416,7 @@ def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None
         base, x, step, frequency=f0, swept=swept,
         powers=_powers(view.quantity(role), view.quantity("base")),
     )  # fmt: skip
-    largest = float(np.sqrt(2.0) * np.std(x)) if x.size else 0.0
+    largest = math.sqrt(2.0 * float(uniform_filter1d(x**2, round(_CYCLES / (f0 * step))).max()))
     if view.quantity(role) == "acceleration" == view.quantity("base"):
         largest /= (2.0 * math.pi * f0) ** 2
     rows = [
@@ -400,10 +425,24 @@ def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None
         ("base_gain", found.gain, found.gain_error, "1"),
         ("base_lag", found.lag, found.lag_error, "s"),
     ]
+    bent = _is_bent(found.left) if found.left > _BENT else ""
     return _by_half_power(record, base, x, step) + [
-        Estimate(name, value, error, unit, "sweep", (record.id,), amplitude=largest)
+        Estimate(
+            name, value, error, unit, "sweep", (record.id,), amplitude=largest,
+            note=bent if name == "f0" else "",
+        )
         for name, value, error, unit in rows
-    ]
+    ]  # fmt: skip
+
+
+def _is_bent(left: float) -> str:
+    """What checks.csv says of a resonance that is not that of a linear oscillator."""
+    return (
+        f"a linear oscillator leaves {100.0 * left:.2g} % of the motion in this sweep: damping or "
+        "stiffness depends on the amplitude (friction, a spring that is not straight), or the base "
+        "was not all that moved the mass; f0, zeta and the height of the resonance are as unsure. "
+        "Ring-downs show how they depend on it"
+    )
 
 
 def _powers(mass: str, base: str) -> tuple[int, int]:

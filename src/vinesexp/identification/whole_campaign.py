@@ -77,6 +77,8 @@ _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not stra
 _LAG_MATTERS = 2e-5  # s
 _SURE = 5.0  # standard errors from which on a corner is there
 _FOLLOWS = 3e-3  # of the motion of the mass
+#: What to do where a sweep does not show the width of its resonance.
+_SWEEP_BETTER = "Check the channels, and sweep more slowly"
 _FEWEST = 3  # records whose phase says something of the sensor that all of them share
 
 
@@ -225,9 +227,9 @@ def _lags(lags: Sequence[Estimate]) -> list[Check]:
 
 
 def _misfits(found: Sequence[Estimate]) -> list[Check]:
-    """Free decays on which the methods disagree, or that no decay fits."""
+    """Free decays on which the methods disagree or that no decay fits, sweeps of a bent spring."""
     return [
-        Check(e.records[0], "ring-down", "warning", e.note)
+        Check(e.records[0], "sweep" if e.method == "sweep" else "ring-down", "warning", e.note)
         for e in found
         if e.parameter in ("f0", "f0_added") and e.note
     ]
@@ -359,7 +361,7 @@ def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]
         elif e.parameter == "f0" and (e.records, e.method) in without_width:
             detail = (
                 f"f0 ({e.method}) = {e.value:.4g} {e.unit} is left out: the width of its resonance "
-                "(zeta) is not known. Check the channels, and sweep more slowly"
+                f"(zeta) is not known. {e.note or _SWEEP_BETTER}"
             )
         else:
             kept.append(e)
