@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.clearance.levels import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign.schema import Campaign, Known, Record
@@ -21,6 +21,8 @@ from vinesexp.replay.motions import (
     AS_RECORDED,
     ON_ORBIT,
     BaseSamples,
+    Begun,
+    Drive,
     Replayed,
     begun,
     drive_of,
@@ -450,6 +452,20 @@ def test_the_replays_of_a_sweep_are_one_distribution():
     mean, largest, *_ = compared(replace(periodic(34.0), test="sweep"), row, float("nan"), found)
     assert (mean.outcome, mean.low, mean.high) == ("ok", 5.3e-3, 7.4e-3)
     assert (largest.quantity, largest.outcome) == ("largest amplitude", "ok")
+
+
+def test_a_sweep_is_replayed_with_the_ball_where_a_wall_first_meets_it():
+    """From the walls alone a sweep whose ball lay in the middle was not replayed."""
+    table = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+    rig = Rig(table, nes=[NES(m=0.032, b=0.01, r=0.6)])
+    swept = Sweep(0.25e-3, 7.4, 8.2, 10.0)
+    found = replays(
+        rig, Drive(swept, (0.0,), 10.0), plain=rig, states=[Begun(0.0, 0.0, 0.0, (0.002,), (0.0,))]
+    )
+    own = [one.motion for one in found if one.start == AS_RECORDED]
+    assert [motion.duration for motion in own] == [10.0]
+    met = own[0].impacts["time"][0]
+    assert abs(own[0].at(np.array([met]))[0][0] - 0.002) == pytest.approx(0.01, rel=1e-6)
 
 
 def test_a_ball_that_lies_still_is_compared_with_balls_that_do():

@@ -338,12 +338,14 @@ def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
             base = base_samples(view, frequency=f)
     x0, v0 = _beginning(x[: max(int(rate / f), 8)], rate, f)
     states: list[Begun | None] = []
-    if record.clearance and record.test in ("periodic", "transient"):
+    if record.clearance:
         impacts = read_impacts(paths.impacts(record.id))
         places, speeds = impacts.x_m / reads, impacts.v_before_m_s / reads
         impacts = replace(impacts, time_s=impacts.time_s - begins, x_m=places, v_before_m_s=speeds)
         if record.test == "periodic":
             states = _begun(impacts, record.clearance, x0, v0)
+        elif record.test == "sweep":
+            states = [released(impacts, record.clearance, x0=x0, v0=v0)]
         else:
             let_go = _from(record, amplitude[known], x0)
             states = _let_go(impacts, record.clearance, let_go, 1.0 / f)

@@ -364,11 +364,12 @@ def replays(
 def _from_there(drive: Drive, state: Begun) -> Iterator[tuple[Base | None, float]]:
     """The base from the moment of a state on, and how long it is known, s.
 
-    Where no channel shows its phase, in phases all around.
+    Where no channel shows its phase, in phases all around. The state of a release or sweep is that
+    of its beginning.
     """
     length, samples, sine = drive.length - state.time, drive.samples, drive.sine
-    if drive.base is None:
-        yield None, length
+    if samples is None and sine is None:
+        yield drive.base, length
     if samples is None and sine is not None:
         for i in range(_PHASES):
             yield replace(sine, phase=2.0 * math.pi * i / _PHASES), length
