@@ -21,6 +21,8 @@ COMBINED = "combined"
 #: an ``envelope`` only where it stands in for a likelihood that failed.
 BEST = ("likelihood", "envelope", "sweep", "impacts", "drop")
 
+#: Parameter name: about how fast the mass swings in a release, Hz.
+SWINGS_AT = "oscillation"
 #: Parameter name of a record that gave nothing; its `note` is the reason.
 NOTHING = "nothing"
 #: Parameter name: the phase error of a displacement integrated from the acceleration; its note.

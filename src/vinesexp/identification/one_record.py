@@ -22,6 +22,7 @@ from vinesexp.identification.estimate import (
     INTEGRATED,
     LOST,
     NOTHING,
+    SWINGS_AT,
     Estimate,
     estimates_of,
     nothing,
@@ -292,7 +293,12 @@ def _without_laser(
 
 
 def _swing(record: Record, view: RecordView, band: RecordView, frequency: float) -> list[Estimate]:
-    """Amplitude at which a periodic test with impacts works: the effective one, m."""
+    """Amplitude at which a periodic test with impacts works: the effective one, m.
+
+    Of a release, about how fast it swings, Hz: where nothing else shows f0, its flights need it.
+    """
+    if record.test == "transient":
+        return estimates_of(record, "channels", [(SWINGS_AT, frequency, 0.0, "Hz")])
     if record.test != "periodic":
         return []
     if "displacement" in view.roles:

@@ -12,7 +12,13 @@ import numpy as np
 from vinesexp.arrays import FloatArray, median_of
 from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
-from vinesexp.identification.estimate import F0_INTEGRATED, FIRST_SWING, INTEGRATED, Estimate
+from vinesexp.identification.estimate import (
+    F0_INTEGRATED,
+    FIRST_SWING,
+    INTEGRATED,
+    SWINGS_AT,
+    Estimate,
+)
 from vinesexp.identification.flights import Flights, flights_of
 from vinesexp.identification.joint.collisions import (
     EFFECTS,
@@ -182,6 +188,7 @@ class _Builder:
     law: Law
     follows: Mapping[str, complex]
     shared: Mapping[str, float]
+    swings: Mapping[str, float] = field(default_factory=dict)
     priors: dict[str, Prior] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
@@ -300,10 +307,12 @@ class _Builder:
     def oscillates(self, record: Record) -> float:
         """Frequency of the motion in a record, Hz: f0, or where nothing shows it that of the base.
 
-        0 where neither is known.
+        A release swings by itself. 0 where nothing is known.
         """
-        own = self.start.get("ln_f0")
-        return float(np.mean(record.frequency or (0.0,))) if own is None else math.exp(own)
+        f0 = self.start.get("ln_f0")
+        if f0 is not None:
+            return math.exp(f0)
+        return float(np.mean(record.frequency or (self.swings.get(record.id, 0.0),)))
 
 
 def observe(
@@ -328,7 +337,8 @@ def observe(
     }
     follows = {id: complex(*(one[id] for one in parts.values())) for id in parts["base_follows"]}
     shared = {r.id: _shared(r, impacts[r.id]) for r in campaign.records if r.id in impacts}
-    b = _Builder(campaign, law_asked(found, campaign), follows, shared)
+    swings = {e.records[0]: e.value for e in found if e.parameter == SWINGS_AT}
+    b = _Builder(campaign, law_asked(found, campaign), follows, shared, swings)
     _rig(b, found, driven)
     _decays(b, [e for e in found if e.method != "sweep"])
     _start_mass(b, found)
