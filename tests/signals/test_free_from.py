@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vinesexp import Release
+from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.free_from import FREE_FROM, free_from, let_go
 from vinesexp.signals.impacts.impact_table import no_impacts
 from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.signals.regimes import decay_times, shown_by_record
 
 RATE = 2000.0
 
@@ -260,3 +263,22 @@ def test_a_mass_that_was_hit_begins_with_the_amplitude_of_its_swing(tmp_path):
     found = seen({"displacement": x[:-late], "acceleration": 0.0 * x[:-late]}, tmp_path)
     assert not found.held
     assert abs(found.x) == found.amplitude == pytest.approx(X0, rel=0.04)
+
+
+def test_a_release_that_a_hand_stops_did_not_reach_what_is_below(tmp_path):
+    """Decay times said how soon the hand came."""
+    w, t = 2.0 * np.pi * 7.862, np.arange(round(8.0 * RATE)) / RATE
+    x = X0 * np.cos(w * t) * np.exp(-0.4 * t)
+    x = np.where(t < 3.0, x, x[round(3.0 * RATE)] * np.exp(-(t - 3.0) / 0.02))
+    quantities = {"displacement": "displacement"}
+    with RecordWriter(tmp_path / "r.nc", sample_rate=RATE, quantities=quantities,
+                       attributes={"test": "transient"}) as writer:  # fmt: skip
+        writer.append({"displacement": x + 5e-6 * np.random.default_rng(1).standard_normal(t.size)})
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
+    record = Record("a", Path("a"), "transient", clearance=(0.03,), release=X0)
+    with open_record(tmp_path / "c.nc") as view:
+        half, *below = (row["time_s"] for row in decay_times(record, conditioned=view))
+        shown = shown_by_record(record, conditioned=view, impacts=no_impacts())
+    assert half == pytest.approx(np.log(2.0) / 0.4, abs=0.1)
+    assert below == [None, None, None]
+    assert ["release", "warning"] in [list(check[:2]) for check in shown["checks"]]

@@ -49,7 +49,7 @@ from vinesexp.replay.replay_table import (
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
-from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.signals.means import cycle_amplitudes, free_cycles
 from vinesexp.theory.regime_definitions import Regime
 
 if TYPE_CHECKING:
@@ -328,6 +328,8 @@ def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
         x = view.read("displacement", free, free + _MOST) / reads
         time, amplitude = cycle_amplitudes(x, rate, f)
         length = (view.n - free) / rate
+        if record.test in RELEASES and (whole := free_cycles(amplitude)) < amplitude.size:
+            time, amplitude, length = time[:whole], amplitude[:whole], float(time[whole - 1])
         begins = view.start + free / rate
     known = np.isfinite(amplitude)
     if not known.any():

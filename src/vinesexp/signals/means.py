@@ -219,3 +219,31 @@ def time_to_level(time: FloatArray, amplitude: FloatArray, level: float) -> floa
     i = int(above[-1])
     share = (amplitude[i] - level) / (amplitude[i] - amplitude[i + 1])
     return float(time[i] + share * (time[i + 1] - time[i]))
+
+
+#: Of a hand that stops a mass: share of an amplitude that is left from two cycles later on, how
+#: many times as much is lost as in the two before, share of the largest from which on it is told.
+_STOPPED, _SUDDEN, _TOLD = 0.1, 3.0, 0.05
+
+
+def free_cycles(amplitude: FloatArray) -> int:
+    """How many cycles of a decay come before a hand stops the mass; all where none does.
+
+    A damper, friction and a ball take no more in a cycle than in those before.
+
+    Examples
+    --------
+    >>> decay = np.exp(-0.02 * np.arange(60)); free_cycles(decay)
+    60
+    >>> free_cycles(np.where(np.arange(60) < 25, decay, 1e-3 * decay))
+    24
+    >>> rubs = np.maximum(1.0 - 0.09 * np.arange(30), 0.0); free_cycles(rubs)
+    30
+    """
+    if amplitude.size < 5 or not np.isfinite(amplitude).any():
+        return amplitude.size
+    later = np.fmax.accumulate(amplitude[::-1])[::-1]
+    before, at, after = amplitude[:-4], amplitude[2:-2], later[4:]
+    falls = (after < _STOPPED * at) & (at - after > _SUDDEN * (before - at))
+    stopped = np.flatnonzero(falls & (at > _TOLD * np.nanmax(amplitude)))
+    return int(stopped[0]) + 3 if stopped.size else amplitude.size

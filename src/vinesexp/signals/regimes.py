@@ -34,7 +34,7 @@ from vinesexp.signals.free_from import LetGo, freed, let_go
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
 from vinesexp.signals.impacts.find import IN_GAPS, count_impacts, impacts_of_record, struck
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
-from vinesexp.signals.means import cycles_from, time_to_level
+from vinesexp.signals.means import cycles_from, free_cycles, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
 from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
@@ -402,6 +402,9 @@ def shown_by_record(
     time, amplitude = _amplitudes(view, frequency)
     length, start, free = view.n / view.sample_rate, view.start, freed(view)
     base = swept(view, frequency) if record.test == "sweep" else None
+    if record.test == "transient" and (whole := free_cycles(amplitude)) < amplitude.size:
+        time, amplitude = time[:whole], amplitude[:whole]
+        checks.append(_stopped(float(time[-1]), float(amplitude[-1])))
     if amplitude.size == 0:
         return shown
     period = 1.0 / frequency
@@ -463,6 +466,16 @@ def _transitions(
     """Rows of transitions.csv of a release, of those balls that are captured."""
     rows = (transition_row(record.id, one, decay, start=start, period=period) for one in series)
     return [row for row in rows if row is not None]
+
+
+def _stopped(time: float, amplitude: float) -> Said:
+    """What checks.csv says of a release that a hand ends."""
+    detail = (
+        f"the mass stops within two cycles at {time:.4g} s, where it swings by "
+        f"{1e3 * amplitude:.3g} mm: a hand took it. The decay did not reach the amplitudes below; "
+        "record longer before you stop it"
+    )
+    return "release", "warning", detail
 
 
 #: A start that moves the mean by less is not worth a line.
@@ -595,7 +608,8 @@ def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
     if record.test != "transient" or "displacement" not in conditioned.roles or not frequency:
         return []
     time, amplitude = _amplitudes(conditioned, frequency)
-    time = time - freed(conditioned)
+    free = free_cycles(amplitude)
+    time, amplitude = time[:free] - freed(conditioned), amplitude[:free]
     if not np.isfinite(amplitude).any():
         return []
     # a release that was not written down, or is in another unit than the displacement, has round
