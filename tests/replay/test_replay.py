@@ -84,7 +84,7 @@ def impacts_in(motion, since: float) -> Impacts:
     hits = motion.impacts
     late = hits["time"] > since
     x, v = motion.at(hits["time"][late] + 1e-9)
-    whole = ("crowded", "clipped")
+    whole = ("unseen_before", "crowded", "clipped")
     columns = {name: np.zeros(x.size, int if name in whole else float) for name in COLUMNS} | {
         "time_s": hits["time"][late] - since, "side": hits["side"][late], "x_m": x,
         "nes": hits["nes"][late] + 1, "v_before_m_s": v,
