@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import vinesexp
-from vinesexp.codedigest import _names
+from vinesexp.codedigest import named
 
 ROOT = Path(vinesexp.__file__).parent
 REPOSITORY = Path(__file__).parents[1]
@@ -49,7 +49,7 @@ MODULES = {name_of(path): path for path in sorted(ROOT.rglob("*.py"))}
 def imported(path: Path) -> set[str]:
     """Modules of the package that a file names in its imports, those inside functions too."""
     found: set[str] = set()
-    for name in _names(path):
+    for name in named(path.read_text(encoding="utf-8")):
         inner = name.removeprefix("vinesexp.")
         if inner == name or (inner in MODULES and MODULES[inner].name == "__init__.py"):
             continue  # of a room, what is taken from it counts

@@ -44,16 +44,8 @@ def code_digest(name: str) -> str:
     >>> code_digest("vinesexp.units") == code_digest("vinesexp.rig")
     False
     """
-    digest = hashlib.sha256()
-    for code in _function(*name.split(":")) if ":" in name else ():
-        digest.update(code.encode())
-    files, libraries = _reached(name)
-    for path in sorted(files):
-        digest.update(str(path.relative_to(_ROOT)).encode())
-        digest.update(_sha256(path))
-    for library in sorted(libraries):
-        digest.update(f"{library} {version_of(library)}".encode())
-    return digest.hexdigest()[:16]
+    texts = sorted((piece, _piece(piece)[0]) for piece in reached(name))
+    return hashlib.sha256(repr(texts).encode()).hexdigest()[:16]
 
 
 @cache
@@ -69,68 +61,44 @@ def version_of(library: str) -> str:
 
 def imported_modules(*modules: str) -> list[str]:
     """Files of the package that `modules` reach, relative to it, sorted."""
-    found = {path for module in modules for path in _reached(module)[0]}
-    return sorted(path.relative_to(_ROOT).as_posix() for path in found)
-
-
-def named_modules(call: str) -> list[str]:
-    """Modules that a function, ``module:function``, and what it uses of its file import."""
-    return [module for text in _function(*call.split(":")) for module in _named(text)]
+    files = {path for module in modules for name in reached(module) for path in _files(name)}
+    return sorted(path.relative_to(_ROOT).as_posix() for path in files)
 
 
 @cache
-def _reached(name: str) -> tuple[frozenset[Path], frozenset[str]]:
-    """Files of the package, and libraries, that a module or a function reaches by imports."""
-    pending = named_modules(name) if ":" in name else [name]
-    files, names = set[Path](), set[str]()
+def reached(name: str) -> frozenset[str]:
+    """Names of modules, functions and libraries that a module or a function reaches by imports."""
+    pending, found = [name], set[str]()
     while pending:
-        module = pending.pop()
-        new = set(_files(module)) - files if module not in names else ()
-        names.add(module)
-        files.update(new)
-        pending += [one for path in new if path.suffix == ".py" for one in _names(path)]
-    if not files:
-        raise ImportError(f"no module of {_PACKAGE} is {name}")
-    roots = {name.partition(".")[0] for name in names} - {_PACKAGE} - sys.stdlib_module_names
-    return frozenset(files), frozenset(roots)
+        if (one := pending.pop()) not in found:
+            found.add(one)
+            pending += _piece(one)[1]
+    if not _piece(name)[0]:
+        raise ImportError(f"{_PACKAGE} has no {name}")
+    return frozenset(one for one in found if _piece(one)[0])
 
 
 @cache
-def _sha256(path: Path) -> bytes:
-    return hashlib.sha256(path.read_bytes()).digest()
+def _piece(name: str) -> tuple[str, list[str]]:
+    """Text or version that stands for a name, empty where there is none, and names in its text.
+
+    A name that only a docstring holds counts as used.
+    """
+    module, _, function = name.partition(":")
+    files, library = _files(module), module.partition(".")[0]
+    if function:
+        blocks = _blocks(files)
+        own = blocks.get(function, "")
+        text = own and blocks[""] + own
+        used = [f"{module}:{word}" for word in re.findall(r"\w+", own) if word in blocks]
+        return text, [*named(text), *used]
+    if files:
+        digests = [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
+        return " ".join(digests), named(files[0].read_text(encoding="utf-8"))
+    return "" if library in (_PACKAGE, *sys.stdlib_module_names) else version_of(library), []
 
 
-@cache
-def _names(path: Path) -> list[str]:
-    """Modules that a file names in its imports."""
-    return _named(path.read_text(encoding="utf-8"))
-
-
-@cache
-def _files(name: str) -> tuple[Path, ...]:
-    """Source of the module `name` of this package, and the data that lies beside it."""
-    package, *parts = name.split(".")
-    base = _ROOT.joinpath(*parts)
-    for source in (base.with_suffix(".py"), base / "__init__.py"):
-        if package == _PACKAGE and source.is_file():
-            return (source, *_data(source.parent))
-    return ()
-
-
-@cache
-def _data(folder: Path) -> tuple[Path, ...]:
-    """Files of a room that are no code, in folders that are no rooms of their own too."""
-    found: list[Path] = []
-    for path in sorted(folder.iterdir()):
-        if path.is_dir():
-            if path.name != "__pycache__" and not (path / "__init__.py").exists():
-                found.extend(_data(path))
-        elif path.suffix not in (".py", ".pyc", ".pyi") and path.name != "py.typed":
-            found.append(path)
-    return tuple(found)
-
-
-def _named(text: str) -> list[str]:
+def named(text: str) -> list[str]:
     """Modules that a piece of code names in its imports."""
     names: list[str] = []
     for module, within, beside, alone in _IMPORT.findall(text):
@@ -140,20 +108,28 @@ def _named(text: str) -> list[str]:
 
 
 @cache
-def _function(module: str, function: str) -> tuple[str, ...]:
-    """Code of a function, of what it uses in its file, and of all there that is no function.
+def _files(name: str) -> tuple[Path, ...]:
+    """Source of the module `name` of this package, and what lies beside and below it of data."""
+    base = _ROOT.parent.joinpath(*name.split("."))
+    for source in (base.with_suffix(".py"), base / "__init__.py"):
+        if name.partition(".")[0] == _PACKAGE and source.is_file():
+            return (source, *_data(source.parent))
+    return ()
 
-    A name that only a docstring holds counts as used.
-    """
-    source = next(iter(_files(module)), None)
-    blocks = re.split(r"\n(?=[^\s)])", source.read_text(encoding="utf-8")) if source else []
-    homes = {found[1]: block for block in blocks if (found := _DEFINED.match(block))}
-    if function not in homes:
-        raise ImportError(f"no function {function} in {module}")
-    own = homes.values()
-    chosen = [b for b in blocks if b not in own and not b.startswith("if TYPE_CHECKING")]
-    pending = [homes.pop(function)]
-    while pending:
-        chosen.append(pending.pop())
-        pending += [homes.pop(name) for name in re.findall(r"\w+", chosen[-1]) if name in homes]
-    return tuple(chosen)
+
+@cache
+def _data(folder: Path) -> list[Path]:
+    below = sorted(folder.rglob("*.*") if folder != _ROOT else ())
+    return [path for path in below if path.suffix not in (".py", ".pyc", ".nbi", ".nbc")]
+
+
+@cache
+def _blocks(files: tuple[Path, ...]) -> dict[str, str]:
+    """Functions and classes of a module by name; without a name all else there but types."""
+    found = {"": ""}
+    for block in re.split(r"\n(?=[^\s)])", files[0].read_text(encoding="utf-8") if files else ""):
+        if defined := _DEFINED.match(block):
+            found[defined[1]] = block
+        elif not block.startswith("if TYPE_CHECKING"):
+            found[""] += f"{block}\n"
+    return found

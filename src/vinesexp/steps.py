@@ -15,7 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.codedigest import code_digest, named_modules
+from vinesexp.codedigest import code_digest, reached
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -123,9 +123,9 @@ _LIBRARIES = (
 
 
 def all_modules() -> list[str]:
-    """Modules that steps import, libraries among them; some are names in a module."""
-    named = [name for step in STEPS.values() for name in named_modules(step.function)]
-    return [*_LIBRARIES, *named]
+    """Modules that steps import, libraries among them."""
+    names = {name for step in STEPS.values() for name in reached(step.function)}
+    return [*_LIBRARIES, *sorted(name for name in names if name.startswith("vinesexp."))]
 
 
 class Study:
@@ -207,6 +207,10 @@ class Study:
                 self.campaign, *record, paths=self.paths
             )
             written += found if module == "vinesexp.showing" else []  # further files
+
+    def may_refuse(self, step: str, id: str) -> bool:
+        """Whether a step is one on a record, and makes results of it, not files of the campaign."""
+        return bool(id and STEPS[step].makes)
 
     def refuse(self, step: str, id: str, reason: str) -> None:
         """Refuse a record for a reason seen from outside, as `ingest` does, and tell `step` so."""
