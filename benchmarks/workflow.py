@@ -28,7 +28,7 @@ import numpy as np
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 _BECOME_PARENT_OF_ORPHANS = 36  # PR_SET_CHILD_SUBREAPER
-TOOK = re.compile(r"^process: ([\d.]+) s of processor time, peak memory (\d+) MiB", re.MULTILINE)
+TOOK = re.compile(r"^done in ([\d.]+) s of processor time, peak memory (\d+) MiB", re.MULTILINE)
 DESCRIPTION = """\
 title: Ring-downs
 known: {mass: 4.7 kg, nes_mass: 32 g}
@@ -122,7 +122,7 @@ def jobs(results: Path, *, since: float) -> list[str]:
             took = TOOK.findall(log.read_text(encoding="utf-8"))
             found.setdefault(step, []).extend((float(s), int(peak)) for s, peak in took)
     return [
-        "| step | processes | processor s | largest MiB |\n|---|---|---|---|",
+        "| step | records | processor s | largest MiB |\n|---|---|---|---|",
         *(
             f"| {step} | {len(rows)} | {sum(s for s, _ in rows):.1f} | {max(p for _, p in rows)} |"
             for step, rows in found.items()

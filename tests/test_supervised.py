@@ -32,26 +32,21 @@ def fail_on_a_full_disk():
 
 def test_a_mistake_of_the_user_is_one_line_without_traceback(tmp_path, capsys):
     log = tmp_path / "logs" / "a.log"
-    assert logged(fail_as_user, log) == (
-        f"raw/a.csv: is empty; export it again (log: {log})",
-        False,
-    )
+    assert logged(fail_as_user, log) == f"raw/a.csv: is empty; export it again (log: {log})"
     assert capsys.readouterr() == ("", "")
     assert "Traceback" not in log.read_text()
 
 
 def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path):
     log = tmp_path / "a.log"
-    said, of_the_machine = logged(fail_unexpectedly, log)
-    assert not of_the_machine
+    said = logged(fail_unexpectedly, log)
     assert "\n" not in said
     assert "ZeroDivisionError" in said
     assert "Traceback" in log.read_text()
 
 
 def test_a_full_disk_is_one_line_that_names_the_file(tmp_path):
-    said, of_the_machine = logged(fail_on_a_full_disk, tmp_path / "a.log")
-    assert of_the_machine
+    said = logged(fail_on_a_full_disk, tmp_path / "a.log")
     assert said.startswith("results/a/report.html: No space left on device; when this")
     assert "\n" not in said
 
@@ -64,21 +59,21 @@ def fail_behind_a_full_disk():
 
 
 def test_a_full_disk_is_named_and_not_what_a_library_stumbles_over_behind_it(tmp_path):
-    said, _ = logged(fail_behind_a_full_disk, tmp_path / "a.log")
+    said = logged(fail_behind_a_full_disk, tmp_path / "a.log")
     assert said.startswith("No space left on device; when this")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("step", [lambda: None, fail_as_user, fail_unexpectedly])
 def test_a_log_that_cannot_be_written_is_one_line(step):
-    said, _ = logged(step, Path("/dev/full"))
+    said = logged(step, Path("/dev/full"))
     assert said
     assert "\n" not in said
 
 
 def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
     log = tmp_path / "a.log"
-    assert logged(lambda: print("n is", 3), log) == ("", False)
+    assert logged(lambda: print("n is", 3), log) == ""
     assert log.read_text().startswith("n is 3\ndone in ")
     assert capsys.readouterr().out == ""
 
@@ -88,7 +83,7 @@ def go(tmp_path):
     """Have the work of tests/watched.py done; the exit code."""
 
     def go(*ids, **given):
-        return run_apart(Watched(tmp_path, **given), "impacts", ids, log=tmp_path / "all.log")
+        return run_apart(Watched(tmp_path, **given), "impacts", ids)
 
     forkserver._forkserver._stop()  # the next one prints where this test looks
     yield go
@@ -99,7 +94,7 @@ def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(go,
     assert go("", deadly=[""]) == 1
     shown = capsys.readouterr().err
     assert "impacts: its process was killed, as systems do when memory is short" in shown
-    assert str(tmp_path / "all.log") in shown
+    assert str(tmp_path / ".log") in shown
 
 
 def test_peak_memory_is_the_step_s_own_and_not_that_of_who_started_it(go, tmp_path):
@@ -107,7 +102,7 @@ def test_peak_memory_is_the_step_s_own_and_not_that_of_who_started_it(go, tmp_pa
         pytest.skip("elsewhere the system says nothing better")
     held = np.ones(40_000_000)  # 320 MB here, while the step starts
     assert go("a") == 0
-    said = (tmp_path / "all.log").read_text()
+    said = (tmp_path / "a.log").read_text()
     peak = re.search(r"processor time, peak memory (\d+) MiB", said)
     assert held.nbytes > 3e8
     assert int(peak[1]) < 150
@@ -150,15 +145,24 @@ def test_two_records_that_kill_their_process_are_both_refused(go, tmp_path):
     assert [(tmp_path / id).read_text()[:7] == "refused" for id in "abc"] == [True, False, True]
 
 
-def test_a_record_that_cannot_even_be_refused_ends_the_batch(go, capsys):
+def test_a_record_that_cannot_even_be_refused_ends_the_batch(go, tmp_path, capsys):
     assert go("a", "b", deadly=["a"], stubborn=["a"]) == 1
-    assert "while a was refused" in capsys.readouterr().err
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("vinesexp: impacts: its process was killed")
+    assert line.endswith(f"(log: {tmp_path / 'a.log'})")
 
 
-def test_a_record_that_fails_leaves_the_others(go, tmp_path, capfd):
-    assert go("a", "b", wrong=["a"]) == 1
-    assert (tmp_path / "b").exists()
-    assert f"vinesexp: a: is wrong (log: {tmp_path / 'a.log'})" in capfd.readouterr().err
+def test_a_record_at_which_a_step_fails_is_refused_and_the_others_go_on(go, tmp_path, capfd):
+    assert go("a", "b", wrong=["a"]) == 0
+    assert (tmp_path / "a").read_text() == "refused: impacts: a: is wrong"
+    assert (tmp_path / "b").read_text().isdigit()
+
+
+def test_a_full_disk_ends_the_batch_in_one_line(go, tmp_path, capfd):
+    assert go("a", "b", full=["a"]) == 1
+    assert not (tmp_path / "b").exists()
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith("vinesexp: a: No space left on device; when this is mended")
 
 
 def started(work, seen):
@@ -168,7 +172,7 @@ def started(work, seen):
         "from vinesexp.supervised import run_apart\n"
         "signal.signal(signal.SIGINT, lambda *_: None)\n"
         f"folder = Path({str(seen.parent)!r})\n"
-        f"sys.exit(run_apart({work}, log=folder / 'all.log'))\n"
+        f"sys.exit(run_apart({work}))\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)

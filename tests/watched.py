@@ -1,5 +1,6 @@
 """A study for `vinesexp.supervised.run_apart` that writes a file a record; some kill it."""
 
+import errno
 import faulthandler
 import os
 import time
@@ -11,7 +12,7 @@ from vinesexp.errors import RecordError
 
 @dataclass(frozen=True)
 class Watched:
-    """Goes through records; those named in `deadly`, `once`, `wrong`, `stubborn` do as they say."""
+    """Goes through records; those in `deadly`, `once`, `wrong`, `stubborn`, `full` are so."""
 
     folder: Path
     takes: float = 0.0
@@ -19,6 +20,7 @@ class Watched:
     once: tuple[str, ...] = ()
     wrong: tuple[str, ...] = ()
     stubborn: tuple[str, ...] = ()
+    full: tuple[str, ...] = ()
     how: int = 9
     held: bool = False
 
@@ -28,6 +30,12 @@ class Watched:
 
     def log(self, step, id):
         return self.folder / f"{id}.log"
+
+    def why(self, step, id):
+        return [] if (self.folder / id).is_file() else ["not made yet"]
+
+    def may_refuse(self, step, id):
+        return bool(id)
 
     def run(self, step, id):
         if self.held:
@@ -41,6 +49,8 @@ class Watched:
             os.kill(os.getpid(), self.how)
         if id in self.wrong:
             raise RecordError("is wrong", file=id)
+        if id in self.full:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), id)
         (self.folder / id).write_text(f"{os.getpid()}")
 
     def refuse(self, step, id, reason):

@@ -13,6 +13,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from logging import ERROR, LogRecord
+from pathlib import Path
 from typing import Any
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
@@ -106,9 +107,9 @@ class LogHandler(LogHandlerBase):
         self.failed.add(job)
         if workflow.CURRENT is not None and workflow.CURRENT.interrupted:
             return "stopped; the same command goes on from here" if len(self.failed) == 1 else None
-        logs = ", ".join(str(path) for path in record.log) or "none"  # type: ignore[attr-defined]
+        logs = "".join(f"; log: {path}" for path in record.log if Path(path).is_file())  # type: ignore[attr-defined]
         label = self.labels.get(job, record.rule_name)  # type: ignore[attr-defined]
-        return f"failed: {label}{_why(getattr(record, 'rule_msg', None))}; log: {logs}"
+        return f"failed: {label}{_why(getattr(record, 'rule_msg', None))}{logs}"
 
 
 def _why(said: str | None) -> str:

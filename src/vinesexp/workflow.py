@@ -187,9 +187,8 @@ class Planner:
         """
         study, batch = copy(self.study), self._batch(wildcards)
         ids = [id for id in self._members(batch) if study.why(step, id)]
-        log = self.paths.log(f"{step}.{batch}".rstrip("."))
         analyses = any(self.outdated[other] for other in STEPS if STEPS[other].each)
-        if code := run_apart(study, step, ids, log=log, loads=all_modules() if analyses else ()):
+        if code := run_apart(study, step, ids, loads=all_modules() if analyses else ()):
             self.interrupted = self.interrupted or code == INTERRUPTED
             raise subprocess.CalledProcessError(code, step)
 

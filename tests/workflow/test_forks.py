@@ -25,7 +25,7 @@ def run(finished, monkeypatch):
     def run(step, loads=("h5py", "pandas"), *, ids=None):
         study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
         ids = ids or [id for id in study.records if study.why(step, id)]
-        return run_apart(study, step, ids, log=study.paths.log(f"{step}.1of1"), loads=loads)
+        return run_apart(study, step, ids, loads=loads)
 
     forkserver._forkserver._stop()
     yield run
