@@ -48,22 +48,22 @@ def run_apart(study: Study, step: str, ids: Sequence[str], *, loads: Collection[
     study : Study
     step : str
     ids : sequence of str
-        Records whose results do not hold; ``[""]`` for all together.
+        Records, of which those are done whose results do not hold; ``[""]`` for all together.
     loads : collection of str
         Modules that are imported before the first process of all, for all of them.
     """
-    died, reason = Counter[str](), ""
-    while ids:
-        if (code := _forked(loads, study, step, ids, reason)) >= 0:
-            return code
-        now, death = copy(study), f"{step}: {_death(code)}"
-        ids = [id for id in ids if now.why(step, id)]
-        at = ids[0] if ids else ""
-        died[at] += 1
+    code, died = 0, Counter[str]()
+    while outdated := [id for now in [copy(study)] for id in ids if now.why(step, id)]:
+        at, reason = outdated[0], ""
+        if code:
+            died[at] += 1
+            reason = f"{step}: {_death(code)}"
         if died[at] > 1 + study.may_refuse(step, at):
-            say(f"vinesexp: {death} (log: {study.paths.log(step, at)})")
+            say(f"vinesexp: {reason} (log: {study.paths.log(step, at)})")
             return 1
-        reason = f"{death} twice while this record was read" if died[at] == 2 else ""
+        reason = f"{reason} twice while this record was read" if died[at] == 2 else ""
+        if (code := _forked(loads, study, step, outdated, reason)) >= 0:
+            return code
     return 0
 
 

@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any, NamedTuple
-
-from snakemake.exceptions import WorkflowError
+from typing import IO, Any
 
 from vinesexp.errors import VinesexpError, nearest
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.resultslock import ANOTHER, hold_results, remove_leftovers, require_own_folder
+from vinesexp.resultslock import hold_results, remove_leftovers, require_own_folder
 from vinesexp.steps import STEPS, Study, all_modules
 from vinesexp.supervised import INTERRUPTED, run_apart
 
-
-class Asked(NamedTuple):
-    """What `--config` says: where, whether channels are kept after a run, how many batches."""
-
-    campaign: Path
-    paths: ResultPaths
-    keeps_channels: bool
-    batches: int | None
+_OF_A_JOB = 20  # records, on a cluster
 
 
-def read_config(config: Mapping[str, Any]) -> Asked:
-    """Campaign folder, results folder and the rest of what a run is asked for.
+def read_config(config: Mapping[str, Any]) -> tuple[Path, ResultPaths, bool, int | None]:
+    """Campaign, results, whether channels are kept after a run, and how many batches.
 
     Raises
     ------
@@ -41,62 +32,40 @@ def read_config(config: Mapping[str, Any]) -> Asked:
 
     Examples
     --------
-    >>> asked = read_config({"campaign": "data/twin"})
-    >>> asked.campaign.as_posix(), asked.paths.folder.as_posix(), asked.keeps_channels
+    >>> campaign, paths, keeps_channels, _ = read_config({"campaign": "data/twin"})
+    >>> campaign.as_posix(), paths.folder.as_posix(), keeps_channels
     ('data/twin', 'results/twin', True)
     """
-    known = ("campaign", "results", "keep", "batches")
-    for key in config:
-        if key not in known:
-            raise VinesexpError(f"--config {key}=...: unknown key '{key}'; {nearest(key, known)}")
-    given = {key: value for key, value in config.items() if value is not None}
-
-    def require(good: bool, key: str, expected: str) -> None:
-        if key in given and not good:
-            raise VinesexpError(f"--config {key}=...: found {given[key]!r}, expected {expected}")
-
-    def folder(key: str, default: str) -> Path:
-        named = given.get(key, default)
-        # Snakemake reads what looks like a number as one: 2024 is safe, 007 and 1e3 are not.
-        safe = type(named) is int and (key == "results" or Path(str(named)).is_dir())
-        words = f"a folder, as a path such as {key}=./{named}"
-        require(isinstance(named, str) or safe, key, words)
-        return Path(str(named))
-
-    keep, batches = given.get("keep", "all"), given.get("batches")
-    words = "all, or final, which removes the channels of each record when the report is made"
-    require(keep in ("all", "final"), "keep", words)
-    require(type(batches) is int and batches > 0, "batches", "a whole number of 1 or more")
-    campaign = folder("campaign", "data/twin")
-    results = folder("results", str(Path("results") / campaign.resolve().name))
-    wrong = ""
-    if "{" in str(results) or "}" in str(results):
-        wrong = "the name of a results folder cannot hold { or }"
-    elif results.resolve() == campaign.resolve():
-        wrong = "the results cannot go into the campaign's own folder, among what was measured"
-    if wrong:
-        raise VinesexpError(f"{wrong}; {ANOTHER}", file=results)
-    require_own_folder(results)
-    return Asked(campaign, ResultPaths(results), keep == "all", batches)
+    known = {"campaign": "data/twin", "results": None, "keep": "all", "batches": None}
+    given = known | {key: value for key, value in config.items() if value is not None}
+    for key in given.keys() - known:
+        raise VinesexpError(f"--config {key}=...: unknown key '{key}'; {nearest(key, known)}")
+    campaign, keep, batches = Path(str(given["campaign"])), given["keep"], given["batches"]
+    results = str(given["results"] or Path("results") / campaign.resolve().name)
+    final = "all, or final, which removes the channels of each record when the report is made"
+    some = batches is None or (type(batches) is int and batches > 0)
+    for good, word, expected in (
+        (keep in ("all", "final"), f"keep={keep}", final),
+        (some, f"batches={batches}", "a whole number of 1 or more"),
+        (not {*"{}"} & {*results}, f"results={results}", "a folder without braces in its name"),
+    ):
+        if not good:
+            raise VinesexpError(f"--config {word}: expected {expected}")
+    require_own_folder(Path(results))
+    return campaign, ResultPaths(Path(results)), keep == "all", batches
 
 
 def plan_of(workflow: Any, config: Mapping[str, Any]) -> Planner:
     """The planner of a run; a mistake of the user ends it with one line."""
     try:
-        asked = read_config(config)
-        study = Study(load_campaign(asked.campaign), asked.paths)
+        folder, paths, keeps_channels, batches = read_config(config)
+        study = Study(load_campaign(folder), paths)
         _ = study.scene  # a mistake in it is one of now
     except VinesexpError as error:
         sys.exit(f"vinesexp: {error}")
-    try:
-        cores = workflow.cores
-    except WorkflowError:  # none are given where jobs go to a cluster
-        cores = None
-    batches = asked.batches or cores or -(-len(study.records) // _OF_A_JOB)
-    return Planner(workflow, study, batches=batches, keeps_channels=asked.keeps_channels)
-
-
-_OF_A_JOB = 20  # records, on a cluster
+    cores = workflow.resource_settings.cores  # none where jobs go to a cluster
+    batches = batches or cores or -(-len(study.records) // _OF_A_JOB)
+    return Planner(workflow, study, batches=batches, keeps_channels=keeps_channels)
 
 
 class Planner:
@@ -126,7 +95,7 @@ class Planner:
         self.paths = study.paths
         self.keeps_channels = keeps_channels
         n = max(1, min(batches, len(study.records)))
-        self.batches = [f"{k + 1}of{n}" for k in range(n)]
+        self.batches = [f"{k + 1}@{n}" for k in range(n)]  # no record is called so
         self.lock: IO[str] | None = None
         self.interrupted = False
         CURRENT = self
@@ -139,7 +108,10 @@ class Planner:
         """
 
         def needed(wildcards: Any) -> list[Path]:
-            batch = self._batch(dict(wildcards.items()))
+            batch, records = wildcards.get("batch", ""), self.study.records
+            if batch and "@" not in batch and batch not in records:
+                known = nearest(batch, records)
+                raise SystemExit(f"vinesexp: the campaign has no record '{batch}'; {known}")
             return [
                 self.paths.batch(other, one) if one else self.study.outputs(other)[0]
                 for other in STEPS[step].follows
@@ -149,46 +121,34 @@ class Planner:
 
         return needed
 
-    def _batch(self, wildcards: Mapping[str, str]) -> str:
-        """Of a job on records: of one result of one record, which is asked for by its name, too."""
-        id = wildcards.get("record", "")
-        if id and id not in self.study.records:
-            known = nearest(id, self.study.records)
-            raise SystemExit(f"vinesexp: the campaign has no record '{id}'; {known}")
-        return wildcards.get("batch") or (id and f"only.{id}")
-
     def _members(self, batch: str) -> Sequence[str]:
-        """Records of a batch, ``2of3`` or ``only.NAME``; no batch is all together.
+        """Records of a batch, such as ``2@3``, or the one that it names; none is all together.
 
         Neighbours in the table, which are often alike, go to different batches.
         """
-        if not batch or batch.startswith("only."):
-            return [batch.removeprefix("only.")]
-        k, _, n = batch.partition("of")
-        return list(self.study.records)[int(k) - 1 :: int(n)]
+        k, several, n = batch.partition("@")
+        return list(self.study.records)[int(k) - 1 :: int(n)] if several else [batch]
 
     def pending(self, step: str, batch: str) -> list[str]:
         """Records of a batch that a step has to go through."""
         return [id for id in self._members(batch) if id in self.outdated[step]]
 
-    def run(self, step: str, **wildcards: str) -> None:
+    def run(self, step: str, batch: str = "") -> None:
         """Run a step in a process of its own, where its results do not hold by now.
 
         Parameters
         ----------
         step : str
-        **wildcards : str
-            ``batch`` of a step on records, or its one ``record``.
+        batch : str
+            Of a step on records: a batch or the one record.
 
         Raises
         ------
         subprocess.CalledProcessError
             The step has failed; it has said why itself.
         """
-        study, batch = copy(self.study), self._batch(wildcards)
-        ids = [id for id in self._members(batch) if study.why(step, id)]
-        analyses = any(self.outdated[other] for other in STEPS if STEPS[other].each)
-        if code := run_apart(study, step, ids, loads=all_modules() if analyses else ()):
+        loads = all_modules() if any(self.outdated[s] for s in STEPS if STEPS[s].each) else ()
+        if code := run_apart(self.study, step, self._members(batch), loads=loads):
             self.interrupted = self.interrupted or code == INTERRUPTED
             raise subprocess.CalledProcessError(code, step)
 
@@ -197,13 +157,12 @@ class Planner:
     ) -> tuple[str, Sequence[str], Sequence[str]] | None:
         """Step of a rule, the records of a job, and why it runs; None: another's rule.
 
-        Before the name of a rule a workflow that uses this one may have put something.
+        Before the name of a rule something may stand: a workflow that uses this one puts it there.
         """
-        rule = rule.removesuffix("_by_name")
-        step = next((s for s in STEPS if rule == s or rule.endswith(f"_{s}")), None)
+        step = next((step for step in STEPS if f"_{rule}".endswith(f"_{step}")), None)
         if step is None:
             return None
-        ids = self.pending(step, self._batch(wildcards))
+        ids = self.pending(step, wildcards.get("batch", ""))
         why = [reason for id in ids for reason in self.outdated[step][id]]
         return step, [id for id in ids if id], why or ["follows from other jobs"]
 
@@ -216,9 +175,8 @@ class Planner:
         self._hold()
         channels = self.paths.record("any"), self.paths.conditioned("any")
         gone = [] if self.keeps_channels else [str(file.parent.absolute()) for file in channels]
-        of_a_simulation = () if self.study.scene else ("simulate", "score")
         for step in STEPS:
-            if step not in of_a_simulation:
+            if self.study.scene or step not in ("simulate", "score"):
                 self._judge(step, found, gone)
         if gone and any(found[step] for step in STEPS if step != "bundle"):
             for step in ("ingest", "condition"):  # what follows needs the channels of all records
@@ -246,19 +204,17 @@ class Planner:
 
     def _hold(self) -> None:
         """Lock the results folder, in a real run only: a look at the plan must not wait."""
-        workflow = self.workflow
-        if workflow.executor_plugin is None or workflow.dryrun:
+        if self.workflow.executor_plugin is None or self.workflow.dryrun:
             return
         try:
             self.lock = hold_results(self.paths.folder, campaign=self.study.campaign.folder)
         except VinesexpError as error:
             raise SystemExit(f"vinesexp: {error}") from None
         remove_leftovers(self.paths.folder)
+        shutil.rmtree(self.paths.batches, ignore_errors=True)  # of a run that was killed
         for id, path in self.paths.kept_notes():
             if id and id not in self.study.records:  # removed, or renamed
                 Notes(path, self.study.roots).remove()
-        for left in self.paths.batches.glob("*.*"):  # of a run that was killed
-            left.unlink(missing_ok=True)
 
     def end(self) -> None:
         """Remove what nothing needs after a run that went well: with keep=final, the channels."""

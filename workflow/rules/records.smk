@@ -13,7 +13,7 @@ if PLAN.study.scene:
         log:
             PATHS.log("simulate.{batch}"),
         run:
-            PLAN.run("simulate", batch=wildcards.batch)
+            PLAN.run("simulate", wildcards.batch)
 
 
 rule ingest:
@@ -25,7 +25,7 @@ rule ingest:
     log:
         PATHS.log("ingest.{batch}"),
     run:
-        PLAN.run("ingest", batch=wildcards.batch)
+        PLAN.run("ingest", wildcards.batch)
 
 
 rule condition:
@@ -37,7 +37,7 @@ rule condition:
     log:
         PATHS.log("condition.{batch}"),
     run:
-        PLAN.run("condition", batch=wildcards.batch)
+        PLAN.run("condition", wildcards.batch)
 
 
 rule impacts:
@@ -49,7 +49,7 @@ rule impacts:
     log:
         PATHS.log("impacts.{batch}"),
     run:
-        PLAN.run("impacts", batch=wildcards.batch)
+        PLAN.run("impacts", wildcards.batch)
 
 
 rule estimate:
@@ -61,27 +61,27 @@ rule estimate:
     log:
         PATHS.log("estimate.{batch}"),
     run:
-        PLAN.run("estimate", batch=wildcards.batch)
+        PLAN.run("estimate", wildcards.batch)
 
 
 # `snakemake results/twin/impacts/b34.csv`: one result of one record, and what it needs. The call of
 # a rule made in a loop is made when the job runs: what it needs goes through params.
 for STEP, FILE in (
-    ("ingest", PATHS.record("{record}")),
-    ("condition", PATHS.conditioned("{record}")),
-    ("impacts", PATHS.impacts("{record}")),
+    ("ingest", PATHS.record("{batch}")),
+    ("condition", PATHS.conditioned("{batch}")),
+    ("impacts", PATHS.impacts("{batch}")),
 ):
 
     rule:
         name:
-            f"{STEP}_by_name"
+            f"named_{STEP}"
         input:
             PLAN.before(STEP),
         output:
             FILE,
         log:
-            PATHS.log(f"{STEP}.only.{{record}}"),
+            PATHS.log(f"{STEP}.{{batch}}"),
         params:
             step=STEP,
         run:
-            PLAN.run(params.step, record=wildcards.record)
+            PLAN.run(params.step, wildcards.batch)
