@@ -56,18 +56,15 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
         require_own_folder(results)
         results.mkdir(parents=True, exist_ok=True)
         stream = _note(results).open("a")
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            owner, *near = _noted(results) or [""]
-            # A project that was copied as a whole finds its campaign where it was: seen from here.
-            if owner not in ("", here) and beside not in near and Path(owner).exists():
-                wrong = f"holds the results of the campaign {owner}, not of {here}"
-            else:
-                _note(results).write_text(f"{here}\n{beside}\n", encoding="utf-8")
-        except BlockingIOError:
-            wrong = "another run is writing here"
-        if wrong:
-            stream.close()
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        owner, *near = _noted(results) or [""]
+        # A project that was copied as a whole finds its campaign where it was: seen from here.
+        if owner not in ("", here) and beside not in near and Path(owner).exists():
+            wrong = f"holds the results of the campaign {owner}, not of {here}"
+        else:
+            _note(results).write_text(f"{here}\n{beside}\n", encoding="utf-8")
+    except BlockingIOError:
+        wrong = "another run is writing here"
     except OSError as error:
         wrong = f"results cannot be written there ({error.strerror or error})"
     if wrong:
@@ -81,8 +78,9 @@ def _note(results: Path) -> Path:
 
 
 def _noted(results: Path) -> list[str]:
-    """The campaign folder as it was called, and as it is seen from the results."""
-    return _note(results).read_text(encoding="utf-8").splitlines()
+    """The campaign folder as it was called, and as it is seen from the results; if it is noted."""
+    note = _note(results)
+    return note.read_text(encoding="utf-8").splitlines() if note.is_file() else []
 
 
 def campaign_of(results: Path) -> Path:
@@ -93,18 +91,15 @@ def campaign_of(results: Path) -> Path:
     VinesexpError
         It does not remember one, or the folder is gone.
     """
-    lines = _noted(results) if _note(results).is_file() else []
-    for folder in (Path(line) for line in lines):
-        for place in (folder, results / folder):
-            if (place / "campaign.yaml").is_file():
-                return place
+    lines = _noted(results)
+    for place in (results / line for line in lines):  # of one that begins at the root, itself
+        if (place / "campaign.yaml").is_file():
+            return place
     said = f"its campaign was {lines[0]}" if lines else "does not say which campaign it is of"
     raise VinesexpError(f"{said}; its description is needed to draw figures", file=results)
 
 
 def remove_leftovers(results: Path) -> None:
     """Remove the half-written files of killed runs; only for who holds the lock."""
-    for folder, _, names in os.walk(results):
-        for name in names:
-            if name.startswith(".") and name.endswith(GROWING):
-                Path(folder, name).unlink(missing_ok=True)
+    for path in results.rglob(f".*{GROWING}"):
+        path.unlink(missing_ok=True)

@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from vinesexp.codedigest import code_digest, reached
@@ -34,9 +34,9 @@ class Step:
     call : str
         Module of the package and function that does it:
         ``function(campaign, [record,] paths=...)``.
-    follows : tuple of str
+    follows : str
         Steps whose results it reads.
-    makes : tuple of str
+    makes : str
         Its outputs, as `ResultPaths` calls them.
     reads : function of study and record
         Files that it reads besides results.
@@ -45,15 +45,10 @@ class Step:
     """
 
     call: str
-    follows: tuple[str, ...] = ()
-    makes: tuple[str, ...] = ()
+    follows: str = ""
+    makes: str = ""
     reads: Callable[[Study, str], list[Path]] = lambda study, id: []
     each: bool = False
-
-    @property
-    def function(self) -> str:
-        """Full name of module and function."""
-        return f"vinesexp.{self.call}"
 
 
 def _instrument_files(study: Study, id: str) -> list[Path]:
@@ -76,42 +71,36 @@ def _truth(study: Study, id: str) -> list[Path]:
     return [*_scene(study, id), *sorted((study.campaign.folder / "truth").glob("*.csv"))]
 
 
-_RAW = ("ingest", "condition", "impacts")
-_TABLES = ("identify", "regimes", "compare", "replay")
-_of_record = partial(Step, each=True)
+_RAW, _TABLES = "ingest condition impacts", "identify regimes compare replay"
+_each = partial(Step, each=True)
 STEPS: Mapping[str, Step] = {
     # Of a simulated campaign: makes files of the campaign, not results.
-    "simulate": _of_record("showing:simulate", reads=_scene),
-    "ingest": _of_record("pipeline:ingest_record", ("simulate",), ("record", "ingest_checks"),
-                         _instrument_files),
-    "condition": _of_record("pipeline:condition_record", ("ingest",), ("conditioned",)),
-    "impacts": _of_record("pipeline:find_impacts", ("ingest", "condition"),
-                          ("impacts", "regime")),
-    "estimate": _of_record("pipeline:estimate_from_record", _RAW, ("estimates", "decay")),
-    "identify": Step("pipeline:identify", ("impacts", "estimate"),
-                     ("identified", "inputs", "level_values", "rig", "rig_budget",
-                      "identify_checks")),
-    "regimes": Step("pipeline:collect_regimes", ("impacts", "identify"),
-                    ("regimes", "base", "bands", "transitions", "decay_times")),
-    "compare": Step("pipeline:compare_clearances", ("identify", "regimes"),
-                    ("clearances", "budget", "compare_checks")),
-    "replay": Step("pipeline:replay_records", (*_RAW, "identify", "regimes"),
-                   ("replay", "replay_cycles", "replay_checks")),
-    "checks": Step("pipeline:collect_checks",
-                   ("ingest", "impacts", "identify", "compare", "replay"), ("checks",)),
-    "score": Step("showing:score", ("impacts", "identify"), ("truth",), _truth),
-    "figures_results": Step("showing:figures_of_results",
-                            ("condition", "impacts", "estimate", *_TABLES), ("figures_results",)),
-    "figures_records": Step("showing:figures_of_records", _RAW, ("figures_records",)),
-    "pages": Step("showing:pages",
-                  (*_RAW, "estimate", "identify", "regimes", "replay", "checks"),
-                  ("records_page",)),
+    "simulate": _each("showing:simulate", reads=_scene),
+    "ingest": _each("pipeline:ingest_record", "simulate", "record ingest_checks",
+                    _instrument_files),
+    "condition": _each("pipeline:condition_record", "ingest", "conditioned"),
+    "impacts": _each("pipeline:find_impacts", "ingest condition", "impacts regime"),
+    "estimate": _each("pipeline:estimate_from_record", _RAW, "estimates decay"),
+    "identify": Step("pipeline:identify", "impacts estimate",
+                     "identified inputs level_values rig rig_budget identify_checks"),
+    "regimes": Step("pipeline:collect_regimes", "impacts identify",
+                    "regimes base bands transitions decay_times"),
+    "compare": Step("pipeline:compare_clearances", "identify regimes",
+                    "clearances budget compare_checks"),
+    "replay": Step("pipeline:replay_records", f"{_RAW} identify regimes",
+                   "replay replay_cycles replay_checks"),
+    "checks": Step("pipeline:collect_checks", "ingest impacts identify compare replay", "checks"),
+    "score": Step("showing:score", "impacts identify", "truth", _truth),
+    "figures_results": Step("showing:figures_of_results", f"condition impacts estimate {_TABLES}",
+                            "figures_results"),
+    "figures_records": Step("showing:figures_of_records", _RAW, "figures_records"),
+    "pages": Step("showing:pages", f"{_RAW} estimate identify regimes replay checks",
+                  "records_page"),
     "report": Step("showing:report",
-                   (*_RAW, *_TABLES, "checks", "score", "figures_results", "figures_records"),
-                   ("report",), _description),
-    "bundle": Step("showing:bundle",
-                   (*_RAW, "estimate", *_TABLES, "checks", "score", "pages", "report"),
-                   ("bundle",)),
+                   f"{_RAW} {_TABLES} checks score figures_results figures_records",
+                   "report", _description),
+    "bundle": Step("showing:bundle", f"{_RAW} estimate {_TABLES} checks score pages report",
+                   "bundle"),
 }  # fmt: skip
 
 
@@ -124,7 +113,7 @@ _LIBRARIES = (
 
 def all_modules() -> list[str]:
     """Modules that steps import, libraries among them."""
-    names = {name for step in STEPS.values() for name in reached(step.function)}
+    names = {name for step in STEPS.values() for name in reached(f"vinesexp.{step.call}")}
     return [*_LIBRARIES, *sorted(name for name in names if name.startswith("vinesexp."))]
 
 
@@ -162,10 +151,8 @@ class Study:
     @cached_property
     def _same(self) -> dict[str, dict[str, str]]:
         """What each step uses on whichever record: of campaign.yaml, of the code."""
-        return {
-            name: {**campaign_text(name, self.campaign), "code": code_digest(step.function)}
-            for name, step in STEPS.items()
-        }
+        codes = {name: code_digest(f"vinesexp.{step.call}") for name, step in STEPS.items()}
+        return {name: {**campaign_text(name, self.campaign), "code": codes[name]} for name in STEPS}
 
     @cached_property
     def _rows(self) -> dict[str, dict[str, str]]:
@@ -195,18 +182,15 @@ class Study:
 
     def outputs(self, step: str, id: str = "") -> list[Path]:
         """The files of a step."""
-        places = [getattr(self.paths, name) for name in STEPS[step].makes]
+        places = [getattr(self.paths, name) for name in STEPS[step].makes.split()]
         return [place(id) if callable(place) else place for place in places]
 
     def run(self, step: str, id: str = "") -> None:
         """Run a step and note what it was made from."""
-        record = [self.records[id]] if id else []
-        module, _, function = STEPS[step].function.partition(":")
+        record, call = [self.records[id]] if id else [], STEPS[step].call
         with self._noted(step, id) as written:
-            found = getattr(import_module(module), function)(
-                self.campaign, *record, paths=self.paths
-            )
-            written += found if module == "vinesexp.showing" else []  # further files
+            found = resolve_name(f"vinesexp.{call}")(self.campaign, *record, paths=self.paths)
+            written += found if call.startswith("showing") else []  # further files
 
     def may_refuse(self, step: str, id: str) -> bool:
         """Whether a step is one on a record, and makes results of it, not files of the campaign."""
@@ -220,7 +204,7 @@ class Study:
         with self._noted("ingest", id):
             write_refused(self.paths.record(id), reason)
             write_checks(self.paths.ingest_checks(id), [Check(id, "ingest", "refused", reason)])
-        for other in (*STEPS[step].follows, step):
+        for other in (*STEPS[step].follows.split(), step):
             if other not in ("simulate", "ingest"):
                 self.run(other, id)
 
@@ -236,7 +220,7 @@ class Study:
     def _used(self, step: str, id: str) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
         found = self._same[step] | rows_text(step, self._rows, id)
-        for other in STEPS[step].follows:
+        for other in STEPS[step].follows.split():
             found[f"result of {other}"] = self._outcome(other, id)
         return found
 

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import IO, Any
@@ -63,11 +64,14 @@ def plan_of(workflow: Any, config: Mapping[str, Any]) -> Planner:
         _ = study.scene  # a mistake in it is one of now
     except VinesexpError as error:
         sys.exit(f"vinesexp: {error}")
+    global CURRENT
     cores = workflow.resource_settings.cores  # none where jobs go to a cluster
-    batches = batches or cores or -(-len(study.records) // _OF_A_JOB)
-    return Planner(workflow, study, batches=batches, keeps_channels=keeps_channels)
+    n = min(batches or cores or -(-len(study.records) // _OF_A_JOB), len(study.records))
+    CURRENT = Planner(workflow, study, [f"{k + 1}@{n}" for k in range(n)], keeps_channels)
+    return CURRENT
 
 
+@dataclass
 class Planner:
     """Says to Snakemake which batches of records and which summaries to make again, by content.
 
@@ -80,25 +84,22 @@ class Planner:
     ----------
     workflow : snakemake.workflow.Workflow
     study : Study
-    batches : int
-        How many batches at most.
+    batches : sequence of str
+        What the batches of this run are called.
     keeps_channels : bool
         Whether the channels of every record stay after a run.
+    lock : file, optional
+        Of the results folder, in a real run.
+    interrupted : bool
+        Whether a person has ended a step.
     """
 
-    def __init__(
-        self, workflow: Any, study: Study, *, batches: int, keeps_channels: bool = True
-    ) -> None:
-        global CURRENT
-        self.workflow = workflow
-        self.study = study
-        self.paths = study.paths
-        self.keeps_channels = keeps_channels
-        n = max(1, min(batches, len(study.records)))
-        self.batches = [f"{k + 1}@{n}" for k in range(n)]  # no record is called so
-        self.lock: IO[str] | None = None
-        self.interrupted = False
-        CURRENT = self
+    workflow: Any
+    study: Study
+    batches: Sequence[str]
+    keeps_channels: bool = True
+    lock: IO[str] | None = None
+    interrupted: bool = False
 
     def before(self, step: str) -> Callable[[Any], list[Path]]:
         """Input function of the rule of a step: what is made before it in this run.
@@ -113,8 +114,8 @@ class Planner:
                 known = nearest(batch, records)
                 raise SystemExit(f"vinesexp: the campaign has no record '{batch}'; {known}")
             return [
-                self.paths.batch(other, one) if one else self.study.outputs(other)[0]
-                for other in STEPS[step].follows
+                self.study.paths.batch(other, one) if one else self.study.outputs(other)[0]
+                for other in STEPS[step].follows.split()
                 for one in ([batch] if batch else self.batches if STEPS[other].each else [""])
                 if self.pending(other, one)
             ]
@@ -126,7 +127,7 @@ class Planner:
 
         Neighbours in the table, which are often alike, go to different batches.
         """
-        k, several, n = batch.partition("@")
+        k, several, n = batch.partition("@")  # which no name of a record holds
         return list(self.study.records)[int(k) - 1 :: int(n)] if several else [batch]
 
     def pending(self, step: str, batch: str) -> list[str]:
@@ -173,7 +174,7 @@ class Planner:
         if not self.workflow.is_main_process:
             return found  # a job on a cluster, which was planned elsewhere: what it needs is there
         self._hold()
-        channels = self.paths.record("any"), self.paths.conditioned("any")
+        channels = self.study.paths.record("any"), self.study.paths.conditioned("any")
         gone = [] if self.keeps_channels else [str(file.parent.absolute()) for file in channels]
         for step in STEPS:
             if self.study.scene or step not in ("simulate", "score"):
@@ -183,15 +184,15 @@ class Planner:
                 self._judge(step, found)
         if self.lock is not None:
             self.study.remember()
-        again = [self.study.outputs(step, id)[:1] for step in found for id in found[step]]
-        self.workflow.dag.forcefiles.update(str(file) for files in again for file in files)
+        again = [file for s in found for id in found[s] for file in self.study.outputs(s, id)]
+        self.workflow.dag.forcefiles.update(map(str, again))
         return found
 
     def _judge(
         self, step: str, found: dict[str, dict[str, list[str]]], gone: Sequence[str] = ()
     ) -> None:
         """Whether a step is outdated; channels that may be `gone` are none to be made again."""
-        asked, follows = self.workflow.dag_settings, [found[o] for o in STEPS[step].follows]
+        asked, follows = self.workflow.dag_settings, [found[o] for o in STEPS[step].follows.split()]
         forced = asked and (asked.forceall or step in asked.forcerun)
         for id in self.study.ids(step):
             why = ["asked for"] if forced else self.study.why(step, id, derivable=gone)
@@ -207,19 +208,19 @@ class Planner:
         if self.workflow.executor_plugin is None or self.workflow.dryrun:
             return
         try:
-            self.lock = hold_results(self.paths.folder, campaign=self.study.campaign.folder)
+            self.lock = hold_results(self.study.paths.folder, campaign=self.study.campaign.folder)
         except VinesexpError as error:
             raise SystemExit(f"vinesexp: {error}") from None
-        remove_leftovers(self.paths.folder)
-        shutil.rmtree(self.paths.batches, ignore_errors=True)  # of a run that was killed
-        for id, path in self.paths.kept_notes():
+        remove_leftovers(self.study.paths.folder)
+        shutil.rmtree(self.study.paths.batches, ignore_errors=True)  # of a run that was killed
+        for id, path in self.study.paths.kept_notes():
             if id and id not in self.study.records:  # removed, or renamed
                 Notes(path, self.study.roots).remove()
 
     def end(self) -> None:
         """Remove what nothing needs after a run that went well: with keep=final, the channels."""
         for id in () if self.keeps_channels else self.study.records:
-            for path in (self.paths.record(id), self.paths.conditioned(id)):
+            for path in (self.study.paths.record(id), self.study.paths.conditioned(id)):
                 path.unlink(missing_ok=True)
 
 

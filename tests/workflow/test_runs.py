@@ -199,7 +199,7 @@ look = SimpleNamespace(
     dag=SimpleNamespace(forcefiles=set()),
 )
 study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
-print(*(step for step, why in Planner(look, study, batches=1).outdated.items() if why))
+print(*(step for step, why in Planner(look, study, ["1@1"]).outdated.items() if why))
 """
 
 

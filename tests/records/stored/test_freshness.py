@@ -116,7 +116,7 @@ def test_new_times_are_written_down_so_that_nothing_is_hashed_twice(step):
 def test_a_step_that_was_killed_vouches_for_nothing(step):
     with pytest.raises(RuntimeError), notes_in(step).making("step", USED):
         raise RuntimeError
-    assert reasons(step) == ["was not finished"]
+    assert reasons(step) == ["not made yet"]
 
 
 def test_of_what_a_step_read_counts_what_it_was_when_the_step_began(step):

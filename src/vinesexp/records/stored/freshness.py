@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -86,19 +87,16 @@ class Notes:
         derivable : collection of str
             Folders whose files may be gone: they were removed on purpose and come back the same.
         """
-        noted = self.steps.get(step)
-        if noted is None or noted["used"] is None:
-            return ["was not finished" if noted else "not made yet"]
-        now, before = self._used(used, reads), noted["used"]
-        names = dict.fromkeys([*now, *before]) if now != before else ()
-        reasons = [f"{n.rpartition(':')[2]} changed" for n in names if now.get(n) != before.get(n)]
-        for name, wanted in noted["writes"].items():
+        before = self.steps.get(step, {}).get("used")
+        if before is None:
+            return ["not made yet"]
+        changed = {name for name, _ in self._used(used, reads).items() ^ before.items()}
+        reasons = [f"{name.rpartition(':')[2]} changed" for name in sorted(changed)]
+        for name, wanted in self._written(step).items():
             folder, file = os.path.split(self._place(name))
             found = self._digest(name)
-            if found is None and wanted is not None and folder not in derivable:
-                reasons.append(f"{file} is missing")
-            elif found not in (None, wanted):
-                reasons.append(f"{file} is not as the step left it")
+            if found != wanted and (found or folder not in derivable):
+                reasons.append(f"{file} is {'not as the step left it' if found else 'missing'}")
         return reasons
 
     @contextmanager
@@ -142,8 +140,7 @@ class Notes:
 
     def files(self, step: str) -> list[Path]:
         """The files that a step wrote."""
-        names = [name for name in self._written(step) if name.partition(":")[0] in self.roots]
-        return [Path(self._place(name)) for name in names]
+        return [Path(self._place(name)) for name in self._written(step)]
 
     def renew(self) -> None:
         """Write down new times of files whose content is the same: spares hashing them again."""
@@ -162,17 +159,16 @@ class Notes:
     def _digest(self, name: str) -> str | None:
         """Digest of a file, None where there is none; the one noted for the same size and times."""
         file = self._place(name)
-        if not os.path.isfile(file):
-            return None
-        try:
+        with suppress(OSError):  # nobody may read it, or it went this moment
             status = os.stat(file)
+            if not stat.S_ISREG(status.st_mode):  # reading others may never end
+                return None
             now = [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
             if self._digests.get(name, [])[:-1] != now:
                 self._digests[name] = [*now, digest_of_file(file)]
                 self._new_times = True
-        except OSError:  # nobody may read it, or it went this moment
-            return None
-        return str(self._digests[name][-1])
+            return str(self._digests[name][-1])
+        return None
 
     def _remove(self, names: Iterable[str]) -> None:
         for name in names:
