@@ -53,7 +53,7 @@ def run_apart(study: Study, step: str, ids: Sequence[str], *, loads: Collection[
         Modules that are imported before the first process of all, for all of them.
     """
     code, died = 0, Counter[str]()
-    while outdated := [id for now in [copy(study)] for id in ids if now.why(step, id)]:
+    while outdated := [id for id in ids if study.why(step, id)]:
         at, reason = outdated[0], ""
         if code:
             died[at] += 1
@@ -64,6 +64,7 @@ def run_apart(study: Study, step: str, ids: Sequence[str], *, loads: Collection[
         reason = f"{reason} twice while this record was read" if died[at] == 2 else ""
         if (code := _forked(loads, study, step, outdated, reason)) >= 0:
             return code
+        study = copy(study)
     return 0
 
 

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -149,7 +150,7 @@ class Planner:
             The step has failed; it has said why itself.
         """
         loads = all_modules() if any(self.outdated[s] for s in STEPS if STEPS[s].each) else ()
-        if code := run_apart(self.study, step, self._members(batch), loads=loads):
+        if code := run_apart(copy(self.study), step, self._members(batch), loads=loads):
             self.interrupted = self.interrupted or code == INTERRUPTED
             raise subprocess.CalledProcessError(code, step)
 
