@@ -147,10 +147,8 @@ def logged(work: Callable[[], object], path: Path) -> str:
                 print(f"done in {took:.2f} s of processor time, peak memory {peak:.0f} MiB")
             except Exception as error:
                 machine = reason_of_machine(error)
-                line = machine and _when_mended(machine)
-                if machine:  # HDF5 fails again for all that it has open, in tracebacks
-                    sys.unraisablehook = lambda _: None
-                line = f"{line or reason_of(error)} (log: {path})"
+                said = _when_mended(machine) if machine else reason_of(error)
+                line = f"{said} (log: {path})"
                 print(line)
     except OSError as error:  # from the log itself, which a full disk may not take
         line = line or _when_mended(f"{error.filename or path}: {error.strerror or error}")
