@@ -95,7 +95,7 @@ def _work(study: Study, step: str, ids: Sequence[str], reason: str) -> None:
     began = time.monotonic()
     for done, id in enumerate(ids, start=1):
         if not parent_process().is_alive():  # type: ignore[union-attr]
-            return  # the run was killed
+            sys.exit(1)  # the run was killed
         path = study.paths.log(step, id)
         if line := logged(partial(_done, study, step, id, reason), path):
             say(f"vinesexp: {line}")

@@ -89,7 +89,7 @@ def test_a_figure_is_drawn_anew_only_where_its_content_code_or_files_differ(bare
     def drawn_by(digest: str) -> set[str]:
         before = {name: path.stat().st_mtime_ns for name, path in files.items()}
         for family in FAMILIES:
-            draw_family(family, bare.campaign, results, code={"code": digest})
+            draw_family(family, bare.campaign, results, code=digest)
         return {n for n, path in files.items() if path.stat().st_mtime_ns != before[n]}
 
     assert drawn_by("a") == set(files)
