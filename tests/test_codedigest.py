@@ -110,6 +110,15 @@ def test_editing_a_module_changes_the_digest_of_its_users_only(tmp_path, monkeyp
     assert tree_after == tree
 
 
+def test_what_a_compiler_writes_beside_a_module_is_no_data(tmp_path):
+    """Half-written, under a name of its own, it made all that reaches the solver outdated."""
+    (tmp_path / "table.csv").write_text("1\n")
+    for name in ("__pycache__/a.cpython-311.pyc", "__pycache__/a.cpython-311.pyc.1234", "a.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("")
+    assert vinesexp.codedigest._data(tmp_path) == [tmp_path / "table.csv"]
+
+
 def test_a_function_counts_with_what_it_uses_and_not_with_its_neighbours(tmp_path, monkeypatch):
     package = tmp_path / "vinesexp"
     (package / "room/texts").mkdir(parents=True)

@@ -119,8 +119,9 @@ def _files(name: str) -> tuple[Path, ...]:
 
 @cache
 def _data(folder: Path) -> list[Path]:
+    """Files in and below a folder that are no code, nor what compilers make of code meanwhile."""
     below = sorted(folder.rglob("*.*") if folder != _ROOT else ())
-    return [path for path in below if path.suffix not in (".py", ".pyc", ".nbi", ".nbc")]
+    return [path for path in below if path.suffix != ".py" and "__pycache__" not in path.parts]
 
 
 @cache
