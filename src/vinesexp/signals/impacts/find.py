@@ -64,7 +64,9 @@ _HEARD = ("acceleration", "sound", "displacement", "base")
 #: Spread of r and relative spread of mu that are allowed in each pass.
 _PASSES = ((0.15, 0.5), (0.04, 0.15), (0.012, 0.05), (0.003, 0.02))
 _FIRST_R, _SAME_R = (0.4, 0.65, 0.85), 0.1  # of each ball; of two that r does not distinguish
-_TRIAL = 70  # impacts along which every start is followed
+#: Impacts along which starts are tried; those that are followed to their ends; balls of which each
+#: may begin with an r of its own.
+_TRIAL, _ENDS, _EACH_ITS_OWN = 70, 12, 4
 #: Of a history's log weight: what real balls, which follow no law exactly, may add to a wrong one.
 _BETTER = 10.0
 _HISTORIES, _SETTLED = 48, 6  # that are followed; impacts after which a label is final
@@ -175,7 +177,8 @@ def _labelled(
     """
     few = known[:_TRIAL]
     starts = _starts(impacts, known, b, nes_mass, frequency)
-    first = max((_followed(impacts, few, rig) for rig in starts), key=_weight)
+    tried = sorted((_search(impacts, few, rig) for rig in starts), key=_weight)[-_ENDS:]
+    first = max((_followed(impacts, few, one.rig) for one in tried), key=_weight)
     found = [_followed(impacts, known, first.rig, 1)]
     for i, k in combinations(range(b.size), 2):
         rig = found[0].rig
@@ -208,7 +211,8 @@ def _starts(
         (i, k) for i, k in combinations(range(b.size), 2) if b[i] == b[k] and mass[i] == mass[k]
     ]
     starts = []
-    for r in product(_FIRST_R, repeat=b.size):
+    alike = [(one,) * b.size for one in _FIRST_R]
+    for r in product(_FIRST_R, repeat=b.size) if b.size <= _EACH_ITS_OWN else alike:
         if any(r[i] > r[k] for i, k in equal):  # the same with numbers exchanged
             continue
         share = mass * (1.0 + np.array(r))  # of the momentum that a unit of relative velocity gives
