@@ -34,9 +34,9 @@ class Step:
     call : str
         Module of the package and function that does it:
         ``function(campaign, [record,] paths=...)``.
-    follows : str
+    follows : tuple of str
         Steps whose results it reads.
-    makes : str
+    makes : tuple of str
         Its outputs, as `ResultPaths` calls them.
     reads : function of study and record
         Files that it reads besides results.
@@ -45,8 +45,8 @@ class Step:
     """
 
     call: str
-    follows: str = ""
-    makes: str = ""
+    follows: tuple[str, ...] = ()
+    makes: tuple[str, ...] = ()
     reads: Callable[[Study, str], list[Path]] = lambda study, id: []
     each: bool = False
 
@@ -71,36 +71,42 @@ def _truth(study: Study, id: str) -> list[Path]:
     return [*_scene(study, id), *sorted((study.campaign.folder / "truth").glob("*.csv"))]
 
 
-_RAW, _TABLES = "ingest condition impacts", "identify regimes compare replay"
-_each = partial(Step, each=True)
+_RAW = ("ingest", "condition", "impacts")
+_TABLES = ("identify", "regimes", "compare", "replay")
+_of_record = partial(Step, each=True)
 STEPS: Mapping[str, Step] = {
     # Of a simulated campaign: makes files of the campaign, not results.
-    "simulate": _each("showing:simulate", reads=_scene),
-    "ingest": _each("pipeline:ingest_record", "simulate", "record ingest_checks",
-                    _instrument_files),
-    "condition": _each("pipeline:condition_record", "ingest", "conditioned"),
-    "impacts": _each("pipeline:find_impacts", "ingest condition", "impacts regime"),
-    "estimate": _each("pipeline:estimate_from_record", _RAW, "estimates decay"),
-    "identify": Step("pipeline:identify", "impacts estimate",
-                     "identified inputs level_values rig rig_budget identify_checks"),
-    "regimes": Step("pipeline:collect_regimes", "impacts identify",
-                    "regimes base bands transitions decay_times"),
-    "compare": Step("pipeline:compare_clearances", "identify regimes",
-                    "clearances budget compare_checks"),
-    "replay": Step("pipeline:replay_records", f"{_RAW} identify regimes",
-                   "replay replay_cycles replay_checks"),
-    "checks": Step("pipeline:collect_checks", "ingest impacts identify compare replay", "checks"),
-    "score": Step("showing:score", "impacts identify", "truth", _truth),
-    "figures_results": Step("showing:figures_of_results", f"condition impacts estimate {_TABLES}",
-                            "figures_results"),
-    "figures_records": Step("showing:figures_of_records", _RAW, "figures_records"),
-    "pages": Step("showing:pages", f"{_RAW} estimate identify regimes replay checks",
-                  "records_page"),
+    "simulate": _of_record("showing:simulate", reads=_scene),
+    "ingest": _of_record("pipeline:ingest_record", ("simulate",), ("record", "ingest_checks"),
+                         _instrument_files),
+    "condition": _of_record("pipeline:condition_record", ("ingest",), ("conditioned",)),
+    "impacts": _of_record("pipeline:find_impacts", ("ingest", "condition"),
+                          ("impacts", "regime")),
+    "estimate": _of_record("pipeline:estimate_from_record", _RAW, ("estimates", "decay")),
+    "identify": Step("pipeline:identify", ("impacts", "estimate"),
+                     ("identified", "inputs", "level_values", "rig", "rig_budget",
+                      "identify_checks")),
+    "regimes": Step("pipeline:collect_regimes", ("impacts", "identify"),
+                    ("regimes", "base", "bands", "transitions", "decay_times")),
+    "compare": Step("pipeline:compare_clearances", ("identify", "regimes"),
+                    ("clearances", "budget", "compare_checks")),
+    "replay": Step("pipeline:replay_records", (*_RAW, "identify", "regimes"),
+                   ("replay", "replay_cycles", "replay_checks")),
+    "checks": Step("pipeline:collect_checks",
+                   ("ingest", "impacts", "identify", "compare", "replay"), ("checks",)),
+    "score": Step("showing:score", ("impacts", "identify"), ("truth",), _truth),
+    "figures_results": Step("showing:figures_of_results",
+                            ("condition", "impacts", "estimate", *_TABLES), ("figures_results",)),
+    "figures_records": Step("showing:figures_of_records", _RAW, ("figures_records",)),
+    "pages": Step("showing:pages",
+                  (*_RAW, "estimate", "identify", "regimes", "replay", "checks"),
+                  ("records_page",)),
     "report": Step("showing:report",
-                   f"{_RAW} {_TABLES} checks score figures_results figures_records",
-                   "report", _description),
-    "bundle": Step("showing:bundle", f"{_RAW} estimate {_TABLES} checks score pages report",
-                   "bundle"),
+                   (*_RAW, *_TABLES, "checks", "score", "figures_results", "figures_records"),
+                   ("report",), _description),
+    "bundle": Step("showing:bundle",
+                   (*_RAW, "estimate", *_TABLES, "checks", "score", "pages", "report"),
+                   ("bundle",)),
 }  # fmt: skip
 
 
@@ -182,7 +188,7 @@ class Study:
 
     def outputs(self, step: str, id: str = "") -> list[Path]:
         """The files of a step."""
-        places = [getattr(self.paths, name) for name in STEPS[step].makes.split()]
+        places = [getattr(self.paths, name) for name in STEPS[step].makes]
         return [place(id) if callable(place) else place for place in places]
 
     def run(self, step: str, id: str = "") -> None:
@@ -204,7 +210,7 @@ class Study:
         with self._noted("ingest", id):
             write_refused(self.paths.record(id), reason)
             write_checks(self.paths.ingest_checks(id), [Check(id, "ingest", "refused", reason)])
-        for other in (*STEPS[step].follows.split(), step):
+        for other in (*STEPS[step].follows, step):
             if other not in ("simulate", "ingest"):
                 self.run(other, id)
 
@@ -220,7 +226,7 @@ class Study:
     def _used(self, step: str, id: str) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
         found = self._same[step] | rows_text(step, self._rows, id)
-        for other in STEPS[step].follows.split():
+        for other in STEPS[step].follows:
             found[f"result of {other}"] = self._outcome(other, id)
         return found
 

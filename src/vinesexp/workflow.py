@@ -116,7 +116,7 @@ class Planner:
                 raise SystemExit(f"vinesexp: the campaign has no record '{batch}'; {known}")
             return [
                 self.study.paths.batch(other, one) if one else self.study.outputs(other)[0]
-                for other in STEPS[step].follows.split()
+                for other in STEPS[step].follows
                 for one in ([batch] if batch else self.batches if STEPS[other].each else [""])
                 if self.pending(other, one)
             ]
@@ -193,7 +193,7 @@ class Planner:
         self, step: str, found: dict[str, dict[str, list[str]]], gone: Sequence[str] = ()
     ) -> None:
         """Whether a step is outdated; channels that may be `gone` are none to be made again."""
-        asked, follows = self.workflow.dag_settings, [found[o] for o in STEPS[step].follows.split()]
+        asked, follows = self.workflow.dag_settings, [found[o] for o in STEPS[step].follows]
         forced = asked and (asked.forceall or step in asked.forcerun)
         for id in self.study.ids(step):
             why = ["asked for"] if forced else self.study.why(step, id, derivable=gone)
