@@ -30,6 +30,16 @@ def motion():
     return z.real, ((1j * damped - ZETA * W) * z).real
 
 
+def integral(folder, v, *, released=False):
+    """The displacement that a record of a velocity has after it was integrated."""
+    path = folder / "a.nc"
+    with RecordWriter(path, sample_rate=RATE, quantities={"displacement": "velocity"}) as writer:
+        writer.append({"displacement": v})
+    integrate(path, "displacement", released=released)
+    with open_record(path) as view:
+        return view.read("displacement")
+
+
 def written(path, unit, size):
     v = motion()[1] * size + 0.02 * size * np.random.default_rng(1).standard_normal(T.size) * 0.1
     v += 0.003 * size  # the zero of the sensor
@@ -68,13 +78,7 @@ def test_the_middle_of_a_release_does_not_drift(held, end, tmp_path):
     n, wait = round(end * RATE), round(held * RATE)
     x, v = (np.concatenate([np.full(wait, one[0]), one])[:n] for one in motion())
     v[:wait] = 0.0
-    with RecordWriter(
-        tmp_path / "a.nc", sample_rate=RATE, quantities={"displacement": "velocity"}
-    ) as writer:
-        writer.append({"displacement": v + 0.003})
-    integrate(tmp_path / "a.nc", "displacement", released=True)
-    with open_record(tmp_path / "a.nc") as view:
-        off = view.read("displacement") - x
+    off = integral(tmp_path, v + 0.003, released=True) - x
     # the plain mean leaves a drift of 5 mm over any record
     assert np.ptp(off) < 0.05 * 5e-3
 
@@ -84,13 +88,7 @@ def test_a_burst_of_the_sensor_is_not_where_the_motion_begins(at, tmp_path):
     """Late in a release it left some cycles to find the zero in: the middle drifted by metres."""
     x, v = motion()
     v[at : at + 6] += 5.0
-    with RecordWriter(
-        tmp_path / "a.nc", sample_rate=RATE, quantities={"displacement": "velocity"}
-    ) as writer:
-        writer.append({"displacement": v + 0.003})
-    integrate(tmp_path / "a.nc", "displacement", released=True)
-    with open_record(tmp_path / "a.nc") as view:
-        off = view.read("displacement") - x
+    off = integral(tmp_path, v + 0.003, released=True) - x
     for part in (off[: max(at - 5, 0)], off[at + 12 :]):  # the burst itself is a step
         assert part.size < 100 or np.ptp(part) < 0.05 * 5e-3
 
@@ -148,14 +146,8 @@ def test_a_gyroscope_alone_is_the_rate_of_an_arc(tmp_path):
 def test_the_integral_of_a_long_record_is_made_by_blocks(tmp_path, monkeypatch):
     v = motion()[1]
     v[1390:1420] = np.nan
-    with RecordWriter(
-        tmp_path / "a.nc", sample_rate=RATE, quantities={"displacement": "velocity"}
-    ) as writer:
-        writer.append({"displacement": v})
     monkeypatch.setattr(store, "_AT_ONCE", 700)
-    integrate(tmp_path / "a.nc", "displacement")
-    with open_record(tmp_path / "a.nc") as view:
-        x = view.read("displacement")
+    x = integral(tmp_path, v)
     expected = integrated(v - zero_of(v), 1.0 / RATE)
     np.testing.assert_allclose(x, expected, atol=1e-6)
     known = np.isfinite(v)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from itertools import combinations, product
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -159,11 +160,8 @@ def attribute(
     nes, confidence, unseen = np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(n, dtype=np.int64)
     if frequency and known.size >= 2:
         found = _labelled(impacts, known, np.array(clearance), nes_mass, frequency)
-        nes[known], confidence[known], unseen[known] = (
-            found.ball + 1,
-            found.confidence,
-            ~found.comes,
-        )
+        nes[known], confidence[known] = found.ball + 1, found.confidence
+        unseen[known] = ~found.comes
     return replace(impacts, nes=nes, nes_confidence=confidence, unseen_before=unseen)
 
 
@@ -177,9 +175,10 @@ def _labelled(
     """
     few = known[:_TRIAL]
     starts = _starts(impacts, known, b, nes_mass, frequency)
-    tried = sorted((_search(impacts, few, rig) for rig in starts), key=_weight)[-_ENDS:]
-    first = max((_followed(impacts, few, one.rig) for one in tried), key=_weight)
-    found = [_followed(impacts, known, first.rig, 1)]
+    weight = attrgetter("weight")
+    tried = sorted((_search(impacts, few, rig) for rig in starts), key=weight)[-_ENDS:]
+    first = max((_followed(impacts, few, one) for one in tried), key=weight)
+    found = [_followed(impacts, known, _search(impacts, known, first.rig), 1)]
     for i, k in combinations(range(b.size), 2):
         rig = found[0].rig
         if (b[i], rig.mass[i]) == (b[k], rig.mass[k]):
@@ -188,15 +187,11 @@ def _labelled(
         order[[i, k]] = k, i
         given = replace(rig, r=rig.r[order], mu=rig.mu[order])
         rig = _learnt(impacts, known, order[found[0].ball], given, _PASSES[1])
-        found.append(_followed(impacts, known, rig, 1))
-    best = max(found, key=_weight)
+        found.append(_followed(impacts, known, _search(impacts, known, rig), 1))
+    best = max(found, key=weight)
     weights = np.exp([(one.weight - best.weight) / _BETTER for one in found])
     same = [np.where(one.ball == best.ball, one.confidence, 0.0) for one in found]
     return replace(best, confidence=weights @ np.array(same) / weights.sum())
-
-
-def _weight(history: _History) -> float:
-    return history.weight
 
 
 def _starts(
@@ -222,9 +217,8 @@ def _starts(
     return starts
 
 
-def _followed(impacts: Impacts, known: IntArray, rig: _Rig, passed: int = 0) -> _History:
-    """The most probable history of a rig, whose r and mu are learnt in passes."""
-    found = _search(impacts, known, rig)
+def _followed(impacts: Impacts, known: IntArray, found: _History, passed: int = 0) -> _History:
+    """The most probable history, from one of which r and mu are learnt anew in passes."""
     for spreads in _PASSES[passed + 1 :]:
         again = _search(impacts, known, _learnt(impacts, known, found.ball, found.rig, spreads))
         if again.weight < found.weight:  # real balls need not be as regular as that
