@@ -65,6 +65,17 @@ def test_a_channel_without_jumps_shows_none(channel: str) -> None:
     assert np.isfinite([getattr(own, f"jump_{other}") for other in others]).all()
 
 
+def test_no_free_flight_ends_where_its_ball_had_an_impact_that_was_not_seen() -> None:
+    times = np.arange(1.0, 21.0)
+    side = np.where(times % 2.0, 1.0, -1.0)
+    columns = dict.fromkeys(COLUMNS, np.ones(20)) | {
+        "time_s": times, "side": side, "velocity_jump_m_s": side, "crowded": np.zeros(20),
+        "clipped": np.zeros(20), "unseen_before": (np.arange(20) == 9).astype(int),
+    }  # fmt: skip
+    own = flights_of(Impacts(**columns), nes=1, b=0.03, period=5.0)
+    assert own.index.tolist() == [i for i in range(1, 19) if i not in (8, 9)]
+
+
 def test_too_few_impacts_are_said() -> None:
     empty = flights_of(no_impacts(), nes=1, b=0.03, period=0.1)
     with pytest.raises(AnalysisError, match="0 impacts with a free flight before and after"):
