@@ -42,6 +42,7 @@ SETTLE, RECORD = 196.55, 78.62
 #: Periodic tests begin with the mass pulled out by 10 mm, a rubbing ball would not start else; by
 #: less where the cavity is narrow, m and share of the clearance.
 PULLED, _OF_CLEARANCE = 0.010, 0.4
+_NEARER = 0.25  # of that: on the way to the small motion
 
 
 def pulled(b: float) -> float:
@@ -57,7 +58,7 @@ def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
     for share in _FIRST:
         b = share * guess
         # On from where the run ends: a start that takes long to settle is lost at the first step.
-        path = _moved(body, drive, b, _after_pull(body, drive, b), _CYCLES)
+        path = _moved(body, drive, b, _begun(body, b), _CYCLES)
         begin = path.last
         if _settled(path, body, drive):
             break
@@ -97,7 +98,7 @@ def end_by_rates(body: Body, drive: Drive, guess: float) -> float | None:
     if drive.drift or (drive.second_share and not _harmonic(drive)):
         return true_end(body, drive, guess)
     b = _NEARLY * guess
-    state = _after_pull(body, drive, b)
+    state = _begun(body, b)
     below: tuple[float, float, State] | None = None  # the last clearance that settled
     earlier: tuple[float, float] | None = None
     for _ in range(_SECANTS):
@@ -130,9 +131,9 @@ def end_by_rates(body: Body, drive: Drive, guess: float) -> float | None:
 def stays(body: Body, drive: Drive, b: float) -> bool:
     """Whether a test at a clearance, m, begun as those of a campaign, comes to the orbit."""
     if drive.drift:
-        path = _moved(body, drive, b, _after_pull(body, drive, b), SETTLE + RECORD)
+        path = _moved(body, drive, b, _after_pull(b), SETTLE + RECORD)
         return _in_turn(path, drive, after=SETTLE / drive.frequency)
-    return _settled(_moved(body, drive, b, _after_pull(body, drive, b), _CYCLES), body, drive)
+    return _settled(_moved(body, drive, b, _after_pull(b), _CYCLES), body, drive)
 
 
 def _settled(path: Path, body: Body, drive: Drive) -> bool:
@@ -159,17 +160,24 @@ def _in_turn(path: Path, drive: Drive, *, after: float) -> bool:
 
 def _reached(body: Body, drive: Drive, b: float, carried: State) -> State | None:
     """The settled motion, from that of a clearance nearby or as a test begins; None: neither."""
-    for state, cycles in ((carried, _FOLLOWED), (_after_pull(body, drive, b), _CYCLES)):
+    for state, cycles in ((carried, _FOLLOWED), (_begun(body, b), _CYCLES)):
         path = _moved(body, drive, b, state, cycles)
         if _settled(path, body, drive):
             return path.last
     return None
 
 
-def _after_pull(body: Body, drive: Drive, b: float) -> State:
+def _after_pull(b: float, share: float = 1.0) -> State:
     """The mass pulled out, the ball near a wall."""
-    start = pulled(b)
+    start = share * pulled(b)
     return start, 0.0, start + 0.999 * b, 0.0
+
+
+def _begun(body: Body, b: float) -> State:
+    """The same; nearer to rest where a spring that is not straight has a large motion as well: the
+    end of that is not b_c.
+    """
+    return _after_pull(b, _NEARER if body.cubic else 1.0)
 
 
 def _carried(state: State, b: float, to: float) -> State:

@@ -18,7 +18,6 @@ from vinesexp.identification.joint.collisions import (
     _scatter,
     joined,
     near_singles,
-    one_way,
     rolls_from,
     with_errors,
 )
@@ -242,24 +241,12 @@ def test_a_ball_slides_on_the_floor_until_it_rolls(rub, share):
     assert left(c, friction=0.9 * rub) > 3.0 * left(c, friction=rub)
 
 
-def test_a_ball_that_its_cavity_overtakes_does_not_go_one_way():
-    """The mass moves with the amplitude `A`, the ball straight."""
-    c = collisions(0.0, beat=0.9, count=400, swing=12e-3)
-    f, shares = c.flights, np.linspace(0.0, 1.0, 201)[:, np.newaxis]
-
-    def passes(side, x, v, x_end, T):
-        """By the oscillation from the place and velocity with which the flight begins."""
-        turned = W * T * shares
-        mass = v * np.cos(turned) - W * x * np.sin(turned)
-        return (side * (mass - (x_end - x - 2.0 * side * B) / T) > 0.0).all(axis=0)
-
-    before = passes(f.side, c.x_before, f.v_previous, c.x, f.time_before)
-    after = passes(-f.side, c.x, f.v_before + f.jump, c.x_after, f.time_after)
-    found = one_way(f, c.x, c.x_before, c.x_after, omega2=W**2)
-    assert 3 < (~found).sum() < 0.5 * found.size
-    assert ((before & after) == found).mean() > 0.9
-    seen = as_observed(c)
-    assert seen.known[0][~found].mean() < 0.05 < 0.5 < seen.known[0].mean()
+@pytest.mark.parametrize(("rub", "share"), [(0.3, 0.12), (1.0, 0.3)])
+def test_a_floor_that_overtakes_the_ball_rubs_it_the_other_way(rub, share):
+    """In a third of the flights and more the mass is for a while faster than the ball."""
+    c = collisions(0.0, rub=rub, count=100, swing=25e-3, beat=0.5)
+    assert left(c) > 0.03 * rub
+    assert left(c, friction=rub) < share * left(c)
 
 
 @pytest.mark.parametrize("stride", [1, 3])
@@ -653,7 +640,7 @@ def test_the_errors_of_a_record_do_not_depend_on_what_is_known_of_its_ball(wrong
         p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = R, B, -30.0
         p[LOCALS.index("rolling")] = roll
         sigma.append(with_own_errors(c, p, time_error=1e-6)[0].sigma[0])
-    assert np.median(sigma[1]) == pytest.approx(np.median(sigma[0]), rel=0.1)
+    assert np.median(sigma[1]) == pytest.approx(np.median(sigma[0]), rel=0.2)
 
 
 @pytest.mark.parametrize("count", [560, 120])

@@ -119,8 +119,10 @@ _ANY_R = (0.05, 1.0)
 _FEWEST, _MANY, _FOLDS = 10, 60, 5
 _SINGLE, _WEIGHED = 120, 2  # collisions of a first fit to single ones; times they are weighed
 #: Of a solid ball: m R^2 over its moment of inertia. Steps towards where it begins to roll.
-_SPIN, _UNTIL = 2.5, 8
-_PLACES = 9  # of a flight at which a ball may turn
+_SPIN, _UNTIL = 2.5, 16
+_STEPS = 16  # of a flight in which a floor may overtake a ball
+_EDGES = np.linspace(0.0, 1.0, _STEPS + 1)
+_AS_GOOD = 1e-6  # m/s: a velocity as good as the one before
 #: Over its speed: what a ball that rolled to a wall slips by when it leaves, 1 + r about.
 _SLIPS = 1.5
 #: Places and weights of Gauss in a flight: exact up to the square of a parabola times a line.
@@ -404,11 +406,8 @@ class _Flight:
     def real(self) -> _Flight:
         """The same without derivatives, in which alone columns differ."""
 
-        def first(one: Numbers) -> Numbers:
-            return one.real[:1] if one.ndim > 1 else one.real
-
-        v, a = ([first(one) for one in ends] for ends in (self.v, self.a))
-        return _Flight(first(self.begin), first(self.way), self.T, v, a)
+        v, a = ([_first(one) for one in ends] for ends in (self.v, self.a))
+        return _Flight(_first(self.begin), _first(self.way), self.T, v, a)
 
     def pulled(self, pulls: tuple[Numbers, ...]) -> tuple[Numbers, Numbers]:
         """By how much a ball is slower than its mean at the beginning, faster at the end.
@@ -441,33 +440,88 @@ class _Flight:
 
         Sliding it is slowed by `rub`, and its surface turns by 5/2 of it faster; it slips by what
         it goes past the floor and what its surface `turns` against this, m/s. Rolling it takes 2/7
-        of the floor's own acceleration. Without `turns` a flight begins with the spin with which
-        the one before it in the row ended, if these are `joined`; else with that of a steady
-        motion, which ends with as much the other way round.
+        of the floor's own acceleration. A floor that overtakes it rubs it the other way. Without
+        `turns` a flight begins with the spin with which the one before it in the row ended, if
+        these are `joined`; else with that of a steady motion, which ends with as much the other way
+        round.
         """
-        side, mean = np.sign(self.begin.real), self.mean
-        half = 0.5 * rub * self.T
-        begun = half * _SPIN if turns is None else turns
-        at_begin, at_end, ended = half * side, half * side, 2.0 * half * _SPIN - begun
-        slides, v = rub.real > 0.0, self.v[1]
-        for _ in range(_UNTIL if slides.any() else 0):
+        side, mean, lost = np.sign(self.begin.real), self.mean, rub * self.T
+        begun = 0.5 * lost * _SPIN if turns is None else turns
+        at_begin, slides, v = 0.5 * lost * side, rub.real > 0.0, self.v[1]
+        for _ in range(_UNTIL):
+            along, late, overtaken = self._ways(rub, begun + side * at_begin)
             slips = begun + side * (v - mean + at_begin)  # while it slides, and the mass goes on
-            until = slips / np.where(slides, (1.0 + _SPIN) * rub * self.T, 1.0)
-            rolls = slides & (until.real < 1.0)
-            if not rolls.any():
+            was, at_begin, at_end = at_begin, lost * side * (along - late), lost * side * late
+            ended, steady = lost * along * _SPIN - begun, 0.5 * lost * along * _SPIN
+            until = slips / np.where(slides, (1.0 + _SPIN) * lost, 1.0)
+            rolls = slides & ~overtaken & (until.real < 1.0)
+            if rolls.any():
+                until = np.where(rolls, until * (until.real > 0.0), 1.0)
+                x, v = self.mass(until)
+                left, taken = (self.way - x) / self.T, 1.0 / (1.0 + _SPIN)
+                slowed = lost * side * until
+                begins = slowed * (1.0 - 0.5 * until) + taken * (left - v * (1.0 - until))
+                ends = slowed * 0.5 * until + taken * (self.v[1] - v * until - left)
+                at_begin, at_end = np.where(rolls, (begins, ends), (at_begin, at_end))
+                arrives = side * (self.v[1] - mean - at_end)
+                ended, steady = np.where(rolls, arrives, (ended, steady))
+            elif not overtaken.any():
                 break
-            until = np.where(rolls, until * (until.real > 0.0), 1.0)
-            x, v = self.mass(until)
-            left, along = (self.way - x) / self.T, 1.0 / (1.0 + _SPIN)
-            slowed = 2.0 * half * side * until
-            at_begin = slowed * (1.0 - 0.5 * until) + along * (left - v * (1.0 - until))
-            at_end = slowed * 0.5 * until + along * (self.v[1] - v * until - left)
-            arrives = side * (self.v[1] - mean - at_end)
-            ended = np.where(rolls, arrives, 2.0 * half * _SPIN - begun)
             if turns is None:
-                steady = np.where(rolls, ended, half * _SPIN)
                 begun = np.where(joined, np.roll(ended, 1, axis=-1), steady)
+            if np.abs((at_begin - was).real).max() < _AS_GOOD:
+                break
         return at_begin, at_end, ended
+
+    @cached_property
+    def _passes(self) -> FloatArray:
+        """By what the ball passes the mass at the edges of steps, m/s; columns do not differ."""
+        at = self.real
+        v = at.mass(_EDGES.reshape(-1, *[1] * np.ndim(at.mean)))[1]
+        passes = np.sign(at.begin) * (v - at.mean)
+        return np.asarray(passes.reshape(_EDGES.size, -1, self.T.size)[:, 0])
+
+    def _ways(self, rub: Numbers, begun: Numbers) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """How long the floor rubs a ball back less how long on, in flights; the moment of this from
+        their start on; and whether it overtakes the ball, faster than friction takes this along.
+
+        In a step of a flight the floor has a constant acceleration. Where the slip ends in it,
+        friction is what keeps the ball from slipping, or all of it the other way round.
+        """
+        rub, begun = (_first(one) if np.iscomplexobj(one) else one for one in (rub, begun))
+        whole = np.maximum((1.0 + _SPIN) * rub * self.T, 1e-9)  # of none, the way of very little
+        overtaken = np.zeros(np.broadcast_shapes(whole.shape, begun.shape), dtype=bool)
+        along, late = np.ones(overtaken.shape), np.full(overtaken.shape, 0.5)
+        least = [one.reshape(-1, self.T.size).min(axis=0) for one in (begun, -whole)]
+        own = np.flatnonzero((self._passes + least[0] + least[1] * _EDGES[:, None] < 0.0).any(0))
+        if not own.size:
+            return along, late, overtaken
+        edges, passes = (one.reshape(_EDGES.size, *[1] * (begun.ndim - 1), -1)
+                         for one in (_EDGES, self._passes[:, own]))  # fmt: skip
+        most, gains = whole[..., own] / _STEPS, np.diff(passes, axis=0)
+        slips = begun[..., own] + passes[0]
+        ahead = begun[..., own] + passes - whole[..., own] * edges
+        leaves = ((ahead[:-1] >= 0.0) & (ahead[1:] < 0.0) & (-gains > most)).any(axis=0)
+        if not leaves.any():
+            return along, late, overtaken
+        taken = []
+        for gain in gains:
+            way = np.where(slips < 0.0, -most, most)
+            until = slips / np.where(way == gain, np.inf, way - gain)
+            until = np.where((until >= 0.0) & (until < 1.0), until, 1.0)
+            taken.append(way * until + np.clip(gain, -most, most) * (1.0 - until))
+            slips = slips + gain - taken[-1]
+        share = np.stack(taken) / whole[..., own]
+        overtaken[..., own] = leaves
+        along[..., own] = np.where(leaves, share.sum(axis=0), 1.0)
+        moment = (share * (edges[:-1] + 0.5 / _STEPS)).sum(axis=0)
+        late[..., own] = np.where(leaves, moment, 0.5)
+        return along, late, overtaken
+
+
+def _first(one: Numbers) -> Numbers:
+    """The first column without its derivatives, in which alone columns differ."""
+    return one.real[:1] if one.ndim > 1 else one.real
 
 
 def _within(values: Numbers, low: float, high: float) -> Numbers:
@@ -478,27 +532,6 @@ def _within(values: Numbers, low: float, high: float) -> Numbers:
 def joined(f: Flights) -> BoolArray:
     """Whether the flight before an impact is the one after the impact before it in the row."""
     return np.append(False, f.time_before[1:] == f.time_after[:-1])
-
-
-def one_way(
-    f: Flights, x: FloatArray, x_before: FloatArray, x_after: FloatArray, *, omega2: float
-) -> BoolArray:
-    """Whether the ball goes from wall to wall without turning, before and after an impact.
-
-    One that its cavity overtakes is rubbed both ways.
-    """
-    a = [-omega2 * place for place in (x_before, x, x_after)]
-    v = f.v_previous, f.v_before, f.v_before + f.jump, f.v_next
-    b, shares = f.side * f.clearance, np.linspace(0.0, 1.0, _PLACES)[:, np.newaxis]
-    good = np.ones(x.size, dtype=bool)
-    for begin, way, T, v_of, a_of in (
-        (b, x - x_before, f.time_before, v[:2], a[:2]),
-        (-b, x_after - x, f.time_after, v[2:], a[1:]),
-    ):
-        flight = _Flight(begin, way, T, v_of, a_of)
-        passes = flight.mass(shares)[1] - flight.mean
-        good &= (np.sign(begin) * passes > 0.0).all(axis=0)
-    return good
 
 
 def rolls_from(f: Flights) -> FloatArray:

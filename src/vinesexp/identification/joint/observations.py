@@ -27,7 +27,6 @@ from vinesexp.identification.joint.collisions import (
     bounced,
     joined,
     near_singles,
-    one_way,
     rolls_from,
     with_errors,
 )
@@ -947,11 +946,9 @@ def collisions_of(
     by_laser = np.where(nothing, flights.jump, flights.jump_displacement)
     flights = replace(flights, jump_displacement=by_laser)
     known = np.stack([np.isfinite(flights.jump), np.isfinite(by_laser), np.isfinite(jump)])
-    # nobody knows with which spin the ball began the first flight of a row, nor which way it is
-    # rubbed where its cavity overtakes it
-    for usual in (joined(flights), one_way(flights, x, before, after, omega2=omega2)):
-        if usual.sum() >= max(_FEWEST, 0.5 * x.size):
-            known[0] &= usual
+    # nobody knows with which spin the ball began the first flight of a row
+    if (usual := joined(flights)).sum() >= max(_FEWEST, 0.5 * x.size):
+        known[0] &= usual
     none = np.zeros((0, x.size))
     first, last = impacts.time_s[[0, -1]]
     course = (2.0 * impacts.time_s[flights.index] - first - last) / (last - first)

@@ -55,7 +55,7 @@ from vinesexp.signals.impacts.impact_table import Impacts
 
 _FITS = 10  # of causes proposed, at most
 #: Frictions tried, over one from which a ball rolls, and what the best is known by, relative.
-_OF_ROLLING, _NEAR = np.geomspace(0.25, 8.0, 31), 0.1
+_OF_ROLLING, _NEAR = np.geomspace(0.25, 8.0, 16), 0.1
 _ANY_VALUE = 0.5  # share by which a clearance or a mass may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
 _FAR_WORSE = 6.0  # mean square residual over the usual one from which a record counts less
