@@ -387,6 +387,20 @@ def test_friction_of_ball_and_of_oscillator_together():
     np.testing.assert_allclose(also.impacts["time"][:12], weak.impacts["time"][:12], atol=1e-9)
 
 
+def test_a_ball_chatters_to_rest_on_a_mass_that_friction_holds():
+    """Friction ends the last slip before the chatter ends: the ball left its wall for ever."""
+    mass = Oscillator(M=0.18397137010330428, c1=0.4919694745056831, k1=5871.345829562155)
+    ball = NES(m=0.009643484199282197, b=4.695337812158755e-06, r=0.7500128595484128)
+    base = Harmonic(2.1550004746027988e-05, 26.59925167119168, 0.9057815605287021)
+    start = Release(1.450754154204904e-05, -0.0008337595698770575, [1.0294420114953796e-05])
+    motion = simulate(
+        Rig(mass, [ball]), base, start, 4.0, damping=WeakDamping(coulomb=0.14055479381182479)
+    )
+    assert 4.0 < motion.impacts["time"].size / (4.0 * base.frequency) < 8.0
+    late = np.linspace(3.0, 4.0, 400)
+    assert np.ptp(motion.at(late)[0] - motion.base(late)[0]) < 0.05 * base.amplitude
+
+
 @pytest.mark.parametrize("coulomb", [0.0, 0.03, 0.3, 1.5])
 def test_flights_in_closed_form_are_those_of_the_power_series(coulomb):
     """300 rigs and starts nobody chose: the same events, before chaos makes much of a rounding.

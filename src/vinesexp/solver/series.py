@@ -123,7 +123,10 @@ def place_at(X: FloatArray, s: float) -> tuple[float, float, float]:
 
 CUT_OFF = 3e-17  # of the motion, the last term: the terms fall by a factor of 7 or more there
 AT_REST = 1e-13  # z' over the speeds it is the difference of: no more than their rounding
-ENDING = 1e-10  # rad: a slip that friction ends within this time has ended
+# rad: a slip that friction ends within this time has ended. Twice `events.REMAINDER`: the sum
+# of a chatter may carry the oscillator beyond the end of its slip, where the wall would pull the
+# ball; it would leave the wall and chatter again, for ever.
+ENDING = 2e-8
 
 
 @compiled
