@@ -263,10 +263,10 @@ def test_a_clearance_at_the_end_of_the_search_is_called_a_bound(
     rough: Advice,
 ) -> None:
     assert rough.least_max.b < rough.found.grid[-1]
-    assert not any("end of those tried" in text for text in warnings_of(rough))
+    assert not any("end of the scan" in text for text in warnings_of(rough))
     edge = replace(rough.least_max, b=float(rough.found.grid[-1]))
     said = warnings_of(replace(rough, least_max=edge))
-    assert any("the least-largest clearance lies at the end of those tried" in t for t in said)
+    assert any("the least-largest clearance lies at an end of the scan" in t for t in said)
     assert any("a wider one may be better still" in text for text in said)
 
 

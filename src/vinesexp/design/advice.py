@@ -25,7 +25,6 @@ from vinesexp.design.best_clearance import (
     BESIDE,
     BUDGET,
     JUDGING,
-    MATTERS,
     Found,
     affordable,
     scan_ends,
@@ -33,7 +32,7 @@ from vinesexp.design.best_clearance import (
     weighted_percentile,
 )
 from vinesexp.design.ensemble import cut_short, mean_of_cycle, responses, slow_time, watched
-from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
+from vinesexp.design.task import WORTH, Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Release, Sweep, WeakDamping
 from vinesexp.rig import Oscillator
@@ -55,8 +54,6 @@ SHOWN = 8, (2, 20)
 CLIFFS = 0.15
 #: Draws of the starts with which the error of a percentile is found.
 RESAMPLED = 200
-#: Share of the bare amplitude below which nothing is called a gain.
-WORTH = 0.05
 
 
 # What a slow sweep up and one down find at a clearance: the response that a shaker test shows.
@@ -369,9 +366,9 @@ class Advice:
 
     @property
     def as_fixed(self) -> bool:
-        """Whether the balls do no more at any clearance than their mass does, from any start."""
+        """Whether no clearance takes a twentieth off what the balls leave when fixed."""
         ball = min(self.least_mean.rest_mean, self.robust.rest_mean, self.robust.random_mean)
-        return self.fixed_mass <= (1.0 + MATTERS) * ball
+        return (1.0 - WORTH) * self.fixed_mass < ball
 
     @property
     def random_gain(self) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.design.advice import JUDGED, WORTH, Advice, Judged
+from vinesexp.design.advice import JUDGED, Advice, Judged
 from vinesexp.design.around import JUMP, STEPS, Side
 from vinesexp.design.best_clearance import MATTERS, Race
 from vinesexp.design.ensemble import mean_of_cycle
@@ -16,7 +16,7 @@ from vinesexp.design.inputs import BEYOND, Given
 from vinesexp.design.predictions import Theory
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
-from vinesexp.design.task import Task
+from vinesexp.design.task import WORTH, Task
 from vinesexp.excitation import WeakDamping
 from vinesexp.rig import UNHEARD_OF
 from vinesexp.theory.multiple import gaps
@@ -83,7 +83,8 @@ def clearance(length: float) -> str:
 
 def headline_of(answer: Answer) -> str:
     """One paragraph: what to build, or that nothing helps, and why."""
-    said = []
+    held = held_by_friction(answer.given)
+    said: list[str] = []
     if answer.advice is not None:
         said += _clearances(answer.advice)
     if answer.driven is not None:
@@ -107,7 +108,33 @@ def headline_of(answer: Answer) -> str:
             f"For {levels} mm the fastest clearance by theory is larger than the release, so most "
             "balls would never meet a wall; it is not given."
         )
-    return " ".join(said)
+    return " ".join([*held, *said])
+
+
+def held_by_friction(given: Given) -> list[str]:
+    """That dry friction holds the mass, so that no ball has a motion to reduce; what would move it.
+
+    On a moving base friction has to give the mass the acceleration of the base, released it has to
+    balance the spring.
+    """
+    friction = given.size("coulomb")
+    if friction == 0.0:
+        return []
+    M, k1 = given.one("M").value, given.one("k1").value
+    w2 = (2.0 * math.pi * given.one("frequency").value) ** 2 if "frequency" in given else k1 / M
+    base = given.one("G").value if "G" in given else math.inf
+    still = "x0" in given and given.size("v0") == 0.0
+    release = abs(given.size("x0")) if still else math.inf
+    return [
+        f"Dry friction of {friction:.3g} N holds the mass {where}, where {force} is "
+        f"{stiffness * length:.3g} N: give a {name} above {brief(friction / stiffness)} mm, or "
+        "less friction."
+        for where, force, stiffness, length, name in (
+            ("to its base", "M (2 pi f)^2 G", M * w2, base, "base amplitude"),
+            ("where it is released", "k1 x0", k1, release, "release"),
+        )
+        if stiffness * length <= friction
+    ]
 
 
 def _clearances(advice: Advice) -> list[str]:
@@ -217,7 +244,7 @@ def no_more_than_mass(advice: Advice) -> list[str]:
     best, mass, bare = advice.robust, advice.fixed_mass, advice.bare_mean
     which, are = ("ball", "is") if len(advice.task.masses) == 1 else ("balls", "are")
     return [
-        f"No clearance does better than the mass of the {which} alone: fixed to the oscillator "
+        f"No clearance is worth more than the mass of the {which} alone: fixed to the oscillator "
         f"without a cavity it leaves a mean of {brief(mass)} mm ({percent(1.0 - mass / bare)} less "
         f"than the {brief(bare)} mm without it). The best clearance for nine of ten random starts, "
         f"b = {_each(advice.task, best.b)} mm, leaves {brief(best.random_mean)} mm over random "
@@ -320,8 +347,8 @@ def driven(found: UnderRecord) -> list[str]:
     )
     if found.as_fixed and found.hopeless and found.fixed.rms[0] < (1.0 - WORTH) * bare.rms[0]:
         return [
-            f"Under {record} no clearance does better than the same mass fixed to the oscillator, "
-            f"without a cavity: rms {brief(float(found.fixed.rms[0]))} mm, peak "
+            f"Under {record} no clearance is worth more than the same mass fixed to the "
+            f"oscillator, without a cavity: rms {brief(float(found.fixed.rms[0]))} mm, peak "
             f"{brief(float(found.fixed.peak[0]))} mm of the deflection x - x_e ({without})."
         ]
     if found.hopeless:
@@ -554,21 +581,18 @@ def beside_resonance(task: Task) -> list[str]:
 
 
 def ends_of_search(advice: Advice) -> list[str]:
-    """Clearances that lie where the search ended: no minimum, a bound."""
+    """Clearances that lie where the scan ended, or beyond: no minimum, a bound."""
     first, last = float(advice.found.grid[0]), float(advice.found.grid[-1])
-    said = []
-    for name, one in (
-        ("least-mean", advice.least_mean),
-        ("least-largest", advice.least_max),
-        ("robust", advice.robust),
-    ):
-        if one.b > 0.97 * last or one.b < 1.03 * first:
-            side = "wider" if one.b > 0.97 * last else "narrower"
-            said.append(
-                f"the {name} clearance lies at the end of those tried ({1e3 * first:.3g} to "
-                f"{1e3 * last:.3g} mm): a {side} one may be better still"
-            )
-    return said
+    three = {"least-mean": advice.least_mean, "least-largest": advice.least_max,
+             "robust": advice.robust}  # fmt: skip
+    narrow = [name for name, one in three.items() if one.b < 1.03 * first]
+    wide = [name for name, one in three.items() if one.b > 0.97 * last]
+    return [
+        f"the {_listed(names)} clearance lies at an end of the scan, {1e3 * first:.3g} to "
+        f"{1e3 * last:.3g} mm, or beyond: a {side} one may be better still"
+        for names, side in ((narrow, "narrower"), (wide, "wider"))
+        if names
+    ]
 
 
 def gaps_of(task: Task, b: float) -> list[list[float]]:

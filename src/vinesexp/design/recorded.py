@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.best_clearance import MATTERS
 from vinesexp.design.released import anywhere, judged, motions_from, tried_closer
-from vinesexp.design.task import OpenRig
+from vinesexp.design.task import WORTH, OpenRig
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Measured, Release
 from vinesexp.rig import Rig
@@ -29,8 +28,6 @@ CLEARANCES, CLOSER, STARTS, AT_WALL, FRESH, LOTS = 12, 2, 6, 2, 24, 3
 ENDS = (0.1, 4.0)
 #: Points a cycle of the natural frequency at which the motion is looked at, and fewest in all.
 PER_CYCLE, FEWEST = 24, 256
-#: Share of the rms without a ball below which nothing is called a gain.
-WORTH = 0.05
 #: Samples a cycle of the natural frequency at the least: with fewer, the spline through them is off
 #: by more than 1.6 % of what makes the oscillator resonate.
 SAMPLED = 4
@@ -90,18 +87,18 @@ class UnderRecord:
     @property
     def hopeless(self) -> bool:
         """Whether no clearance takes a twentieth off the rms or the peak, more than mass does."""
-        return not self.beats(self.bare, WORTH) or self.as_fixed
+        return not self.beats(self.bare) or self.as_fixed
 
     @property
     def as_fixed(self) -> bool:
-        """Whether the balls do no more at any clearance than their mass does."""
-        return not self.beats(self.fixed, MATTERS)
+        """Whether no clearance takes a twentieth off what the balls leave when fixed."""
+        return not self.beats(self.fixed)
 
-    def beats(self, other: Driven, share: float) -> bool:
-        """Whether a clearance has the rms or the peak of another lower by a share of it."""
+    def beats(self, other: Driven) -> bool:
+        """Whether a clearance has the rms or the peak of another lower by a twentieth."""
         rms = float(np.median(self.found[self.least_rms].rms))
         peak = float(np.median(self.found[self.least_peak].peak))
-        kept = 1.0 - share
+        kept = 1.0 - WORTH
         return bool(rms <= kept * other.rms[0] or peak <= kept * other.peak[0])
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray, each_array, joined_arrays
 from vinesexp.design.ensemble import VISCOUS
-from vinesexp.design.task import OpenRig, golden
+from vinesexp.design.task import WORTH, OpenRig, golden
 from vinesexp.excitation import Measured, Release, WeakDamping
 from vinesexp.rig import Oscillator, Rig
 from vinesexp.solver.motion import Motion
@@ -49,8 +49,6 @@ LONGEST_BARE = 2e4
 #: Wider is faster and captures fewer: by three of four of its own starts the fastest clearance were
 #: the widest that just captures so many, and other starts would show fewer.
 SURE = 0.85
-#: Share of the bare time by which a release has to be faster to be called so.
-WORTH = 0.05
 _PER_CYCLE = 8
 
 

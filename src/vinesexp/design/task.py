@@ -36,6 +36,8 @@ def bare_gain(oscillator: Oscillator, frequency: float) -> float:
     return float(bare_gains(M, c1, k1, np.array(frequency)))
 
 
+#: Share of an amplitude or a time below which nothing is called a gain.
+WORTH = 0.05
 #: Levels of a range.
 LEVELS = 3
 #: Distances of frequencies from resonance, in half widths of it with a ball that is captured.
@@ -363,8 +365,8 @@ def wall_starts(
     Evenly spread, whatever their number, in the phase at which the shaker starts and in the place
     within the tolerance (`evenly_spread`); `shift` moves all of them, so that a choice can be
     judged by starts that it was not made with. Over ranges each start is one run in every part of
-    the band (`PARTS`), with `nodes` one at each of `Task.grid`; their phases and levels are moved
-    against each other: few starts tell as much as there are parts.
+    the ranges (`PARTS`), with `nodes` one at each of `Task.grid`; their phases and levels are
+    moved against each other: few starts tell as much as there are parts.
     """
     task.rig(b)  # refused, or warned of, once
     place, turns, off = evenly_spread(numbers, np.full(3, shift), 1).T
