@@ -7,8 +7,14 @@ import pytest
 
 from vinesexp import Oscillator
 from vinesexp.design.advice import advise, slow_sweeps
-from vinesexp.design.best_clearance import affordable
-from vinesexp.design.ensemble import LONGEST_FAR, cut_short, duration_of, responses
+from vinesexp.design.best_clearance import affordable, parted
+from vinesexp.design.ensemble import (
+    LONGEST_FAR,
+    cut_short,
+    duration_of,
+    longest_watch,
+    responses,
+)
 from vinesexp.design.headline import warnings_of
 from vinesexp.design.task import Task, wall_starts
 from vinesexp.excitation import WeakDamping
@@ -58,6 +64,20 @@ def test_several_balls_and_laws_are_reckoned_to_take_more_work() -> None:
     assert one < two < rough
     assert affordable(1.0, one, (2, 10**6)) > affordable(1.0, rough, (2, 10**6)) > 2
     assert affordable(1e-9, one, (2, 10**6)) == 2
+
+
+def test_where_a_cycle_is_dear_a_range_has_fewer_parts_and_a_start_is_watched_for_less() -> None:
+    """A band under a damping law took 115 s of the processor, half of it to watch 315 starts."""
+    light = Oscillator.from_modal(M=7.0, f0=3.0, zeta=3e-4)
+    plain = Task(light, (0.02,), (0.5,), levels=(2e-5, 4e-5), frequencies=(3.0, 3.0))
+    law = replace(plain, damping=WeakDamping(quadratic=1.0))
+    once = duration_of(plain.rig(0.015), 3.0)[0]
+    assert longest_watch(wall_starts(plain, 0.015, range(1))) == pytest.approx(8.0 * once)
+    assert longest_watch(wall_starts(law, 0.015, range(1))) == pytest.approx(once)
+    assert parted(plain, 0.015, 4.0).conditions() == 24
+    assert parted(law, 0.015, 4.0).conditions() == 8
+    assert parted(law, 0.015, 400.0).conditions() == 24
+    assert len(wall_starts(parted(law, 0.015, 4.0), 0.015, range(2))) == 16
 
 
 def test_what_an_answer_may_take_bounds_its_runs() -> None:

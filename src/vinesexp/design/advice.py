@@ -27,6 +27,7 @@ from vinesexp.design.best_clearance import (
     JUDGING,
     Found,
     affordable,
+    parted,
     scan_ends,
     search,
     weighted_percentile,
@@ -408,6 +409,7 @@ def advise(
     low, high = scan_ends(bare=bare, published=published, exact=exact)
     ends = low, high / min(task.ratios)  # of several balls the least one has to get as far
     marks = [] if exact is None else [share * exact for share in NEAR_B_C]
+    task = parted(task, ends[1], budget)
     found = search(task, ends=ends, marks=marks, seed=seed, budget=budget)
     shown = {found.least_mean, found.least_max, found.robust}
     every = (*shown, *([] if asked is None else [asked]))

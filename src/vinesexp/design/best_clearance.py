@@ -21,7 +21,7 @@ from scipy.special import betainc
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray, each_array, joined_arrays
 from vinesexp.design.ensemble import B_B, Responses, Runs, responses, together, watched
-from vinesexp.design.task import STRETCH, Task, random_starts, wall_starts
+from vinesexp.design.task import PARTS, STRETCH, Task, random_starts, wall_starts
 
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
 #: shares of its parts: each scan, each contest from rest, that of random starts, judging, and each
@@ -668,6 +668,14 @@ class Found:
     captured: float
     grid: FloatArray
     work: tuple[float, float]
+
+
+def parted(task: Task, b: float, budget: float) -> Task:
+    """The task with as many parts of its ranges as the work of a run at b leaves to a scan."""
+    if not task.ranged:
+        return task
+    one = float(responses(wall_starts(task, b, range(1))).work.mean())
+    return replace(task, parts=affordable(SCANS * budget / COARSE[0], one, PARTS))
 
 
 def scan_ends(*, bare: float, published: float, exact: float | None) -> tuple[float, float]:

@@ -33,6 +33,8 @@ SETTLE, WINDOW = 6.0, 8.0
 #: Times SETTLE slow times that a start is watched at most where some starts are captured and some
 #: not yet: where the bare transient takes longer to die out, capture has been given that already.
 LONGEST_WATCH = 16.0
+#: s of work that its cycles may take: where these are dear, more starts tell more than longer ones.
+WATCHING = 0.02
 #: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-3,
 #: which moves a mean amplitude by 0.06 %.
 BARE = 3.0
@@ -171,6 +173,13 @@ class Runs(Sequence[Run]):
     def plain(self) -> bool:
         """Whether there is a closed form between impacts."""
         return self.friction == 0.0 and self.damping == VISCOUS
+
+    @property
+    def law(self) -> FloatArray:
+        """What each takes of a processor, s: a run, a cycle, and the rest of WORK_LANES."""
+        alone = WORK_ALONE if self.plain else WORK_FRICTION
+        alone = alone if self.damping == VISCOUS else WORK_LAW
+        return np.where(self.in_lanes[:, np.newaxis], WORK_LANES, alone)
 
     @property
     def bare(self) -> FloatArray:
@@ -347,7 +356,7 @@ def watched(runs: Runs, *, starts: int) -> Responses:
     the starts which are near each other in frequency: what is captured elsewhere tells nothing.
     """
     found = responses(runs)
-    most = _most_watch(runs[0].rig, runs[0].base.frequency)
+    most = _most_watch(runs)
     of = _beside_each_other(runs, starts)
     captured, left = found.captured, found.mean / runs.bare
     least = np.full(of.max() + 1, np.inf)
@@ -380,15 +389,18 @@ def _again(found: Responses, runs: Runs, which: IntArray, watch: float) -> None:
     found.work[which] += later.work
 
 
-def longest_watch(rig: Rig, frequency: float) -> float:
+def longest_watch(runs: Runs) -> float:
     """Time (s) after which a start that is not captured is given up, where others are."""
-    return _most_watch(rig, frequency) * duration_of(rig, frequency)[0]
+    return _most_watch(runs) * duration_of(runs[0].rig, runs[0].base.frequency)[0]
 
 
-def _most_watch(rig: Rig, frequency: float) -> float:
+def _most_watch(runs: Runs) -> float:
     """Times as long as its time to settle that a start is watched: 1, 2, 4, 8 or 16."""
-    share = SETTLE * slow_time(rig) / duration_of(rig, frequency)[0]
-    return 2.0 ** math.floor(math.log2(max(LONGEST_WATCH * min(share, 1.0), 1.0)))
+    rig, frequency = runs[0].rig, runs[0].base.frequency
+    settle = duration_of(rig, frequency)[0]
+    share = SETTLE * slow_time(rig) / settle
+    paid = WATCHING / (runs.law[0, 1] * settle * runs.pace[0])
+    return 2.0 ** math.floor(math.log2(max(min(LONGEST_WATCH * min(share, 1.0), paid), 1.0)))
 
 
 def responses(
@@ -456,7 +468,7 @@ def responses(
             stop.set()
     tables = np.empty(len(runs))
     tables[order] = np.append(True, (np.diff(rigs[order], axis=0) != 0.0).any(axis=1)) & runs.plain
-    work = TABLE * tables + _work(runs, lanes, spans[:, 1], out[2], out[3])
+    work = TABLE * tables + _work(runs, spans[:, 1], out[2], out[3])
     crossed = (runs.balls[..., B_M] * runs.balls[..., B_B]).sum(axis=1) / M
     step = 4.0 * crossed * f / np.sqrt(runs.values[:, V_K] / M)
     return Responses(out[0], out[1], out[2], work, step, runs.weight, runs.balls.shape[1])
@@ -487,17 +499,12 @@ def _settled(
     return amplitudes_in_turn(whole, starts, remainder=runs.remainder, stop=stop)
 
 
-def _work(
-    runs: Runs, lanes: BoolArray, duration: FloatArray, hits: FloatArray, spent: FloatArray
-) -> FloatArray:
+def _work(runs: Runs, duration: FloatArray, hits: FloatArray, spent: FloatArray) -> FloatArray:
     """About what runs with so many impacts a cycle and evaluations take of a processor, s."""
-    law = WORK_ALONE if runs.plain else WORK_FRICTION
-    law = law if runs.damping == VISCOUS else WORK_LAW
-    per = np.where(lanes, np.array([WORK_LANES]).T, np.array([law]).T)
     cycles, impacts = duration * runs.pace, duration * runs.values[:, V_F] * hits
     beyond = np.maximum(impacts - 2.0 * cycles * runs.balls.shape[1], 0.0)
     counts = np.array([np.ones(len(runs)), cycles, impacts, beyond, spent * runs.balls.shape[1]])
-    return np.asarray((per * counts).sum(axis=0))
+    return np.asarray((runs.law.T * counts).sum(axis=0))
 
 
 def _one(one: Run, settle: float, duration: float) -> tuple[float, float, float]:

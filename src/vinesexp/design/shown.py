@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from textwrap import wrap
 
 import numpy as np
@@ -28,6 +28,7 @@ from vinesexp.design.inputs import OPTIONS, RIG, Given
 from vinesexp.design.predictions import Theory, bands_given, single_values, start_amplitude
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
+from vinesexp.design.task import wall_starts
 from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction
 from vinesexp.units import COVERAGE_95, with_error
@@ -171,7 +172,8 @@ def from_rest(advice: Advice) -> Table:
     ]  # fmt: skip
     task = advice.task
     frequency = 0.5 * sum(task.frequencies)
-    longest = longest_watch(task.rig(advice.robust.b), frequency)
+    middle = replace(task, frequencies=(frequency, frequency))
+    longest = longest_watch(wall_starts(middle, advice.robust.b, range(1)))
     over = " and over levels and frequencies; largest is that of the worst" if task.ranged else ""
     below = (
         f"Exact event simulation; settled amplitudes in mm (after at most {longest:.2g} s where "

@@ -109,8 +109,8 @@ def _crowded(
 #: after it is off by the square of this.
 CHATTER = 1e-4
 
-#: Parts of a band, each met by as many starts.
-PARTS = 24
+#: Parts of a band, each met by as many starts: least where a run is dear, and most.
+PARTS = (8, 24)
 #: Frequencies of which a mean of the bare motion is made, in closed form and by simulation.
 FINE, FEW = 600, 16
 
@@ -214,11 +214,13 @@ class Task(OpenRig):
     levels : base amplitudes (m), least and greatest (equal for one level).
     frequencies : Hz, least and greatest.
     std_errors : of M, c1, k1, m, r, G, frequency (SI); what is missing is known exactly.
+    parts : of the ranges, in each of which a start from rest is a run.
     """
 
     levels: tuple[float, float]
     frequencies: tuple[float, float]
     std_errors: Mapping[str, float] = field(default_factory=dict)
+    parts: int = PARTS[1]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -257,7 +259,7 @@ class Task(OpenRig):
 
     def conditions(self, nodes: bool = False) -> int:
         """How many runs a start from rest is (`wall_starts`)."""
-        return PARTS if self.ranged and not nodes else len(self.grid())
+        return self.parts if self.ranged and not nodes else len(self.grid())
 
     def level_at(self, places: FloatArray) -> FloatArray:
         """Base amplitudes (m) at places from 0 to 1 of the range."""
@@ -365,7 +367,7 @@ def wall_starts(
     Evenly spread, whatever their number, in the phase at which the shaker starts and in the place
     within the tolerance (`evenly_spread`); `shift` moves all of them, so that a choice can be
     judged by starts that it was not made with. Over ranges each start is one run in every part of
-    the ranges (`PARTS`), with `nodes` one at each of `Task.grid`; their phases and levels are
+    the ranges (`Task.parts`), with `nodes` one at each of `Task.grid`; their phases and levels are
     moved against each other: few starts tell as much as there are parts.
     """
     task.rig(b)  # refused, or warned of, once
