@@ -49,7 +49,7 @@ def test_a_cell_is_the_mean_over_its_starts():
     one = grid(x_values=(0.03,), y_values=(0.25e-3,), starts=3)
     amplitudes, hits = [], []
     for run in one.runs(0):
-        settle, end = duration_of(run.rig, 7.862)
+        settle, end, _ = duration_of(run.rig, 7.862)
         motion = simulate(run.rig, run.base, run.release, end)
         x, v = motion.at(np.linspace(settle, end, 20001))
         amplitudes.append(np.hypot(x, v / run.rig.oscillator.w0))
@@ -66,7 +66,7 @@ def test_of_a_chatter_the_count_alone_depends_on_where_it_is_cut():
     """Twice a cycle the ball bounces to rest; each bounce is r times as long as the one before."""
     one = grid(x_values=(5e-4,), y_values=(0.25e-3,), starts=1, kind="wall")
     [run], found = one.runs(0), fill(one)
-    settle, end = duration_of(run.rig, 7.862)
+    settle, end, _ = duration_of(run.rig, 7.862)
     counted = []
     for cut in (1e-6, 1e-8, 1e-10):
         mean, largest, hits, _ = scalar(run.rig, run.base, run.release, settle, end, cut)

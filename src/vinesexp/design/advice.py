@@ -32,7 +32,7 @@ from vinesexp.design.best_clearance import (
     search,
     weighted_percentile,
 )
-from vinesexp.design.ensemble import cut_short, mean_of_cycle, responses, slow_time, watched
+from vinesexp.design.ensemble import duration_of, mean_of_cycle, responses, slow_time, watched
 from vinesexp.design.task import WORTH, Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Release, Sweep, WeakDamping
@@ -441,7 +441,7 @@ def advise(
         optimal=equal_mass_optimal(task),
         sweeps=slow_sweeps(task, found.robust),
         asked_sweeps=None if asked is None else slow_sweeps(task, asked),
-        watched=min(cut_short(task.rig(found.robust), f) for f in task.frequencies),
+        watched=min(duration_of(task.rig(found.robust), f)[2] for f in task.frequencies),
         judged=many,
         beside=beside,
         seed=seed,

@@ -267,21 +267,11 @@ def _slow_time(w0: FloatArray, zeta: FloatArray, eps: FloatArray) -> FloatArray:
     return np.asarray(1.0 / (w0 * rate))
 
 
-def duration_of(rig: Rig, frequency: float) -> tuple[float, float]:
-    """(settle, whole duration) of a run, s."""
-    settle, whole, _ = _of_one(rig, frequency)
-    return settle, whole
+def duration_of(rig: Rig, frequency: float) -> tuple[float, float, float]:
+    """(settle, whole duration) of a run, s, and the share of the time needed that this is.
 
-
-def cut_short(rig: Rig, frequency: float) -> float:
-    """Share of the time that a run would need to settle and to be judged; below 1 where cut.
-
-    Far from resonance a light damping takes more cycles to settle than can be run.
+    Far from resonance a light damping takes more cycles to settle than can be run: below 1.
     """
-    return _of_one(rig, frequency)[2]
-
-
-def _of_one(rig: Rig, frequency: float) -> tuple[float, float, float]:
     o = rig.oscillator
     mass = sum(nes.m for nes in rig.nes)
     found = _durations(*(np.array(one) for one in (o.M, o.c1, o.k1, mass, frequency)))
@@ -434,11 +424,24 @@ def responses(
     M, c1, k1, _, f, *_ = runs.values.T
     settle, duration, _ = _durations(M, c1, k1, runs.balls[:, :, B_M].sum(axis=1), f)
     spans = (np.array([settle, duration]) + (watch - 1.0) * settle).T / haste
-    lanes, out = runs.in_lanes, np.zeros((4, len(runs)))
-    starts = _starts_of(runs) if runs.plain else np.empty(0)
     # like oscillators and frequencies follow each other: what is tabulated for one serves all
     rigs = runs.values[:, [V_M, V_C, V_K, V_F]]
     order = np.lexsort(rigs.T)
+    out = _on_all_cores(runs, spans, order, workers)
+    tables = np.empty(len(runs))
+    tables[order] = np.append(True, (np.diff(rigs[order], axis=0) != 0.0).any(axis=1)) & runs.plain
+    work = TABLE * tables + _work(runs, spans[:, 1], out[2], out[3])
+    crossed = (runs.balls[..., B_M] * runs.balls[..., B_B]).sum(axis=1) / M
+    step = 4.0 * crossed * f / np.sqrt(runs.values[:, V_K] / M)
+    return Responses(out[0], out[1], out[2], work, step, runs.weight, runs.balls.shape[1])
+
+
+def _on_all_cores(
+    runs: Runs, spans: FloatArray, order: IntArray, workers: int | None
+) -> FloatArray:
+    """Mean, largest, impacts per cycle and evaluations of every run, taken in that order."""
+    lanes, out, f = runs.in_lanes, np.zeros((4, len(runs))), runs.values[:, V_F]
+    starts = _starts_of(runs) if runs.plain else np.empty(0)
     side_by_side, alone = order[lanes[order]], order[~lanes[order]]
     stop = threading.Event()
 
@@ -466,12 +469,7 @@ def responses(
                 task.result()
         finally:  # an interrupt ends the other threads too
             stop.set()
-    tables = np.empty(len(runs))
-    tables[order] = np.append(True, (np.diff(rigs[order], axis=0) != 0.0).any(axis=1)) & runs.plain
-    work = TABLE * tables + _work(runs, spans[:, 1], out[2], out[3])
-    crossed = (runs.balls[..., B_M] * runs.balls[..., B_B]).sum(axis=1) / M
-    step = 4.0 * crossed * f / np.sqrt(runs.values[:, V_K] / M)
-    return Responses(out[0], out[1], out[2], work, step, runs.weight, runs.balls.shape[1])
+    return out
 
 
 def _starts_of(runs: Runs) -> FloatArray:

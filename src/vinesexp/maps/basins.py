@@ -87,7 +87,7 @@ def settled(run: Run) -> Settled:
     from vinesexp.solver.simulation import simulate
 
     period = 1.0 / run.base.frequency
-    settle, whole = duration_of(run.rig, run.base.frequency)
+    settle, whole, _ = duration_of(run.rig, run.base.frequency)
     # A window later than `responses` looks: what is still settling must not pass for a motion.
     begin, end = whole, 2.0 * whole - settle
     motion = simulate(run.rig, run.base, run.release, end)

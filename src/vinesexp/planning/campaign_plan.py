@@ -208,7 +208,7 @@ def needs_of(results: CampaignResults, plans: Sequence[LevelPlan]) -> Needs:
     frequency = next((f for plan in plans if (f := plan.level.frequency)), None)
     if not rig.missing:
         whole = rig.plain(0.03)
-        settle, end = duration_of(whole, frequency or whole.oscillator.f0)
+        settle, end, _ = duration_of(whole, frequency or whole.oscillator.f0)
         record = end - settle
     M = rig.values.get("M")
     loads = [record_.added_mass for record_ in campaign.records if record_.added_mass]
