@@ -15,6 +15,7 @@ from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.design import best_clearance
 from vinesexp.design.advice import Advice, advise
 from vinesexp.design.around import STEPS, Cliffs, Starts, _side, cliffs_of
+from vinesexp.design.ensemble import mean_of_cycle
 from vinesexp.design.headline import (
     Answer,
     build_this,
@@ -251,7 +252,9 @@ def test_a_ball_that_only_adds_its_mass_is_said_to() -> None:
     assert f"leaves a mean of {1e3 * advice.fixed_mass:.3g} mm" in said
     law = replace(task, damping=WeakDamping(coulomb=1.0))
     with_law = replace(advice, task=law)
-    assert with_law.fixed_mass == pytest.approx(replace(law, oscillator=fixed).bare(3e-4, 12.0))
+    own, of_heavier = mean_of_cycle(np.array([1.0, 12.0 / fixed.f0]))
+    simulated = replace(law, oscillator=fixed).bare(3e-4, 12.0)
+    assert with_law.fixed_mass == pytest.approx(simulated * own / of_heavier)
     assert with_law.fixed_mass < 0.99 * advice.fixed_mass, "dry friction takes off a little more"
 
 
@@ -261,6 +264,14 @@ def test_a_ball_that_does_a_little_more_than_its_mass_is_not_to_be_built(advice:
         left = share * advice.fixed_mass
         one = replace(advice.robust, rest_mean=left, random_mean=left)
         assert replace(advice, robust=one, least_mean=one).as_fixed is hopeless
+
+
+def test_a_fixed_ball_is_judged_alike_with_and_without_a_law(advice: Advice) -> None:
+    """The amplitude of the heavier mass was taken with its own w0: a fortieth more."""
+    heavy = replace(advice.task, masses=(0.2,))
+    tiny = replace(heavy, damping=WeakDamping(quadratic=1e-9))
+    with_law, without = (replace(advice, task=task).fixed_mass for task in (tiny, heavy))
+    assert with_law == pytest.approx(without, rel=2e-3)
 
 
 def test_a_mass_that_friction_holds_is_said_to_be_held() -> None:

@@ -363,7 +363,9 @@ class Advice:
         if task.damping == WeakDamping():
             return _rated(task, 1e6, 0.0).mean
         heavier = replace(o, M=o.M + sum(task.masses))
-        return replace(task, oscillator=heavier).mean_bare()
+        f = 0.5 * sum(task.frequencies)
+        own, of_heavier = mean_of_cycle(np.array([f / o.f0, f / heavier.f0]))  # both by x'/w0
+        return float(own / of_heavier) * replace(task, oscillator=heavier).mean_bare()
 
     @property
     def as_fixed(self) -> bool:
