@@ -119,7 +119,7 @@ def test_a_ball_that_friction_holds_is_compared_with_its_mass(quake: Measured) -
     ends = np.linspace(0.0, base.duration, 20_001)
     rms = float(np.sqrt(np.mean((motion.at(ends)[0] - motion.base(ends)[0]) ** 2)))
     assert found.fixed.rms[0] == pytest.approx(rms, rel=5e-3)
-    assert found.beats(found.bare, recorded.WORTH)
+    assert found.beats(found.bare)
     assert np.median(found.found[found.least_rms].rms) == pytest.approx(rms, rel=5e-3)
     assert found.hopeless
     assert f"oscillator, without a cavity: rms {1e3 * found.fixed.rms[0]:.3g} mm" in answer.headline
