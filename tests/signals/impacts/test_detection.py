@@ -150,6 +150,19 @@ def test_what_a_highpass_makes_of_clipped_contacts_is_no_impact(corner: float, m
     assert np.abs(found.time - t).max() < (2e-6 if most < 2.0 else 2e-5)
 
 
+@pytest.mark.parametrize(("rate", "swing", "limit"), [(1500.0, 4.0, 0.3), (4000.0, 15.0, 0.5)])
+def test_a_motion_beyond_the_range_is_no_error(rate: float, swing: float, limit: float) -> None:
+    """What was given back for each clipped contact moved the others, until numbers ran over."""
+    t, j = regular(40)
+    n = round(3.0 * rate)
+    a = trace(t, j, seconds=3.0, rate=rate, noise=0.02, duration=5e-4)
+    a += 3.0 * np.sin(2.0 * np.pi * swing * np.arange(n) / rate)
+    corner = 6.5 * swing
+    filtered = zero_phase(np.clip(a, -limit, limit), butterworth(rate, low=corner, high=None))
+    found = detect_contacts(filtered, rate, highpass=corner, clipped=np.abs(a) >= limit)
+    assert np.abs(found.jump).max(initial=0.0) < 3.0 * np.abs(j).max()
+
+
 def test_a_pulse_is_learnt_from_clipped_and_ringing_contacts_only() -> None:
     t, j = regular(100)
     a = trace(t, j, seconds=7.0, ring=3000.0)

@@ -14,6 +14,7 @@ What fitted contacts leave of a stretch: more contacts, contacts that hide two, 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +29,7 @@ _ROUNDS = 8
 _QUIETER = 0.7  # times the noise believed before
 _STEPS = 5  # Gauss-Newton steps a round, at most
 _STEPS_CLIPPED = 40  # where each step changes what the samples are
+_WORSE = 3  # steps that fit no better than the best, after which none will
 _STILL = 1e-3  # samples: a smaller step changes nothing
 _QUIET = 0.1  # of the noise: a smaller change of what is given back changes nothing
 _TOGETHER = 16  # contacts of a chain that are moved at once
@@ -132,12 +134,12 @@ def _quieter(state: State, rest: FloatArray, box: BoxNoise) -> bool:
 def _merge(state: State, threshold: float, seen: IntArray) -> None:
     """Drop contacts that became insignificant or that coincide with a stronger one."""
     keep_only(state, np.argsort(state.place, kind="stable"))
-    _, _, _, vv, _, _ = normal_equations(state, seen)
+    _, _, _, vv, _, ss = normal_equations(state, seen)
     norm = float(np.sqrt((state.template.at(seen.astype(np.float64))[0] ** 2).sum()))
     # A contact at the edge or half clipped is judged by what is left of it.
     strength = np.abs(state.height) * np.sqrt(np.maximum(vv, 0.04 * norm**2)) / state.noise_at()
     inside = (state.place > -0.5) & (state.place < state.a.size - 0.5)
-    keep = inside & (strength >= 0.8 * threshold)
+    keep = inside & (ss > 0.0) & (strength >= 0.8 * threshold)  # some of it was seen
     keep_only(state, keep)
     while state.place.size > 1:
         close = np.flatnonzero(np.diff(state.place) < 0.75 * state.template.width)
@@ -244,6 +246,17 @@ class State:
         """The array less all contacts."""
         return less(self.a, self.place, self.height, self.template)
 
+    def misfit(self) -> float:
+        """Squares of what the contacts leave of known samples, and lack at clipped ones."""
+        rest = self.residual()
+        counts = self.valid | (self.clipped & (rest * self.a > 0.0))
+        return float(rest[counts] @ rest[counts])
+
+    def become(self, other: State) -> None:
+        """Take over what another state of the same array has found."""
+        self.a, self.given = other.a, other.given
+        self.place, self.height, self.sure = other.place, other.height, other.sure
+
     def give_back(self) -> float:
         """Lower what is beside clipped samples as the highpass would; return the change, m/s^2.
 
@@ -279,11 +292,22 @@ def less(a: FloatArray, place: FloatArray, height: FloatArray, template: Templat
 
 
 def settle(state: State, seen: IntArray) -> None:
-    """Gauss-Newton until nothing moves that matters."""
+    """Gauss-Newton until nothing moves that matters, or steps fit no better than before.
+
+    Where much is clipped, what is given back for one contact moves all the others: steps may lead
+    away without end.
+    """
+    best, least, worse = replace(state), math.inf, 0
     for _ in range(_STEPS_CLIPPED if state.clipped.any() else _STEPS):
         moved, given = _refine(state, seen), state.give_back()
-        if moved < _STILL and given < _QUIET * float(state.noise.min()):
+        left = state.misfit()
+        if left < least:
+            best, least, worse = replace(state), left, 0
+        else:
+            worse += 1
+        if worse == _WORSE or (moved < _STILL and given < _QUIET * float(state.noise.min())):
             break
+    state.become(best)
 
 
 def seen_lags(template: Template, share: float = _SEEN) -> IntArray:

@@ -259,6 +259,8 @@ def _less_neighbours(
     lags = np.arange(template.first, template.last + 1)
     centre = np.rint(found.place).astype(np.int64)
     whole = (centre + lags[0] >= 0) & (centre + lags[-1] < piece.a.size)
+    core = np.clip(centre[:, np.newaxis] + np.arange(*template.core), 0, piece.a.size - 1)
+    whole &= piece.good[core].mean(axis=1) > _ENOUGH
     whole &= found.strength > settings.learn_above
     order = np.argsort(-found.strength[whole], kind="stable")
     chosen = np.flatnonzero(whole)[order][: settings.learn_from]
