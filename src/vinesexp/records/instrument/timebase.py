@@ -110,6 +110,8 @@ class Clock:
         After `finish`: how far times stray beyond their rounding, in samples.
     stairs : float
         Samples to one printed step, where times stand still in between; else 0.
+    repeated : int
+        Times that were those of other rows, and for which the rows count.
     """
 
     def __init__(
@@ -125,6 +127,7 @@ class Clock:
         self._refusal: RecordError | None = None  # of the first of them, where they are no pauses
         self._interval = self._coarsest = self._finest = math.nan
         self._longest = np.zeros(3)  # steps
+        self.repeated = 0
         self._still = 0
         self._stood: RecordError | None = None
         self._uneven = False
@@ -162,6 +165,10 @@ class Clock:
                 usual = float(np.median(steps))
                 most = steps[np.abs(steps) < _USUAL * abs(usual)]
                 self._interval = float(most.mean()) if most.size else usual
+        if not self._are_even(steps) and 0.0 < (steps == 0.0).mean() < _STILL:
+            by_row = self._by_row(np.append(before[0], now))
+            now, before, times = by_row[1:], by_row[:-1], by_row[-len(times) :]
+            steps = now - before
         if not self._are_even(steps):
             long = self._judge_steps(before, now, row)
             self._uneven = True
@@ -258,6 +265,11 @@ class Clock:
     def remarks(self) -> list[str]:
         """What is odd about times that are used as a uniform clock; after `finish`."""
         said = []
+        if self.repeated:
+            said.append(
+                f"{counted(self.repeated, 'time')} stood still and came back to the clock: two "
+                "samples have no one time, and the rows count there"
+            )
         if self.stray > 0.01:
             said.append(
                 f"times stray by up to {self.stray:.2g} samples from a uniform clock, which is "
@@ -291,6 +303,23 @@ class Clock:
         if self._refusal is not None and not rare:
             raise self._refusal
         raise UnevenClockError(0.0, interval, self.pauses)
+
+    def _by_row(self, times: FloatArray) -> FloatArray:
+        """Times of which some stood still and came back to their clock, by the rows instead.
+
+        No two samples have one time. Where the steps about one of nothing last as long together as
+        so many rows do, none is missing, and what was written in between is wrong.
+        """
+        interval, times = self._interval, times.copy()
+        near = min(self._coarsest, 0.5 * interval) + 2.0 * _JITTER * interval
+        steps = np.diff(times)
+        for first, after in runs_of(np.abs(steps - interval) > near):
+            rows = after - first
+            off = times[after] - times[first] - rows * interval
+            if (steps[first:after] == 0.0).any() and abs(off) <= near:
+                times[first : after + 1] = np.linspace(times[first], times[after], rows + 1)
+                self.repeated += rows - 1
+        return times
 
     def _judge_steps(self, before: FloatArray, now: FloatArray, row: int) -> BoolArray:
         """Which steps are pauses; a step backward, or of nothing, is refused.
