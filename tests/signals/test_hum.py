@@ -38,6 +38,19 @@ def test_a_line_between_two_points_of_a_short_spectrum_is_none():
         assert hum_in(x, 1 / 4000.0, frequency=7.3, lines=[float(line)]) == []
 
 
+@pytest.mark.parametrize(("seconds", "f"), combined([1.5, 2.15, 3.3], [15.35, 16.53]))
+def test_hum_of_a_short_decay_near_thrice_its_frequency_is_taken_out(seconds, f):
+    """Left in, its bends were impacts, and the decay was refused for a ball in its cavity."""
+    t = np.arange(round(6100 * seconds)) / 6100.0
+    decay = 13e-3 * np.exp(-0.0156 * 2 * np.pi * f * t) * np.cos(2 * np.pi * f * t)
+    noise = 8e-6 * np.random.default_rng(0).standard_normal(t.size)
+    hum = 62e-6 * np.cos(2 * np.pi * 50.0 * t + 1.0)
+    (found,) = hum_in(decay + hum + noise, 1 / 6100.0, frequency=f)
+    assert found.frequency == pytest.approx(50.0, abs=0.03)
+    assert found.size == pytest.approx(62e-6, rel=0.05)
+    assert hum_in(decay + noise, 1 / 6100.0, frequency=f) == []
+
+
 @pytest.mark.parametrize(("line", "b"), combined([49.97, 60.02, 100.1], [0.031, 0.045]))
 def test_hum_beside_impacts_is_taken_out(line, b, measure, tmp_path):
     record = measure(b=[b], drive=G25, start=20.0, duration=30.0)

@@ -29,9 +29,8 @@ _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
 _LINES = tuple(grid * n for grid in _GRIDS for n in range(1, _MULTIPLES))
 _MOST = 1 << 22  # samples of a record; of a longer one means are looked at
 _ROUND = 1000  # samples to a multiple of which a record is cut: its transform is fast
-_SHORTEST = 3.0  # s
 _OWN = 3  # lines of a spectrum on either side of a peak that are its own
-_AROUND = 3.0  # Hz on either side in which it stands alone
+_AROUND = 3.0  # Hz on either side in which it stands alone; of a short record twice its own lines
 _ALONE = 6.0  # times the strongest of these
 _AS_STRONG = 0.3  # by which the two halves of a record may differ, relative
 _AGAIN = (1, 2)  # times the frequency of the motion from a line of the motion to the next
@@ -82,8 +81,6 @@ def hum_in(
     >>> round(line.frequency, 2), round(line.size, 6), round(line.phase, 2)
     (50.03, 0.0001, 0.4)
     """
-    if x.size * step < _SHORTEST:
-        return []
     x = x - x.mean()
     whole = np.fft.rfft(x[: max(x.size // _ROUND, 1) * _ROUND])
     seconds = step * 2.0 * (whole.size - 1)
@@ -125,7 +122,8 @@ def _alone(
     whole: ComplexArray, seconds: float, line: float, frequency: float, *, stays: bool
 ) -> float | None:
     """Frequency of the peak at a multiple of the mains, where it stands alone and is no motion."""
-    reach = _AROUND + 2.0 * _WANDERS * line + max(_AGAIN) * frequency
+    around_it = max(_AROUND, 2.0 * _OWN / seconds)
+    reach = around_it + 2.0 * _WANDERS * line + max(_AGAIN) * frequency
     last = min(int((line + reach) * seconds), whole.size - 1)
     k = np.arange(max(int((line - reach) * seconds), 1), last)
     f = k / seconds
@@ -136,18 +134,24 @@ def _alone(
     # a short record has no line of its spectrum nearer than this
     band = np.flatnonzero(np.abs(f - line) < max(_WANDERS * line, 1.0 / seconds))
     peak = int(band[np.argmax(strength[band])])
-    if (stays and of_motion[peak]) or abs(f[peak] / frequency - 1.0) < _APART:
+    if (stays and of_motion[peak]) or abs(order[peak] - 1.0) < _APART:
         return None
-    beside = ~of_motion & (np.abs(f - f[peak]) < _AROUND)
-    beside[peak - _OWN : peak + _OWN + 1] = False
+    beside = ~of_motion & (np.abs(f - f[peak]) < around_it)
+    beside[max(peak - _OWN, 0) : peak + _OWN + 1] = False
+    if not beside.any():  # nothing that it could stand above
+        return None
     strongest = float(strength[beside].max(initial=0.0))
     for times in (*_AGAIN, *(-times for times in _AGAIN)):
         off = np.abs(f - f[peak] - times * frequency)
         again = ~of_motion & (off * seconds < _OWN)
-        around = ~of_motion & ~again & (off < _AROUND)
-        if again.any() and around.any():  # as a line above what is around: a decay is broad
-            above = float(strength[again].max() - np.median(strength[around]))
-            strongest = max(strongest, above)
+        around = ~of_motion & ~again & (off < around_it)
+        if again.any() and around.any():  # as a line above what is around
+            level = float(np.median(strength[around]))
+            if not stays:  # the skirt of a decay falls across it, and is higher on one side
+                own = np.flatnonzero(again)
+                beyond = strength[np.clip([own[0] - 1, own[-1] + 1], 0, k.size - 1)]
+                level = max(level, float(beyond.max()))
+            strongest = max(strongest, float(strength[again].max()) - level)
     alone = strength[peak] > _ALONE * strongest
     return float(f[peak]) if alone else None
 
