@@ -274,7 +274,7 @@ def begun(x0, amplitude=None):
 
 
 def test_b_t_is_of_the_amplitude_with_which_pushed_releases_begin():
-    """As the hands pushed unlike, b_t is as unsure as their median."""
+    """As the hands pushed unlike, b_t is as unsure as their mean."""
     shares = dict(zip((10, 20, 27, 33, 48), (1.0, 1.05, 1.1, 1.12, 1.2), strict=True))
     records = [release(b, 0.020) for b in shares]
     rows = [
@@ -283,7 +283,7 @@ def test_b_t_is_of_the_amplitude_with_which_pushed_releases_begin():
     ]
     times = [time_row(r.id, 0.010, 2.0) for r in records]
     (level,) = release_levels(campaign(records), rows, times)
-    assert level.release.value == pytest.approx(1.1 * 0.020)
+    assert level.release.value == pytest.approx(1.094 * 0.020)
     assert level.release.std_error / level.release.value == pytest.approx(
         float(np.std(list(shares.values()), ddof=1)) / 5**0.5, rel=0.2
     )
@@ -305,8 +305,35 @@ def test_releases_by_hand_are_one_level_and_begin_at_one_amplitude():
     assert [half.x0, half.target] == [0.0201, 0.01005]
     for level in half, quarter:
         assert [test.clearance for test in level.tests] == [r.clearance[0] for r in records]
-        fell = (0.98 * 0.0201 - level.target) / 0.005
+        mean = sum(pulled.values()) / 5
+        assert level.release.value == pytest.approx(mean)
+        fell = (0.98 * mean - level.target) / 0.005
         assert [test.value for test in level.tests] == pytest.approx([fell] * 5, rel=1e-6)
+
+
+def test_b_t_is_of_the_amplitude_that_times_are_counted_from():
+    """Where releases scatter, b_t was of the first that was typed, or of their mean, and times of
+    their median."""
+    pulled = {10: 0.0206, 20: 0.0196, 27: 0.0200, 33: 0.0198}
+    seen = {10: 0.0220, 20: 0.0180, 27: 0.0181, 33: 0.0182}
+    records = [release(b, x0) for b, x0 in pulled.items()]
+    regimes = [
+        regime_row(r.id, 1.0, "two symmetric") | begun(x)
+        for r, x in zip(records, seen.values(), strict=True)
+    ]
+    times = [
+        time_row(r.id, share * r.release, (x - share * r.release) / 0.005)
+        for r, x in zip(records, seen.values(), strict=True) for share in (0.5, 0.25)
+    ]  # fmt: skip
+    found = [
+        {"parameter": "release", "value": x, "std_error": 2e-5, "records": r.id}
+        for r, x in zip(records, seen.values(), strict=True)
+    ]
+    half, _ = release_levels(campaign(records), regimes, times, found)
+    mean = sum(seen.values()) / 4
+    assert half.release.value == pytest.approx(mean)
+    fell = (mean - half.target) / 0.005
+    assert [test.value for test in half.tests] == pytest.approx([fell] * 4, rel=1e-6)
 
 
 def test_base_amplitudes_and_frequencies_as_read_are_one_level():

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import median, median_low
+from statistics import fmean, median, median_low
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -247,8 +247,8 @@ def release_levels(
 ) -> list[ReleaseLevel]:
     """Levels of the releases with one NES: by release, then from high to low amplitude.
 
-    Times of one level are counted from one amplitude, that of its median release: by hand releases
-    scatter by per cent, and a ball takes off a constant amount a cycle.
+    Times of one level are counted from one amplitude, the mean of its releases, which b_t is of
+    too: by hand releases scatter by per cent, and a ball takes off a constant amount a cycle.
 
     Parameters
     ----------
@@ -267,13 +267,11 @@ def release_levels(
         for state, rows in _by_rig(regimes, states)
         for one in _by_release(single_nes(campaign, rows, "transient"))
     ):
-        ids = {record.id for record, _ in group}
-        stated = Quantity(x0, campaign.known.uncertainties.release.of(x0))
-        release = found_length("release", identified, ids) or stated
+        release = _mean_release(campaign, [record for record, _ in group], identified)
         # the sensor shows how much farther out each began than the others, or the sheet does
         shown = all(row.get("begins_m") for _, row in group)
         starts = [row["begins_m"] if shown else abs(record.release or x0) for record, row in group]
-        common = median(starts)
+        common = fmean(starts)
         if shown:
             release = _as_begun(release, [row for _, row in group])
         named = next(record.id for record, _ in group if abs(record.release or 0.0) == x0)
@@ -290,12 +288,25 @@ def release_levels(
     return levels
 
 
+def _mean_release(campaign: Campaign, records: Sequence[Record], identified: Rows) -> Quantity:
+    """Mean of the releases of a level as the records show them, else as they were typed, m.
+
+    Their errors are mostly one: that of the sensor, or of the ruler.
+    """
+    each = []
+    for record in records:
+        typed = abs(record.release or 0.0)
+        stated = Quantity(typed, campaign.known.uncertainties.release.of(typed))
+        each.append(found_length("release", identified, {record.id}) or stated)
+    return Quantity(fmean(q.value for q in each), fmean(q.std_error for q in each))
+
+
 def _as_begun(release: Quantity, rows: Rows) -> Quantity:
     """The amplitude with which releases begin, where a hand pushed the mass or went along, m."""
     shares = [row["begins_m"] / row["released_m"] for row in rows]
     if all(share == 1.0 for share in shares):
         return release
-    share = median(shares)
+    share = sum(row["begins_m"] for row in rows) / sum(row["released_m"] for row in rows)
     error = median(row["begins_error_m"] / row["begins_m"] for row in rows)
     scatter = float(np.std(shares, ddof=1)) / math.sqrt(len(shares)) if len(shares) > 1 else 0.0
     relative = math.hypot(release.std_error / release.value, error, scatter)
