@@ -297,11 +297,12 @@ def settle(state: State, seen: IntArray) -> None:
     Where much is clipped, what is given back for one contact moves all the others: steps may lead
     away without end.
     """
+    clipped = bool(state.clipped.any())
     best, least, worse = replace(state), math.inf, 0
-    for _ in range(_STEPS_CLIPPED if state.clipped.any() else _STEPS):
+    for _ in range(_STEPS_CLIPPED if clipped else _STEPS):
         moved, given = _refine(state, seen), state.give_back()
-        left = state.misfit()
-        if left < least:
+        left = state.misfit() if clipped else 0.0
+        if left < least or not clipped:
             best, least, worse = replace(state), left, 0
         else:
             worse += 1
