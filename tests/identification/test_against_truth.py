@@ -11,8 +11,8 @@ from tests.rehearsal import rehearse
 from vinesexp.laboratory.score import score_impacts
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
-from vinesexp.signals.impacts.impact_table import read_impacts
-from vinesexp.signals.regimes import decay_times
+from vinesexp.signals.impacts.impact_table import no_impacts, read_impacts
+from vinesexp.signals.regimes import shown_by_record
 
 pytestmark = pytest.mark.long
 
@@ -114,7 +114,8 @@ def test_regimes_are_those_of_the_clearance(analysed):
 
 def test_a_release_reaches_its_levels_in_order(analysed):
     with open_record(analysed.folder / "conditioned/released.nc") as view:
-        rows = decay_times(analysed.campaign.record("released"), conditioned=view)
+        released = analysed.campaign.record("released")
+        rows = shown_by_record(released, conditioned=view, impacts=no_impacts())["times"]
     assert [row["target_m"] for row in rows] == pytest.approx([0.01, 0.005, 0.003, 0.002])
     times = [row["time_s"] for row in rows[:3]]
     assert times == sorted(times)
@@ -125,7 +126,7 @@ def test_levels_are_those_of_the_motion_where_the_sheet_has_another_unit(analyse
     """With a displacement in inches no level was reached, and b_t was not predicted."""
     stated = replace(analysed.campaign.record("released"), release=25.4 * 0.02)
     with open_record(analysed.folder / "conditioned/released.nc") as view:
-        rows = decay_times(stated, conditioned=view)
+        rows = shown_by_record(stated, conditioned=view, impacts=no_impacts())["times"]
     assert [row["target_m"] for row in rows] == pytest.approx([0.01, 0.005, 0.003, 0.002], rel=0.1)
     assert all(row["time_s"] for row in rows[:3])
 

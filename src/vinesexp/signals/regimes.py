@@ -32,7 +32,7 @@ from vinesexp.settings.stages import RegimeSettings, Settings
 from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.free_from import LetGo, freed, let_go
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
-from vinesexp.signals.impacts.find import IN_GAPS, count_impacts, impacts_of_record, struck
+from vinesexp.signals.impacts.find import Remarks, Said, count_impacts, impacts_of_record, struck
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.means import cycles_from, free_cycles, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, from_rest, steady_after
@@ -54,8 +54,6 @@ _ALIKE = 0.01
 #: hits together with it: two impacts at one time are found as one.
 _TOGETHER = 0.2
 _FEWEST, _FLOOR = 4, 0.02  # cycles that a decay rate is of; largest amplitude, below which is noise
-#: What checks.csv says of a record: check, outcome, detail.
-Said = tuple[str, str, str]
 #: A row of a table: column to value.
 Row = dict[str, str | float | None]
 
@@ -381,8 +379,9 @@ def shown_by_record(
     Returns
     -------
     dict
-        Rows by table: ``regime`` (the row of regimes.csv), ``bands``, ``transitions``; and
-        ``checks``, what checks.csv says of how the test began (check, outcome, detail).
+        Rows by table: ``regime`` (the row of regimes.csv), ``bands``, ``transitions``, ``times``
+        (of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`; None:
+        not within the record); and ``checks``, what checks.csv says of how the test began.
         In the first ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
         of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m`` (of a periodic test with
         ``amplitude_error_m``, over ``cycles`` from ``steady_from_s`` on, and with
@@ -394,78 +393,65 @@ def shown_by_record(
         regime.
     """
     row = unknown_regime(record)
-    checks: list[Any] = []
-    shown = {"regime": [row], "bands": [], "transitions": [], "checks": checks}
-    view, frequency = conditioned, conditioned.oscillation
-    if "displacement" not in view.roles or not frequency:
+    checks: list[Said] = []
+    shown: dict[str, list[Any]] = {
+        "regime": [row], "bands": [], "transitions": [], "times": [], "checks": checks
+    }  # fmt: skip
+    if "displacement" not in conditioned.roles or not conditioned.oscillation:
         return shown
-    time, amplitude = _amplitudes(view, frequency)
-    length, start, free = view.n / view.sample_rate, view.start, freed(view)
-    base = swept(view, frequency) if record.test == "sweep" else None
-    if record.test == "transient" and (whole := free_cycles(amplitude)) < amplitude.size:
-        time, amplitude = time[:whole], amplitude[:whole]
-        checks.append(_stopped(float(time[-1]), float(amplitude[-1])))
-    if amplitude.size == 0:
+    motion, stopped = _motion_of(record, conditioned, conditioned.oscillation)
+    checks += stopped
+    shown["times"] = _decay_times(record, motion)
+    if motion.time.size == 0:
         return shown
-    period = 1.0 / frequency
-    settings = record.settings.regimes
-    begin = settings.settling * length if record.test == "periodic" else free
-    row["length_s"] = length
-    if not np.any(time >= begin):
+    row["length_s"] = motion.length
+    begin = motion.free
+    if record.test == "periodic":
+        begin = record.settings.regimes.settling * motion.length
+    if not np.any(motion.time >= begin):
         return shown
     if record.test == "periodic":
-        begin = _caught(impacts, record, begin, start=start, period=period, decay=(time, amplitude))
-        steady, begin = steady_after(begin, time, amplitude, period=period)
-        row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
-        row["steady_from_s"] = begin
-        at_rest = bool(view.attributes.get(FROM_REST)) or from_rest(amplitude)
-        row["waited_s"] = begin if at_rest else None
-        checks += _how_it_began(steady, begin)
-    counted = amplitude[time >= begin]
-    row["cycles"] = float(counted.size)
-    if record.test == "periodic" and record.clearance and counted.size < TELLING:
-        checks.append(_too_short(counted.size))
-    row["amplitude_mean_m"] = float(counted.mean())
-    row["amplitude_max_m"] = float(counted.max())
-    decay = start + time, amplitude
+        begin, how = _settled(record, conditioned, impacts, motion, begin, row)
+        checks += how
+    counted = motion.amplitude[motion.time >= begin]
+    row |= {
+        "cycles": float(counted.size), "amplitude_mean_m": float(counted.mean()),
+        "amplitude_max_m": float(counted.max()),
+    }  # fmt: skip
+    base = swept(conditioned, conditioned.oscillation) if record.test == "sweep" else None
     if base is not None:
-        row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
+        row["amplitude_running_max_m"] = largest_running_mean(base, motion.decay, width=RUNNING)
     if not record.clearance:
         return shown
-    end = length
-    if record.test == "transient":
-        end = min(free + settings.first_cycles * period, length)
-    if not _seen(record, view, impacts, frequency):
-        if not impacts.n and record.test != "sweep":
-            checks.append(_NOTHING_SEEN)
+    if record.test == "periodic" and counted.size < TELLING:
+        checks.append(_too_short(counted.size))
+    if not _seen(record, conditioned, impacts, conditioned.oscillation):
+        checks += [_NOTHING_SEEN] if not impacts.n and record.test != "sweep" else []
         return shown
+    settings = record.settings.regimes
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
-    found = _regimes(record, series, period=period, begin=start + begin, end=start + end)
-    few = settings.seen_share * (end - begin) / period  # of which nothing is to be told
-    hidden = _some_hidden(impacts, start + begin, start + end, fewest=few)
+    end = motion.length
+    if record.test == "transient":
+        end = min(begin + settings.first_cycles * motion.period, end)
+    span = motion.start + begin, motion.start + end
+    found = _regimes(record, series, period=motion.period, span=span)
     lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
+    few = settings.seen_share * (end - begin) / motion.period  # of which nothing is to be told
+    hidden = _some_hidden(impacts, *span, fewest=few)
     if not lasting and (hidden or lost):
         checks += [_SOME_HIDDEN] if hidden else []
         return shown
-    row |= found
+    row |= found | _spells(record, impacts, motion.period)
     per_cycle = row["impacts_per_cycle"]
     if isinstance(per_cycle, float) and per_cycle < STILL and record.test != "sweep":
         checks.append(_did_not_work(min(record.clearance), float(counted.max())))
-    row |= _spells(record, impacts, period)
     if base is not None:
-        shown["bands"] = band_rows(record.id, series, base, decay, settings)
+        shown["bands"] = band_rows(record.id, series, base, motion.decay, settings)
     elif record.test == "transient":
-        shown["transitions"] = _transitions(record, series, decay, start=start, period=period)
+        moments = {"start": motion.start, "period": motion.period}
+        every = (transition_row(record.id, one, motion.decay, **moments) for one in series)
+        shown["transitions"] = [one for one in every if one is not None]
     return shown
-
-
-def _transitions(
-    record: Record, series: Sequence[Series], decay: tuple[FloatArray, FloatArray], *,
-    start: float, period: float,
-) -> list[Row]:  # fmt: skip
-    """Rows of transitions.csv of a release, of those balls that are captured."""
-    rows = (transition_row(record.id, one, decay, start=start, period=period) for one in series)
-    return [row for row in rows if row is not None]
 
 
 def _stopped(time: float, amplitude: float) -> Said:
@@ -487,24 +473,35 @@ _WORTH_A_LINE = 0.01
 _CAUGHT, _CONSTANT = 40, 0.03
 
 
-def _caught(
-    impacts: Impacts, record: Record, begin: float, *, start: float, period: float,
-    decay: tuple[FloatArray, FloatArray],
-) -> float:  # fmt: skip
+def _settled(
+    record: Record, view: RecordView, impacts: Impacts, motion: _Motion, begin: float, row: Row
+) -> tuple[float, Iterator[Said]]:
+    """When the response of a periodic test begins, s, and what is said of it; fills in its row."""
+    begin = _caught(impacts, record, motion, begin)
+    steady, begin = steady_after(begin, motion.time, motion.amplitude, period=motion.period)
+    at_rest = bool(view.attributes.get(FROM_REST)) or from_rest(motion.amplitude)
+    row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
+    row["steady_from_s"] = begin
+    row["waited_s"] = begin if at_rest else None
+    return begin, _how_it_began(steady, begin)
+
+
+def _caught(impacts: Impacts, record: Record, motion: _Motion, begin: float) -> float:
     """When the motion begins in which a test ends, s: that is its response, what was before is not.
 
     A ball that comes and goes is caught at last, and keeps two impacts per cycle at one amplitude
     to the end of the record. In strongly modulated motion the amplitude never stays.
     """
-    counted = impacts.time_s >= start + begin
-    spells = activation_spells(impacts.time_s[counted], impacts.side[counted], period=period)
+    counted = impacts.time_s >= motion.start + begin
+    hits = impacts.time_s[counted], impacts.side[counted]
+    spells = activation_spells(*hits, period=motion.period)
     if len(record.clearance) != 1 or len(spells) < 2:
         return begin
-    time, amplitude = decay
+    time, amplitude = motion.time, motion.amplitude
     final = float(np.median(amplitude[-_CAUGHT:]))
     moving = np.flatnonzero(np.abs(amplitude - final) > _CONSTANT * final)
     first = int(moving[-1]) + 1 if moving.size else 0
-    if amplitude.size - first < _CAUGHT or start + time[first] < spells[-1, 0]:
+    if amplitude.size - first < _CAUGHT or motion.start + time[first] < spells[-1, 0]:
         return begin
     return max(begin, float(time[first]))
 
@@ -589,44 +586,51 @@ def unknown_regime(record: Record) -> Row:
     return {"record": record.id, **dict.fromkeys(columns)}
 
 
-def decay_times(record: Record, *, conditioned: RecordView) -> list[Row]:
-    """Rows of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`.
-
-    Parameters
-    ----------
-    record : Record
-    conditioned : RecordView
-        Bandpassed.
-
-    Returns
-    -------
-    list of dict
-        ``record``, ``target_m`` and ``time_s`` (None: not reached within the record); none for a
-        record that is no release.
-    """
-    frequency = conditioned.oscillation
-    if record.test != "transient" or "displacement" not in conditioned.roles or not frequency:
-        return []
-    time, amplitude = _amplitudes(conditioned, frequency)
-    free = free_cycles(amplitude)
-    time, amplitude = time[:free] - freed(conditioned), amplitude[:free]
-    if not np.isfinite(amplitude).any():
+def _decay_times(record: Record, motion: _Motion) -> list[Row]:
+    """Rows of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`."""
+    if record.test != "transient" or not np.isfinite(motion.amplitude).any():
         return []
     # a release that was not written down, or is in another unit than the displacement, has round
     # levels, which others by the same hand share
-    seen, release = float(np.nanmax(amplitude)), abs(record.release or 0.0)
+    seen, release = float(np.nanmax(motion.amplitude)), abs(record.release or 0.0)
     if not 0.0 < LEVELS[-1] * release < seen:
         release = float(f"{seen:.2g}")
     targets = [share * release for share in LEVELS]
-    reached = [time_to_level(time, amplitude, target) for target in targets]
+    since = motion.time - motion.free
+    reached = [time_to_level(since, motion.amplitude, target) for target in targets]
     return [
         {"record": record.id, "target_m": target, "time_s": t if math.isfinite(t) else None}
         for target, t in zip(targets, reached, strict=True)
     ]
 
 
-def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
-    """Time from the first sample and half swing of each cycle in which the mass is free."""
+@dataclass(frozen=True)
+class _Motion:
+    """The mass from when it is free until a hand stops it.
+
+    Attributes
+    ----------
+    time, amplitude : middle of each cycle, s from the first sample, and its half swing, m.
+    period : s, of the oscillation.
+    start, length : s, first moment of the record on its axis, and how long it lasts.
+    free : s from the first sample, until when the mass is held.
+    """
+
+    time: FloatArray
+    amplitude: FloatArray
+    period: float
+    start: float
+    length: float
+    free: float
+
+    @property
+    def decay(self) -> tuple[FloatArray, FloatArray]:
+        """Cycle by cycle: s on the record's axis, m."""
+        return self.start + self.time, self.amplitude
+
+
+def _motion_of(record: Record, view: RecordView, frequency: float) -> tuple[_Motion, list[Said]]:
+    """The motion of a record, and what is said of its end."""
     first = freed(view)
     free = round(first * view.sample_rate)
 
@@ -634,19 +638,26 @@ def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatAr
         return view.read("displacement", free + begin, free + end)
 
     time, amplitude = cycles_from(read, view.n - free, view.sample_rate, frequency)
-    return first + time, amplitude
+    time, whole = first + time, free_cycles(amplitude)
+    stopped = record.test == "transient" and whole < amplitude.size
+    if stopped:
+        time, amplitude = time[:whole], amplitude[:whole]
+    said = [_stopped(float(time[-1]), float(amplitude[-1]))] if stopped else []
+    length = view.n / view.sample_rate
+    return _Motion(time, amplitude, 1.0 / frequency, view.start, length, first), said
 
 
 def _regimes(
-    record: Record, series: Sequence[Series], *, period: float, begin: float, end: float
+    record: Record, series: Sequence[Series], *, period: float, span: tuple[float, float]
 ) -> Row:
     """Regime of each ball, and of all impacts together where the ball is not known."""
+    begin, end = span
     if end - begin < period:
         return {}
     counts = [
         regime_of(
-            *(one.time, one.side),
-            period=period, start=begin, end=end, decaying=record.test == "transient",
+            *(one.time, one.side), period=period, start=begin, end=end,
+            decaying=record.test == "transient",
         )
         for one in series
     ]  # fmt: skip
@@ -708,13 +719,13 @@ def rows_or_refuse(
         Raise a `RecordError` instead.
     """
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
-    impacts, said = no_impacts(), list[Said]()
+    impacts, said = no_impacts(), Remarks()
     rows: dict[str, Any] = {}
 
     def leave(reason: str) -> None:
         write_impacts(paths.impacts(record.id), impacts)
         none: dict[str, Any] = {
-            name: [] for name in ("bands", "transitions", "base", "times", "release")
+            name: [] for name in ("bands", "transitions", "times", "base", "release")
         }
         rows.update({"regime": [unknown_regime(record)], **none, "refused": reason})
 
@@ -726,8 +737,7 @@ def rows_or_refuse(
             settings=record.settings, said=said,
         )  # fmt: skip
         with open_record(measured) as raw, open_record(conditioned) as view:
-            lost = any(check in ("aliased", IN_GAPS) for check, _, _ in said)
-            rows.update(shown_by_record(record, conditioned=view, impacts=impacts, lost=lost))
+            rows.update(shown_by_record(record, conditioned=view, impacts=impacts, lost=said.lost))
             counted = rows["regime"][0].get("steady_from_s")
             out_at = let_go(raw, view, impacts) if record.test == "transient" else None
             if out_at is not None:
@@ -736,7 +746,6 @@ def rows_or_refuse(
             rows.update(
                 release=[] if out_at is None else [asdict(out_at)],
                 base=base_rows(record, measured=raw, conditioned=view, steady_from=counted),
-                times=decay_times(record, conditioned=view),
                 evidence=_evidence(record, raw, view),
                 struck=_struck(record, raw, view),
             )

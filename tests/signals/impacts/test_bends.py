@@ -12,7 +12,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.bends import detect_bends
-from vinesexp.signals.impacts.find import _where_it_bends, impacts_of_record
+from vinesexp.signals.impacts.find import Remarks, _where_it_bends, impacts_of_record
 from vinesexp.signals.impacts.slopes import coarse_displacement
 
 RATE, F = 4000.0, 7.862
@@ -152,7 +152,7 @@ def test_bends_that_no_flights_explain_are_no_impacts(tmp_path):
     """20 um of the fifth harmonic bend the motion 189 times in 8 s: a ball would have to fly so."""
     t, rng = np.arange(40_000) / 5000.0, np.random.default_rng(0)
     x = 5e-3 * np.sin(W * t) + 2e-5 * np.sin(5.0 * W * t) + 5e-6 * rng.standard_normal(t.size)
-    path, said = tmp_path / "r.nc", []
+    path, said = tmp_path / "r.nc", Remarks()
     with RecordWriter(path, sample_rate=5e3, quantities={"displacement": "displacement"}) as made:
         made.append({"displacement": x})
     with open_record(path) as view:
@@ -170,7 +170,7 @@ def test_a_second_motion_of_the_target_is_no_impact(b, size, order, measure, tmp
     """10 um at 4.7 f0 were 12 to 132 impacts, and the jumps of the others were off by a third."""
     record = measure(b=[b], drive=G25, start=10.0, duration=10.0, bits=16)
     x, base = record.channels["displacement"], record.channels["base"]
-    plain, said = laser_alone(tmp_path, x, base, b=b), []
+    plain, said = laser_alone(tmp_path, x, base, b=b), Remarks()
     x = x + size * np.sin(order * W * np.arange(x.size) / 1e4 + 0.7)
     found = laser_alone(tmp_path, x, base, b=b, said=said)
     assert abs(found.n - plain.n) <= 0.03 * plain.n
@@ -188,7 +188,7 @@ def test_a_second_motion_of_the_target_is_no_impact(b, size, order, measure, tmp
 def test_what_a_ball_makes_between_the_multiples_is_no_second_motion(b, r, base, measure, tmp_path):
     """Modulated, or again after three half periods: then 12 um at 5/3 f0 are the ball's."""
     how = {"drive": Harmonic(base, F), "start": 10.0, "duration": 15.0, "bits": 16}
-    record, said = measure(b=[b], r=r, **how), []
+    record, said = measure(b=[b], r=r, **how), Remarks()
     x, base = record.channels["displacement"], record.channels["base"]
     laser_alone(tmp_path, x, base, b=b, said=said)
     assert "second motion" not in [check for check, _, _ in said]

@@ -18,6 +18,7 @@ from vinesexp.signals.clipping import converter_range
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.detection import detection_at
 from vinesexp.signals.impacts.find import (
+    Remarks,
     _beside,
     _let_go,
     _seen,
@@ -203,7 +204,7 @@ def test_a_long_contact_at_one_wall_is_one_impact(measure, store, tmp_path):
             a[near] += sign * jump * shape / (shape.sum() * 1e-4)
     store(tmp_path / "r.nc", record.channels | {"acceleration": a}, 1e4)
     condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
-    said: list[tuple[str, str, str]] = []
+    said = Remarks()
     found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
                               clearance=(0.03,), said=said)  # fmt: skip
     assert abs(found.n - record.time.size) <= 0.03 * record.time.size
@@ -225,7 +226,7 @@ def test_pulses_that_were_sampled_too_slowly_count_for_nothing_and_are_said(
     for name, channels, rate in (("whole", record.channels, 1e4), ("thin", thin, 1e3)):
         store(tmp_path / f"{name}.nc", channels, rate)
         condition(tmp_path / f"{name}.nc", tmp_path / "c.nc", f0_hint=7.862)
-        said: list[tuple[str, str, str]] = []
+        said = Remarks()
         found = impacts_of_record(tmp_path / f"{name}.nc", tmp_path / "c.nc", tmp_path / "i.csv",
                                   clearance=(0.03,), said=said)  # fmt: skip
         shown[name] = found, [check for check, _, _ in said]
@@ -256,7 +257,7 @@ def test_a_floor_that_vibrates_without_a_base_channel_leaves_the_jumps_alone(
     x, a = record.channels["displacement"] + floor, record.channels["acceleration"] - w**2 * floor
     store(tmp_path / "r.nc", {"displacement": x, "acceleration": a}, 1e4)
     condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
-    said: list[tuple[str, str, str]] = []
+    said = Remarks()
     found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
                               clearance=(0.03,), said=said)  # fmt: skip
     assert [check for check, _, _ in said] == ["second motion"]
@@ -275,7 +276,7 @@ def test_what_an_accelerometer_hides_the_displacement_shows(measure, store, tmp_
     store(tmp_path / "r.nc", record.channels | {"acceleration": rings}, 1e4)
     condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
     found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
-                              clearance=(0.03,), said=[])  # fmt: skip
+                              clearance=(0.03,), said=Remarks())  # fmt: skip
     assert abs(found.n - record.time.size) <= 0.03 * record.time.size
 
 
@@ -287,7 +288,7 @@ def test_pulses_beside_a_noisy_displacement_are_not_called_aliased(measure, stor
         8).standard_normal(size)  # fmt: skip
     store(tmp_path / "r.nc", rough, 1e4)
     condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
-    said: list[tuple[str, str, str]] = []
+    said = Remarks()
     found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
                               clearance=(0.03,), said=said)  # fmt: skip
     assert not [check for check, _, _ in said if check == "aliased"]

@@ -7,7 +7,7 @@ jumps are combined by their variances. Nothing here knows the masses.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from itertools import combinations, product
@@ -53,6 +53,22 @@ _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
 _FEW = 0.02  # spikes that are no impacts, over those that are
 #: Channels of a drop test, the best first.
 _HEARD = ("acceleration", "sound", "displacement", "base")
+
+#: What checks.csv says of a record: check, outcome, detail.
+Said = tuple[str, str, str]
+
+
+class Remarks(list[Said]):
+    """What checks.csv says of the impacts of a record."""
+
+    #: Some impacts are not found: samples are too few for their pulses, or lack there.
+    lost = False
+
+    def some_lost(self, check: str, detail: str) -> None:
+        """Say why some impacts are not found."""
+        self.lost = True
+        self.append((check, "warning", detail))
+
 
 # Which ball hit: by what each of several balls can have done.
 #
@@ -334,7 +350,7 @@ def _learnt(
 def impacts_of_record(
     record_nc: Path, conditioned_nc: Path, out_csv: Path, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (), test: str = "periodic",
-    settings: Settings = _AS_BY_DEFAULT, said: list[tuple[str, str, str]] | None = None,
+    settings: Settings = _AS_BY_DEFAULT, said: Remarks | None = None,
 ) -> Impacts:  # fmt: skip
     """Find the impacts of one record and write them.
 
@@ -352,14 +368,14 @@ def impacts_of_record(
     test : str
         A drop test has impacts without an oscillation.
     settings : Settings, optional
-    said : list, optional
-        Gets what checks.csv says of what was left out: check, outcome, detail.
+    said : Remarks, optional
+        Gets what checks.csv says of what was left out.
 
     Returns
     -------
     Impacts
     """
-    said = [] if said is None else said
+    said = Remarks() if said is None else said
     with open_record(Path(record_nc)) as record, open_record(Path(conditioned_nc)) as conditioned:
         impacts = no_impacts()
         if record.refused is None and test == "drop":
@@ -372,7 +388,7 @@ def impacts_of_record(
 
 def _struck(
     record: RecordView, conditioned: RecordView, clearance: Sequence[float],
-    nes_mass: Sequence[float], test: str, settings: Settings, said: list[tuple[str, str, str]],
+    nes_mass: Sequence[float], test: str, settings: Settings, said: Remarks,
 ) -> Impacts:  # fmt: skip
     """Impacts of balls in an open record; none where no channel of the mass shows them."""
     motion, sign, role = conditioned.oscillation, 1.0, "acceleration"
@@ -386,19 +402,17 @@ def _struck(
     # accelerometer that shows a release would show impacts
     hides = not found.time.size or _slow(conditioned, settings)
     if shown and motion and hides and slopes is not _NONE:
-        own: list[tuple[str, str, str]] = []
+        own: list[Said] = []
         bends = _where_it_bends(record, motion, clearance, own, free=freed(conditioned))
         if not found.time.size or bends[0].time.size > found.time.size:
             (found, slopes), late, role = bends, 0.0, "displacement"
             said += own
     if motion and role in record.roles:
-        said += _in_gaps(record, role, motion, contact=settings.impacts.contact)
+        _look_for_gaps(record, role, motion, said, contact=settings.impacts.contact)
     impacts = _table(found, slopes, sign=sign, start=record.start, late=late)
     return attribute(impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion)
 
 
-#: Name of the check of impacts that gaps may hide.
-IN_GAPS = "impacts in gaps"
 _MANY_WITH_GAPS = 0.1  # of the cycles
 
 
@@ -420,9 +434,9 @@ def _detected(
     return min(tried, key=left)
 
 
-def _in_gaps(
-    record: RecordView, role: str, frequency: float, *, contact: float
-) -> Iterator[tuple[str, str, str]]:
+def _look_for_gaps(
+    record: RecordView, role: str, frequency: float, said: Remarks, *, contact: float
+) -> None:
     """What checks.csv says of a channel with gaps in many cycles, in which impacts are looked for.
 
     What is found beside gaps is a ball that hits more seldom than it does. No gap hides one that is
@@ -439,7 +453,7 @@ def _in_gaps(
             "and no impact is found in a gap: how often the ball hits is not known. The test has "
             "no regime unless two impacts per cycle last beside the gaps"
         )
-        yield IN_GAPS, "warning", detail
+        said.some_lost("impacts in gaps", detail)
 
 
 #: Slopes of the displacement at impacts, fitted anew when some of them are left out.
@@ -448,7 +462,7 @@ _Fit = Callable[[Detection], SlopeChanges | None]
 
 def _by_pulses(
     record: RecordView, conditioned: RecordView, motion: float | None, clearance: Sequence[float],
-    test: str, settings: Settings, said: list[tuple[str, str, str]],
+    test: str, settings: Settings, said: Remarks,
 ) -> tuple[Detection, SlopeChanges | None, float, float]:  # fmt: skip
     """Impacts by the acceleration, held against the displacement; its sign and scale beside it.
 
@@ -490,7 +504,7 @@ def _by_pulses(
         outcome = "warning" if others.size > max(_FEW * found.time.size, 2.0) else "ok"
         said.append(("knocks", outcome, _others_in_words(others, record.start)))
     if slopes is not None and _unresolved(found.jump, slopes):
-        said.append(("aliased", "warning", _UNRESOLVED))
+        said.some_lost("aliased", _UNRESOLVED)
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     elif slopes is not None:
         if _slow(conditioned, settings):
@@ -608,7 +622,7 @@ def _seen(found: Detection, fit: _Fit, doubt: BoolArray) -> SlopeChanges | None:
 
 def _where_it_bends(
     record: RecordView, frequency: float, clearance: Sequence[float],
-    said: list[tuple[str, str, str]], *, free: float,
+    said: list[Said], *, free: float,
 ) -> tuple[Detection, SlopeChanges]:  # fmt: skip
     """Impacts by the displacement alone: bends that are surely there, once all are fitted.
 
