@@ -128,6 +128,22 @@ def median_of(values: ArrayLike) -> float:
     return float(np.median(found)) if found.size else 0.0
 
 
+def spread_of(values: ArrayLike) -> float:
+    """Standard deviation of most of some normal values, by their median and the distances from it.
+
+    Examples
+    --------
+    >>> round(spread_of([-1.0, 0.0, 1.0, 90.0]), 4)
+    1.4826
+    """
+    found = np.asarray(values, dtype=np.float64)
+    return OF_MEDIAN * median_of(np.abs(found - median_of(found)))
+
+
+#: Standard deviation of a normal variable over the median of its absolute value.
+OF_MEDIAN = 1.4826
+
+
 def runs_of(chosen: BoolArray) -> list[tuple[int, int]]:
     """First of each run of chosen ones, and the one after its last.
 

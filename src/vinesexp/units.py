@@ -18,6 +18,9 @@ from vinesexp.errors import OtherQuantityError, ParameterError, nearest
 STANDARD_GRAVITY = 9.80665  # m/s^2, exact by definition
 #: Half width of a 95 % interval in standard errors.
 COVERAGE_95 = 1.959963984540054
+#: Standard errors from which on something is no chance: where a fit asks once (3 in 1000), where
+#: each record is asked (6 in 100,000), and where a campaign is told of a fault (6 in 10 million).
+LIKELY, SIGNIFICANT, SURE = 3.0, 4.0, 5.0
 
 
 def with_error(value: float, half: float, *, sign: str = "+-", digits: int = 2) -> str:

@@ -18,8 +18,9 @@ from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import Oscillation, RingDown
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.clipping import resolution_of
+from vinesexp.signals.clipping import resolution_in
 from vinesexp.signals.means import channel_means, group_size, longest_run, missing_means
+from vinesexp.units import LIKELY, SURE
 
 _POINTS = 200  # block means a period, in which further modes are looked for
 
@@ -37,7 +38,6 @@ _HARMONICS = 7  # of a motion that are looked for
 _APART = 8.0  # windows' own lines between two lines that a window tells apart
 _BESIDE = 4.0  # of them, where the window shows nothing of a line
 _FEWEST = 5  # windows that show a decay
-_SURE = 3.0  # standard errors
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def _decaying(x: FloatArray, step: float, f: float, apart: float) -> Mode | None
         found = log_decrement(replace(p, t=p.t[begin:end], z=p.z[begin:end]))
     except (AnalysisError, np.linalg.LinAlgError):
         return None
-    if not found.zeta > _SURE * found.zeta_error:
+    if not found.zeta > LIKELY * found.zeta_error:
         return None
     amplitude = math.exp(found.decay.log_A + found.decay.alpha * found.decay.start)
     return Mode(found.f0, found.f0_error, float(found.zeta), found.zeta_error, amplitude)
@@ -157,7 +157,7 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     """
     x, t = motion_samples(view, frequency)
     role = motion_role(view)
-    resolution = resolution_of(view.read(role, 0, 1 << 16))
+    resolution = resolution_in(view, role)
     if view.quantity(role) == "acceleration":
         resolution /= (2.0 * math.pi * frequency) ** 2
     methods = ring_down(x, t, frequency=frequency, resolution=resolution)
@@ -198,7 +198,7 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
 
 # A base that yields: a mass on a table that moves with it swings more slowly than on a still one.
 _NEAR = (0.9, 1.1)  # of the oscillation: lines that show how the base moves with the mass
-_MOVES, _MOST_MOVES = 5.0, 0.1  # standard errors; of the mass, beyond which it is no base
+_MOST_MOVES = 0.1  # of the mass, beyond which it is no base
 
 
 def followed(best: RingDown, view: RecordView, role: str) -> tuple[complex, float]:
@@ -222,7 +222,7 @@ def followed(best: RingDown, view: RecordView, role: str) -> tuple[complex, floa
     power = float((np.abs(X) ** 2).sum())
     rho = complex((E * X.conj()).sum() / power)
     error = math.sqrt(float((np.abs(E - rho * X) ** 2).sum()) / power)
-    if not _MOVES * error < abs(rho):
+    if not SURE * error < abs(rho):
         return 0j, 0.0
     if abs(rho) > _MOST_MOVES:
         raise AnalysisError(

@@ -16,13 +16,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.arrays import FloatArray, IntArray, spread_of
 from vinesexp.errors import AnalysisError
 from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.units import SIGNIFICANT
 
 _FEWEST = 10  # impacts with a flight before and after
 _CERTAIN = 0.9  # that an impact is one, and of this ball
-_OUTLYING = 4.0  # robust standard deviations
 _APART = 0.02  # periods to the nearest other impact: a pair disturbs each other's jump
 _WALLS_DIFFER = 1e-3  # in r: from there on the mean of the walls is r, however often each is hit
 _LONGEST = 0.9  # periods: a longer flight may hide an impact
@@ -179,11 +179,10 @@ def mass_ratio(flights: Flights) -> MassRatio:
         slope = float((w * du * dv).sum() / (w * du * du).sum())
         rest = (dv - slope * du) / flights.jump_error
         middle = np.median(rest[keep])  # not 0 where something speeds the ball up as it flies
-        spread = 1.4826 * float(np.median(np.abs(rest[keep] - middle)))
         freedom = max(1, int(keep.sum()) - 1)
         scale = max(1.0, float((rest[keep] ** 2).sum()) / freedom)
         error = float(np.sqrt(scale / (w * du * du).sum()))
-        new = np.abs(rest - middle) < _OUTLYING * max(1.0, spread)
+        new = np.abs(rest - middle) < SIGNIFICANT * max(1.0, spread_of(rest[keep]))
         if (new == keep).all():
             break
         keep = new
@@ -256,9 +255,8 @@ def _alike(r: FloatArray, side: FloatArray) -> NDArray[np.bool_]:
     for wall in (1.0, -1.0):
         own = side == wall
         if own.any():
-            centre = float(np.median(r[own]))
-            spread = 1.4826 * float(np.median(np.abs(r[own] - centre)))
-            keep[own] = np.abs(r[own] - centre) <= _OUTLYING * max(spread, 1e-12)
+            off = np.abs(r[own] - np.median(r[own]))
+            keep[own] = off <= SIGNIFICANT * max(spread_of(r[own]), 1e-12)
     return keep
 
 

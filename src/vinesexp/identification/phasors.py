@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from vinesexp.arrays import BoolArray, FloatArray, runs_of
+from vinesexp.arrays import OF_MEDIAN, BoolArray, FloatArray, runs_of
 from vinesexp.errors import AnalysisError
+from vinesexp.units import LIKELY
 
 _BREAKS = 10.0  # robust standard deviations
 _MOMENT = 0.2  # of a window: more than this standing out is not a moment, nothing is left out
@@ -30,7 +31,6 @@ _MOVES = 0.01  # of a frequency: it changes over the decay
 SAMPLES = 6
 _BESIDE = 8  # windows beside a gap that show how the phase turns
 _FOLLOWED = 2.5  # rad over a gap: less than half a turn is no other number of turns
-_ABOVE_NOISE = 3.0  # standard errors of a complex amplitude
 _REST = 1e-9  # of the largest amplitude
 _ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
 
@@ -338,7 +338,7 @@ def standing_out(x: FloatArray, turn: FloatArray | float) -> BoolArray:
     c[2] = np.median((values - basis[:, 0])[near]) / np.median(basis[near, 2])
     for _ in range(_MOST_OUTLIERS):
         rest = np.abs(values - basis @ c)
-        limit = max(_BREAKS * float(np.median(rest[near])) / 0.6745, floor)
+        limit = max(_BREAKS * OF_MEDIAN * float(np.median(rest[near])), floor)
         new = near & (rest > limit)
         if (new == out).all() or new.mean() > _MOMENT:
             break
@@ -371,7 +371,7 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     start = int(np.argmax(size))
     # A window that the release falls into is partly at rest: its amplitude is too small,
     # and the next one is the largest; one more is left out if it still disagrees.
-    floor = max(_ABOVE_NOISE * p.error, _ABOVE_STEP * resolution)
+    floor = max(LIKELY * p.error, _ABOVE_STEP * resolution)
     below = np.flatnonzero(size[start:] < floor)
     end = start + int(below[0]) if below.size else size.size
     # Rest is no motion, however steady: before the release, and where only steps are left.
@@ -428,4 +428,4 @@ def _turning(p: Phasors, begin: int, end: int) -> tuple[float, float, float]:
         sure = np.abs(z) / max(p.error, 1e-12 * float(np.abs(z).max()))
         ends.append(np.polyfit(t - t.mean(), np.unwrap(np.angle(z)), 1, w=sure)[0])
         lever = math.sqrt(float((sure**2 * (t - t.mean()) ** 2).sum()))
-    return float(ends[0]), float(ends[1]), _ABOVE_NOISE / lever
+    return float(ends[0]), float(ends[1]), LIKELY / lever

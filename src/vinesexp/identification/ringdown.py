@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import OF_MEDIAN, BoolArray, FloatArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.identification.damping_law import (
     FORMS,
@@ -45,7 +45,7 @@ from vinesexp.identification.phasors import (
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.means import cycle_amplitudes
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, LIKELY
 
 __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]
 
@@ -58,8 +58,6 @@ _STEADY = 5e-3  # a decay whose amplitude falls by less is a steady drive
 _AROUND = 6.0  # times f0: lines of noise that are as strong as those near f0, mostly
 _FAINT = 0.3  # of the noise of a window: an amplitude that says nothing
 _MORE = 1.05  # times what is known: less is not worth another fit
-_SURE = 3.0  # standard errors that zeta has to stand above zero
-_LOOK = 1 << 16  # samples that show the converter's step
 
 
 # The law of damping of a decay, from the amplitude and phase of every period.
@@ -217,8 +215,8 @@ def _trusted(
     rest = np.abs(difference - q @ (q.T @ difference))
     # Times that are off leave more where the motion is larger, which is no loss.
     loud = np.median(A) <= A
-    usual = np.maximum(float(np.median(rest)), A * float(np.median(rest[loud] / A[loud]))) / 0.6745
-    lost = rest > _OUTLYING * np.maximum(noise, usual)
+    usual = np.maximum(float(np.median(rest)), A * float(np.median(rest[loud] / A[loud])))
+    lost = rest > _OUTLYING * np.maximum(noise, OF_MEDIAN * usual)
     return ~(out | lost) if lost.mean() < _MOST_LOST else ~out
 
 
@@ -473,7 +471,7 @@ def fit_ringdown(
     known = np.isfinite(x)
     x, times = x[known], np.asarray(times, dtype=np.float64)[known]
     coarse, t = fewer(x, times, frequency)
-    return ring_down(coarse, t, frequency=frequency, resolution=resolution_of(x[:_LOOK]))[-1]
+    return ring_down(coarse, t, frequency=frequency, resolution=resolution_of(x))[-1]
 
 
 def ring_down(
@@ -620,7 +618,7 @@ def begun_at(decay: Decay, start: float) -> Decay:
 
 def _sure(found: RingDown) -> bool:
     """Whether the record says that it decays, and at which frequency."""
-    return found.zeta > _SURE * found.zeta_error and is_known(found.f0, found.f0_error)
+    return found.zeta > LIKELY * found.zeta_error and is_known(found.f0, found.f0_error)
 
 
 def _settled(

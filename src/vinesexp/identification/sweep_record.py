@@ -20,6 +20,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER
 from vinesexp.signals.means import channel_means, group_size
+from vinesexp.units import LIKELY
 
 _NEIGHBOURS = 4  # Fourier lines on each side that a ratio of spectra is smoothed over
 _MOVED = 0.01  # of the base's strongest line
@@ -53,7 +54,6 @@ _FAR = 3.0  # times the highest line of the fit: from there on a spectrum holds 
 _ENOUGH = 50  # lines that a level of noise is taken from
 _BAND = (0.75, 1.25)  # of the resonance
 _CYCLES = 4.0  # over which the largest amplitude of a sweep is a mean
-_SURE = 3.0  # standard errors of what noise leaves
 _BENT = 0.05  # of the motion, left by a linear oscillator: worth a line
 
 
@@ -253,7 +253,7 @@ def _share_left(p: FloatArray, lines: _Lines, transient: ComplexArray) -> float:
     left = _without(error / sigma, transient / sigma[:, np.newaxis]).reshape(2, -1)
     noise = (sigma / np.abs(_parts(p, lines)[0])) ** 2  # of either part of a line, squared
     beyond = float(((left**2).sum(axis=0) - 2.0) @ noise)
-    sure = beyond - _SURE * 2.0 * float(np.linalg.norm(noise))
+    sure = beyond - LIKELY * 2.0 * float(np.linalg.norm(noise))
     return math.sqrt(max(sure, 0.0) / float((np.abs(lines.X) ** 2).sum()))
 
 

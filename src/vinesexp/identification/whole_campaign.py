@@ -53,14 +53,11 @@ from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.theory.boundaries import StableRange, end_of_permanent_response
 from vinesexp.theory.floquet import swing_of
 from vinesexp.theory.orbits import Reduced, family
-from vinesexp.units import COVERAGE_95, counted
+from vinesexp.units import COVERAGE_95, SIGNIFICANT, SURE, counted
 
 _METHODS = ("log decrement", "likelihood", "envelope", "half power", "sweep")
 _IMPACTS = "impacts"
-#: Stated uncertainties by which the records have to differ from a value to call it off ...
-_OFF = 4.0
-#: ... and the share of a stated uncertainty that has to be left of it to say anything.
-_SHOWN = 0.9
+_SHOWN = 0.9  # of a stated uncertainty, that has to be left of it to say anything
 
 
 # Estimates that are none: of copies of a record, and values that no rig can have.
@@ -75,7 +72,6 @@ _SWITCHED = math.log(1.5)  # of one channel beside the other in one record and i
 _SURE_GAIN = 0.2  # of the gain: its standard error
 _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
-_SURE = 5.0  # standard errors from which on a corner is there
 _FOLLOWS = 3e-3  # of the motion of the mass
 #: What to do where a sweep does not show the width of its resonance.
 _SWEEP_BETTER = "Check the channels, and sweep more slowly"
@@ -115,14 +111,14 @@ def _of_sweeps(found: Sequence[Estimate]) -> list[Check]:
         )
         for e in found
         if e.parameter == "base_gain"
-        and abs(abs(e.value) - 1.0) > max(5.0 * e.std_error, _HEIGHT_MATTERS)
+        and abs(abs(e.value) - 1.0) > max(SURE * e.std_error, _HEIGHT_MATTERS)
     ]  # fmt: skip
 
 
 def _channels(found: Sequence[Estimate]) -> list[Check]:
     """Sign and lag of the accelerometer beside the laser, where they are off."""
     gains = [e for e in found if e.parameter == "accelerometer_gain"]
-    turned = [e.records[0] for e in gains if e.value < -5.0 * e.std_error]
+    turned = [e.records[0] for e in gains if e.value < -SURE * e.std_error]
     checks = [
         Check(
             turned[0], "sign", "warning",
@@ -130,7 +126,7 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
             "displacement is used. Change the sign of one sensitivity",
         )
     ] if turned else []  # fmt: skip
-    far = [e for e in gains if abs(abs(e.value) - 1.0) > max(5.0 * e.std_error, _OTHER_CHANNEL)]
+    far = [e for e in gains if abs(abs(e.value) - 1.0) > max(SURE * e.std_error, _OTHER_CHANNEL)]
     checks += [
         Check(
             records[0], "gain", "warning",
@@ -144,8 +140,8 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
     corners = [e for e in found if e.parameter == "accelerometer_corner"]
     corner, error = _mean(corners)
     lags = [e for e in found if e.parameter == "channel_lag"]
-    if coupled := corner > _SURE * error:  # elsewhere the phase at one frequency is the corner's
-        shown = {e.records[0] for e in corners if e.value > _SURE * e.std_error}
+    if coupled := corner > SURE * error:  # elsewhere the phase at one frequency is the corner's
+        shown = {e.records[0] for e in corners if e.value > SURE * e.std_error}
         lags = [e for e in lags if e.records[0] in shown]
     # A sensor is AC-coupled in all records or in none: where it is, its phase is no other motion.
     across = [e for e in found if e.parameter == "accelerometer_across" and not coupled]
@@ -644,7 +640,7 @@ def as_shown(campaign: Campaign, found: Sequence[Estimate]) -> tuple[Campaign, l
         seen = sorted(
             (abs(e.value), e.records[0], e.method) for e in found
             if e.parameter == parameter and records[e.records[0]].test == test
-            and abs(e.value) > _SURE * e.std_error
+            and abs(e.value) > SURE * e.std_error
         )  # fmt: skip
         while seen:
             level = [one for one in seen if one[0] <= _ALIKE * seen[0][0]]
@@ -1153,8 +1149,8 @@ def _input(
         for n in w.cause.direction.terms
     }  # fmt: skip
     apart = abs(found - stated)
-    far = apart > _OFF * math.hypot(stated_error, found_error)
-    if named & set(terms) and apart > _OFF * found_error:
+    far = apart > SIGNIFICANT * math.hypot(stated_error, found_error)
+    if named & set(terms) and apart > SIGNIFICANT * found_error:
         verdict = Verdict.OFF
     elif far:  # unless something else may have made what was found
         unexplained = any(not (w.sure or w.slight or w.rivals) for w in answer.judged.found)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, spread_of
 from vinesexp.laboratory.bench import Scene
 from vinesexp.records.stored.result_columns import IDENTIFIED, IMPACTS, TRUE_IMPACTS, TRUTH
 from vinesexp.records.stored.tables import Row, read_rows, write_rows
@@ -111,9 +111,8 @@ def score_impacts(
     ]
     if pairs:
         errors = np.sort(found)[[j for _, j in pairs]] - true[[i for i, _ in pairs]]
-        spread = float(1.4826 * np.median(np.abs(errors - np.median(errors))))
         scores.append(Score("impact time, bias", record, 0.0, 0.0, float(np.median(errors)), "s"))
-        scores.append(Score("impact time, spread", record, 0.0, 0.0, spread, "s"))
+        scores.append(Score("impact time, spread", record, 0.0, 0.0, spread_of(errors), "s"))
     return scores
 
 

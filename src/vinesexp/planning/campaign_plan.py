@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import spread_of
 from vinesexp.clearance.comparison import settled_tests
 from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
 from vinesexp.clearance.optimum import amplitudes_of
@@ -158,8 +159,7 @@ def scatter_of(results: Results) -> float:
     ]
     if len(found) < 4:
         return SCATTER
-    deviations = np.array(found)
-    return float(1.4826 * np.median(np.abs(deviations - np.median(deviations))))
+    return spread_of(found)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import OF_MEDIAN, FloatArray
 from vinesexp.identification.bounces import bounces_heard
 from vinesexp.proposal.roles import Guess, common_frequency, label_of, levels_of_pieces, stands_out
 from vinesexp.proposal.survey import ColumnView, FileView
@@ -255,7 +255,7 @@ def has_shocks(values: FloatArray, period: int = 0) -> bool:
     step = float(levels[levels > 0.0].min()) if (levels > 0.0).any() else 0.0
     whole = len(second) // size * size
     parts = second[:whole].reshape(-1, size)
-    spread = 1.4826 * np.median(parts, axis=1)
+    spread = OF_MEDIAN * np.median(parts, axis=1)
     floor = max(1e-12 * float(np.ptp(values)), step)
     # A window that is quiet between two loud ones is no surrounding of its own.
     tall = parts > _BRIEF * np.maximum(louder(spread), floor)[:, np.newaxis]

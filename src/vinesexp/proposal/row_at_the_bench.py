@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import least_squares
 
+from vinesexp.arrays import spread_of
 from vinesexp.errors import CampaignError
 from vinesexp.identification.flights import flights_of
 from vinesexp.proposal.campaign_proposal import ProposedRecord, propose_record
@@ -59,7 +60,7 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
     answer = np.array([float(np.median(known / slope)), r.value])
     for _ in range(6):
         rest = misfit(*answer)
-        scatter = 1.4826 * float(np.median(np.abs(rest - np.median(rest)))) + 1e-6
+        scatter = spread_of(rest) + 1e-6
         keep = np.abs(rest) < _OUTLYING * scatter
         if keep.sum() < _FEWEST:
             return None

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import OF_MEDIAN, FloatArray
 from vinesexp.figures.regime_strips import impacts_per_cycle
 from vinesexp.records.stored.result_columns import DECAY
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -186,7 +186,7 @@ def _noise(values: FloatArray) -> float:
         starts = np.linspace(0, values.size - _STRETCH, 16).astype(int)
         bends = np.concatenate([np.diff(values[i : i + _STRETCH], 2) for i in starts])
     known = bends[np.isfinite(bends)]
-    return float(1.4826 * np.median(np.abs(known)) / np.sqrt(6.0)) if known.size else 0.0
+    return float(OF_MEDIAN * np.median(np.abs(known)) / np.sqrt(6.0)) if known.size else 0.0
 
 
 #: Frequencies that are drawn of one spectrum: the largest value of each equal part of a decade.

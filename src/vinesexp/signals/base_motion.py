@@ -15,18 +15,17 @@ from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_columns import BASE
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.means import coarse_channels
+from vinesexp.signals.means import POINTS, coarse_channels
 from vinesexp.signals.steady_part import error_of_mean
+from vinesexp.units import SURE
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
-_POINTS = 48  # block means a cycle: the third harmonic keeps 16
 _CYCLES = 4  # of a window
 _FEWEST = 5  # windows
 _HARMONICS = (1, 2, 3)
 _SETTLED = 4  # passes that the frequency is refined in
-_MOVES = 5.0  # amplitude over the noise of a window below which the base is at rest
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def base_motion(
         return None
     level = np.abs(found.first)
     mean = float(level.mean())
-    if not mean > _MOVES * found.noise:  # a dead channel has no noise either
+    if not mean > SURE * found.noise:  # a dead channel has no noise either
         return None
     order, f = ORDER[quantity], found.frequency
     scale = (2.0 * np.pi * f) ** -order
@@ -210,7 +209,7 @@ def base_of(view: RecordView, *, frequency: float, begin: float = 0.0) -> BaseMo
 
     `frequency` is that of the oscillation, Hz.
     """
-    _, step, (x,) = coarse_channels(view, frequency, _POINTS, "base")
+    _, step, (x,) = coarse_channels(view, frequency, POINTS, "base")
     left = float(np.sinc(frequency * step))  # by block means
     x = x[round(begin / step) :]
     return base_motion(x / left, step, frequency=frequency, quantity=view.quantity("base"))

@@ -29,11 +29,13 @@ from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import coarse_channels
+from vinesexp.units import SURE
 
-_POINTS = 400  # a period: harmonics of impacts alias into what is coarser
-_BAND = (0.8, 1.2)  # of the oscillation
+#: Means a period where there are impacts: their harmonics alias into what is coarser.
+FINE_POINTS = 400
+#: Of the oscillation: lines that are its own, and those above it that impacts fill.
+AT_IT, ABOVE_IT = (0.8, 1.2), (1.6, 12.0)
 _CYCLES = (5.0, 12.0)  # periods in a segment, as the record allows: lines are f0 over these wide
-_RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
 _FEWEST = 8  # segments
 _GROUPS = 8  # of segments, each left out in turn
 _TOPS = 3  # lines of which a top is the highest; between tops the oscillation leaks in
@@ -43,7 +45,6 @@ _AS_LARGE = 1.5  # times the usual ratio of the channels: lines beyond are not t
 #: Of the oscillation, from where on exchanged channels are told apart; ln of how near to their law.
 _TOLD_APART, _EXCHANGED = 1.9, math.log(2.0)
 _TURNED, _OUTLYING = 0.1, 5.0  # rad; times the usual distance from the usual lag
-_SURE = 5.0  # standard errors from which on a corner is there
 _USUAL = 0.1  # of the oscillation: mean of the corners of AC-coupled sensors
 _STEPS = 20
 _NOTHING = 100.0  # times the usual corner: an error that says nothing
@@ -136,7 +137,7 @@ def compare_channels(
     n = min(acceleration.size, displacement.size)
     if n * step * frequency < 8.0:
         return None
-    near, w = lines_between(n, step, _BAND, frequency)
+    near, w = lines_between(n, step, AT_IT, frequency)
     A, Y = second_derivative_beside(acceleration[:n], displacement[:n], step, w, near)
     A = A * (1.0 - 2j * math.pi * corner / w)
     power = float((np.abs(Y) ** 2).sum())
@@ -177,8 +178,8 @@ def pulse_share(
     frequency : float
         Of the oscillation, Hz.
     """
-    k, step, (x,) = coarse_channels(record, frequency, _POINTS, "displacement")
-    near, w = lines_between(x.size, step, _BAND, frequency)
+    k, step, (x,) = coarse_channels(record, frequency, FINE_POINTS, "displacement")
+    near, w = lines_between(x.size, step, AT_IT, frequency)
     X = second_derivative_beside(x, x, step, w, near)[1]
     power = float((np.abs(X) ** 2).sum())
     since = times - record.start - 0.5 * (k - 1) / record.sample_rate
@@ -333,7 +334,7 @@ def _means(
     record: RecordView, frequency: float, beside: str = "displacement"
 ) -> tuple[FloatArray, FloatArray, float]:
     """Means of the acceleration and of another channel, and s between them."""
-    _, step, (a, x) = coarse_channels(record, frequency, _POINTS, "acceleration", beside)
+    _, step, (a, x) = coarse_channels(record, frequency, FINE_POINTS, "acceleration", beside)
     return a, x, step
 
 
@@ -432,17 +433,17 @@ class PhaseLaw:
     @property
     def has_corner(self) -> bool:
         """Whether the acceleration is surely AC-coupled."""
-        return self.corner > _SURE * self.corner_error and self.misfit < _FITS
+        return self.corner > SURE * self.corner_error and self.misfit < _FITS
 
     @property
     def only_at_oscillation(self) -> bool:
         """Whether the channels are apart at the oscillation and together above it."""
-        apart = _SURE * math.hypot(self.own_error, self.above_error)
+        apart = SURE * math.hypot(self.own_error, self.above_error)
         small = abs(self.above) < _MOST_SHARED * abs(self.own)
         return (
             not self.has_corner
             and abs(self.own - self.above) > apart
-            and (small or self.corner < -_SURE * self.corner_error)
+            and (small or self.corner < -SURE * self.corner_error)
         )
 
 
@@ -456,7 +457,7 @@ def _lines(
     begins = range(0, n - size + 1, size // 2)
     if len(begins) < _FEWEST or size < 16:
         return None
-    band = _RANGE[0], min(_RANGE[1], 0.4 / step / frequency)
+    band = ABOVE_IT[0], min(ABOVE_IT[1], 0.4 / step / frequency)
     near, w = lines_between(size, step, band, frequency)
     if near.sum() < _LINES:
         return None

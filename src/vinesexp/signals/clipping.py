@@ -14,7 +14,7 @@ from vinesexp.records.stored.store import RecordView
 
 #: Of a range what stands among the attributes of a file, and its name there.
 _STORED = {"resolution": "resolution", "low": "range_low", "high": "range_high"}
-_LOOK = 1 << 16  # samples whose differences show the resolution
+_LOOK = 1 << 16  # samples that show the steps of a converter
 _MOVES = 3.0  # steps of the converter by which a signal goes on where it repeats no value by chance
 
 
@@ -49,18 +49,24 @@ def range_in(attributes: Mapping[str, Any], role: str) -> Range:
 
 
 def resolution_of(x: np.ndarray) -> float:
-    """Smallest step between values that occur; 0 for a constant or a continuous signal.
+    """Smallest step between values that occur at the beginning; 0: a constant, a continuous signal.
 
     Examples
     --------
     >>> resolution_of(np.array([0.1, 0.2, 0.2, 0.5]))
     0.1
     """
+    x = x[:_LOOK]
     values = np.unique(x[np.isfinite(x)])
     steps = np.diff(values)
     # Two float32 of the same code differ by less than this.
     steps = steps[steps > 1e-6 * max(abs(values[0]), abs(values[-1]))] if steps.size else steps
     return round(float(steps.min()), 15) if steps.size else 0.0
+
+
+def resolution_in(record: RecordView, role: str) -> float:
+    """`resolution_of` a channel."""
+    return resolution_of(record.read(role, 0, _LOOK))
 
 
 def repeated(x: FloatArray) -> BoolArray:
@@ -78,7 +84,7 @@ def repeated(x: FloatArray) -> BoolArray:
     length = np.diff(np.append(first, x.size))
     step = np.abs(np.diff(x[first]))
     least = np.minimum(np.append(np.inf, step), np.append(step, np.inf))
-    late = (length > 1) & (least > _MOVES * resolution_of(x[:_LOOK])) & np.isfinite(least)
+    late = (length > 1) & (least > _MOVES * resolution_of(x)) & np.isfinite(least)
     marked = np.repeat(late, length)
     marked[first] = False
     return np.asarray(marked)
@@ -99,7 +105,7 @@ def converter_range(record: RecordView, role: str, *, piled: float = 4.0) -> Ran
     """
     ends = [_ends(x) for _, x in record.blocks(role)]
     low, high = min(end[0] for end in ends), max(end[1] for end in ends)
-    step = resolution_of(record.read(role, 0, _LOOK))
+    step = resolution_in(record, role)
     if not low < high or step <= 0.0:
         return Range(step)
     counts = np.zeros((2, 9))

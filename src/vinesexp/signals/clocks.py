@@ -19,24 +19,37 @@ import numpy as np
 from scipy import ndimage
 from scipy.special import stdtrit
 
-from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, runs_of
+from vinesexp.arrays import (
+    OF_MEDIAN,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    median_of,
+    runs_of,
+    spread_of,
+)
 from vinesexp.records.campaign.schema import RELEASES, Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import FROM_REST, RECORDERS, RecordView
 from vinesexp.signals.base_motion import sine_windows, sines_of_windows
-from vinesexp.signals.channel_agreement import lines_between, second_derivative_beside
+from vinesexp.signals.channel_agreement import (
+    ABOVE_IT,
+    AT_IT,
+    FINE_POINTS,
+    lines_between,
+    second_derivative_beside,
+)
 from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.free_from import free_sample
-from vinesexp.signals.means import coarse_channels, fill_gaps
+from vinesexp.signals.means import BLOCK, POINTS, coarse_channels, fill_gaps
+from vinesexp.units import SURE
 
 #: Tests whose motion shows the clock of a recorder.
 MENDED = ("periodic", *RELEASES)
 
-_POINTS, _FINER = 48, 400  # means a cycle; where impacts must not alias into them
 _FEWEST = 12  # windows
-_NEAR = (0.8, 1.2)  # of the oscillation: lines of a window
-_ABOVE, _COHERENT, _FEWEST_LINES = (1.6, 12.0), 0.7, 3  # of the oscillation: lines; alike
+_COHERENT, _FEWEST_LINES = 0.7, 3  # lines; alike
 _LAG_CYCLES = 4  # of a window of the lag; the next begins half of it later
 _FALSE_ALARMS = 1e-6  # of records without a fault in which one is found, were the scatter normal
 _WHOLE = 0.25  # samples by which a step may be less than one and still be a lost one
@@ -54,7 +67,6 @@ _STARTED = "start of recorders"  # check
 _LONG = 0.5  # periods: a motion is not known across a longer gap
 _JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
 _MOST_SAMPLES = 60_000_000  # of a record
-_BLOCK = 1 << 20  # samples read at once
 
 
 @dataclass(frozen=True)
@@ -191,9 +203,8 @@ def _with_step(columns: FloatArray, y: FloatArray, weight: FloatArray, mixed: in
     # A step stands out beside what the series does from one window to the next anyway, too.
     later, before = slice(1 + mixed, None), slice(-1 - mixed)
     moves = (y[later] - y[before]) * np.minimum(weight[later], weight[before])
-    usual = 1.4826 * float(np.median(np.abs(moves - np.median(moves))))
     step, error = float(solved[-1]), float(errors[-1])
-    if abs(step) <= sure * max(error, usual / math.sqrt(2.0)):
+    if abs(step) <= sure * max(error, spread_of(moves) / math.sqrt(2.0)):
         step = 0.0
     return _Stepped(own, solved, rest, errors, step, error, best + 2, sure)
 
@@ -245,7 +256,7 @@ def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Course
     Course (rad) and float (Hz), or None for a record under 12 cycles, or a channel at rest.
     """
     found = sine_windows(x, step, frequency=frequency, cycles=1, fewest=_FEWEST)
-    if found is None or not float(np.median(np.abs(found.first))) > 5.0 * found.noise:
+    if found is None or not float(np.median(np.abs(found.first))) > SURE * found.noise:
         return None
     middle = found.every * (np.arange(found.phase.size) + 0.5)
     level = np.abs(found.first)
@@ -266,7 +277,7 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     begins = np.arange(0, n - size + 1, max(size // 2, 1))
     if begins.size < _FEWEST:
         return None
-    near, w = lines_between(size, step, _NEAR, frequency)
+    near, w = lines_between(size, step, AT_IT, frequency)
     ratio, changes = (np.zeros(begins.size, dtype=np.complex128) for _ in range(2))
     size_of = np.zeros(begins.size)
     for k, i in enumerate(begins):
@@ -307,12 +318,12 @@ def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:
     turned = np.abs(np.angle(ratio[2:] * ratio[:-2].conj()))  # neighbours share samples
     both = np.hypot(1.0 / size[2:], 1.0 / size[:-2])
     large = both <= np.median(both)
-    noise = 1.4826 * float(np.median((turned / both)[~large])) if (~large).any() else 0.0
-    seen = 1.4826 * float(np.median(turned[large])) / math.sqrt(2.0)
+    noise = OF_MEDIAN * median_of((turned / both)[~large])
+    seen = OF_MEDIAN * float(np.median(turned[large])) / math.sqrt(2.0)
     by_noise = noise * float(np.median(both[large])) / math.sqrt(2.0)
     always = math.sqrt(max(seen**2 - by_noise**2, 1e-18))
     there = ndimage.median_filter(turned, _SCATTER_OF, mode="nearest")
-    scatter = 1.4826 / math.sqrt(2.0) * np.pad(there, 1, mode="edge")
+    scatter = OF_MEDIAN / math.sqrt(2.0) * np.pad(there, 1, mode="edge")
     return np.asarray(np.maximum(np.hypot(always, noise / size), scatter))
 
 
@@ -390,7 +401,7 @@ def _long_gaps(view: RecordView, record: Record, frequency: float) -> Correction
 
 def _driven_part(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """The part of a record in which the base moves, of a shaker that is switched within it."""
-    k, step, (base,) = coarse_channels(view, frequency, _POINTS, "base")
+    k, step, (base,) = coarse_channels(view, frequency, POINTS, "base")
     size = round(1.0 / (frequency * step))
     windows = base[: base.size // size * size].reshape(-1, size)
     if len(windows) < _FEWEST:
@@ -429,7 +440,7 @@ def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> C
     own = next((tuple(one) for one in groups if "displacement" in one), ())
     if not own or "acceleration" in own or "acceleration" not in view.roles:
         return None
-    k, step, (a, x) = coarse_channels(view, frequency, _FINER, "acceleration", "displacement")
+    k, step, (a, x) = coarse_channels(view, frequency, FINE_POINTS, "acceleration", "displacement")
     v_a = _velocity(a, step, frequency, -1)
     # A steady motion of two clocks is most alike where the least of it overlaps.
     law, t = law_of(lag_over_time(a, x, step, frequency=frequency)), step * np.arange(x.size)
@@ -494,7 +505,7 @@ def _between_channels(view: RecordView, record: Record, frequency: float) -> Cor
     if not {"acceleration", "displacement"} <= set(view.roles):
         return None
     # Impacts must not alias into the means.
-    k, step, (a, x) = coarse_channels(view, frequency, _FINER, "acceleration", "displacement")
+    k, step, (a, x) = coarse_channels(view, frequency, FINE_POINTS, "acceleration", "displacement")
     free = free_sample(view, frequency=frequency) // k
     law = law_of(lag_over_time(a[free:], x[free:], step, frequency=frequency))
     if law is None:
@@ -532,7 +543,7 @@ def _delays(a: FloatArray, x: FloatArray, step: float, frequency: float, law: La
     """
     size = round(_LAG_CYCLES / (frequency * step))
     begins = np.arange(0, min(a.size, x.size) - size + 1, max(size // 2, 1))
-    above, w = lines_between(size, step, _ABOVE, frequency)
+    above, w = lines_between(size, step, ABOVE_IT, frequency)
     pairs = (
         second_derivative_beside(a[i : i + size], x[i : i + size], step, w, above) for i in begins
     )
@@ -564,7 +575,7 @@ def _lost_at(
 
 def _lost_by_all(view: RecordView, record: Record, frequency: float) -> Correction | None:
     """Samples that all channels lost: a step in the phase of the base, of a sample or more."""
-    _, step, (base,) = coarse_channels(view, frequency, _POINTS, "base")
+    _, step, (base,) = coarse_channels(view, frequency, POINTS, "base")
     found = drive_phase(base, step, frequency=frequency)
     law = None if found is None else law_of(found[0])
     if found is None or law is None or not law.steps:
@@ -600,7 +611,7 @@ def _jump(view: RecordView, record: Record, frequency: float) -> Correction | No
         first = begin - max(begin - 2 * period, 0)
         return _parting(read(begin - 2 * period, end + 2 * period), m)[first:][: end - begin]
 
-    blocks = [(begin, min(begin + _BLOCK, n)) for begin in range(0, n, _BLOCK)]
+    blocks = [(begin, min(begin + BLOCK, n)) for begin in range(0, n, BLOCK)]
     place, size = 0, 0.0
     for begin, end in blocks:
         near = parting(begin, end, _JUMP)
@@ -647,7 +658,7 @@ def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
     for one in str(view.attributes.get(RECORDERS, "")).split(";"):
         if "base" in one.split(",") and len(one.split(",")) == 2:
             return "acceleration" if "displacement" in one else "displacement"
-    _, step, both = coarse_channels(view, frequency, _POINTS, "base", "displacement")
+    _, step, both = coarse_channels(view, frequency, POINTS, "base", "displacement")
     base, moved = (drive_phase(x, step, frequency=frequency) for x in both)
     if base is None or moved is None:
         return "acceleration"

@@ -45,10 +45,9 @@ from vinesexp.signals.filters import (
     zero_phase_blocks,
 )
 from vinesexp.signals.free_from import FREE_FROM, free_sample
-from vinesexp.signals.means import block_means, fill_gaps, group_size
+from vinesexp.signals.means import BLOCK, block_means, fill_gaps, group_size
 
 _AS_BY_DEFAULT = Settings()
-_BLOCK = 1 << 20  # samples read at once
 _EDGE_REMAINS = 1e-5  # of an extension's start-up, where the record begins
 _LINE = 1.5  # periods of the highpass's corner: of an acceleration, whose trend is continued
 _SHORTEST = 16  # samples of an end that is continued
@@ -130,7 +129,7 @@ def condition(
             | {FREE_FROM: free / record.sample_rate},
             state="bandpassed",
         ) as writer:
-            for blocks in in_step(streams, _BLOCK):
+            for blocks in in_step(streams, BLOCK):
                 writer.append(blocks)
     return bands
 
@@ -167,8 +166,8 @@ def _swing_is_clipped(record: RecordView, limits: Range, settings: Settings) -> 
         return False
     stuck = settings.channels.stuck
     blocks = (
-        read_unstuck(record, "acceleration", limits, i, i + _BLOCK, stuck=stuck)
-        for i in range(0, record.n, _BLOCK)
+        read_unstuck(record, "acceleration", limits, i, i + BLOCK, stuck=stuck)
+        for i in range(0, record.n, BLOCK)
     )
     return sum(int(np.isnan(x).sum()) for x in blocks) > _CLIPPED * record.n
 
@@ -252,8 +251,8 @@ def _extensions(
 def _blocks(
     record: RecordView, role: str, limits: Range, stuck: float, free: int, line: int
 ) -> Iterator[FloatArray]:
-    for begin in range(free, record.n, _BLOCK):
-        end = min(record.n, begin + _BLOCK)
+    for begin in range(free, record.n, BLOCK):
+        end = min(record.n, begin + BLOCK)
         if role == "acceleration":
             x = read_unstuck(record, role, limits, begin, end, stuck=stuck)
             yield bridge_gaps(x, length=line)

@@ -30,8 +30,8 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.channel_agreement import PhaseLaw, law_in
 from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.means import block_means, coarse_channels, fill_gaps
+from vinesexp.units import SURE
 
-_SURE = 5.0  # standard errors
 _LEAST = 3e-4  # s: contacts and mounts have as much
 _DISPLACEMENT = "displacement"
 _FEWEST, _POINTS = 8, 96  # cycles; means a cycle
@@ -183,7 +183,7 @@ def _without_coupling(view: RecordView, found: _Coupling) -> Iterator[FloatArray
 def _slow(view: RecordView, frequency: float) -> Mended | None:
     """The displacement as fast as the acceleration."""
     law = law_in(view, frequency=frequency)
-    if law is None or law.spread < max(_SURE * law.spread_error, _LEAST**2):
+    if law is None or law.spread < max(SURE * law.spread_error, _LEAST**2):
         return None
     detail = (
         f"the displacement is a mean over some {1e3 * math.sqrt(12.0 * law.spread):.2g} ms (an "

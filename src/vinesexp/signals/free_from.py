@@ -15,14 +15,14 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import RELEASES
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.clipping import resolution_of
+from vinesexp.signals.clipping import resolution_in
 from vinesexp.signals.impacts.impact_table import Impacts
-from vinesexp.signals.means import channel_means, coarse_channels, group_size
+from vinesexp.signals.means import POINTS, channel_means, coarse_channels, group_size
+from vinesexp.units import LIKELY
 
 #: Attribute of a conditioned record: s from its first sample until the mass is free.
 FREE_FROM = "free_from_s"
 
-_POINTS = 48  # a period
 _LONG = 16.0  # quarters of a period: over as many the middle of the swing is a mean
 _FAST, _SLOW = 0.7, 0.35  # of the largest speed: the first swing is faster, a hand is slower
 _HARDLY, _DRAWN = 0.2, 0.6  # of the largest swing: a mass that is held; more than draws it out
@@ -123,7 +123,7 @@ def free_sample(record: RecordView, *, frequency: float) -> int:
     role = next((role for role in ("displacement", "acceleration") if role in record.roles), None)
     if record.attributes.get("test") not in RELEASES or role is None:
         return 0
-    k, step, (x,) = coarse_channels(record, frequency, _POINTS, role)
+    k, step, (x,) = coarse_channels(record, frequency, POINTS, role)
     found = free_from if role == "displacement" else _swings_from
     begin = found(x, step, frequency=frequency)
     # The first of the means stands in the middle of its samples.
@@ -199,7 +199,7 @@ def let_go(measured: RecordView, conditioned: RecordView, impacts: Impacts) -> L
     if swings.size < 2 * half or not np.isfinite(swings).all():
         return None
     rest, drift = _middle(swings), _middle(swings[half:]) - _middle(swings[:half])
-    code = resolution_of(measured.read(role, 0, _LOOK)) / math.sqrt(12.0)
+    code = resolution_in(measured, role) / math.sqrt(12.0)
     held = x[max(free - round(cycle), 0) : max(free - near, 0)]
     if held.size > near:
         begins = measured.start + (free + 0.5) * step
@@ -218,7 +218,7 @@ def let_go(measured: RecordView, conditioned: RecordView, impacts: Impacts) -> L
             return None
         at, noise, swing, unsure, taken = float(first[turn]), 0.0, 0.0, math.inf, 0.0
     error = math.hypot(noise, drift, _SEES * at, code)
-    more, sure = swing - abs(at), _SURE * math.hypot(error, unsure)
+    more, sure = swing - abs(at), LIKELY * math.hypot(error, unsure)
     if -taken - sure < more < sure:
         swing, unsure = abs(at), error
     return LetGo(at, error, held.size > near, swing, unsure)
@@ -261,13 +261,10 @@ _FINE = 200  # means a cycle: the first of a swing is smaller by 2e-4 of it
 _ABOUT_REST = 8  # cycles whose middle is rest
 _AT_TURN = 1.0 / 16.0  # of a cycle around a turning point
 _SEES = 1e-3  # of a release: what is left of the place at which it was let go
-#: Standard errors from which on the amplitude of the free motion is not that of the release; share
-#: of it from which on a mass that moves was let go, not hit.
-_SURE, _HIT = 3.0, 0.5
+_HIT = 0.5  # of the free motion: a mass that moves as much before was let go, not hit
 #: Error of that amplitude over what the fit leaves (springs that are not linear, other modes), and
 #: as a share of it (the velocity jumps).
 _LAW, _OFF = 5.0, 3e-3
 #: Share of a cycle about its beginning in which a blow is, and what the ball may take meanwhile
 #: over this share.
 _HAND, _BLOW = 0.125, 0.1
-_LOOK = 1 << 16  # samples that show the steps of a converter

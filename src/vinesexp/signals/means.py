@@ -9,7 +9,9 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vinesexp.records.stored.store import RecordView
 
-_BLOCK = 1 << 20  # samples read at once
+BLOCK = 1 << 20  # samples read at once
+#: Means a cycle of a motion without impacts: its third harmonic keeps 16.
+POINTS = 48
 _FEWEST, _SIDE = 4, 8  # samples that have a slope, and that are fitted to at least
 
 
@@ -98,7 +100,7 @@ def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
 
 def channel_means(record: RecordView, role: str, k: int) -> FloatArray:
     """Means over groups of k samples of a whole channel, read by blocks; gaps are filled."""
-    blocks = record.blocks(role, size=max(1, _BLOCK // k) * k)
+    blocks = record.blocks(role, size=max(1, BLOCK // k) * k)
     return np.concatenate([block_means(fill_gaps(x), k) for _, x in blocks])
 
 
@@ -196,7 +198,7 @@ def extremes_of_parts(
     low, high = np.empty(edges.size - 1), np.empty(edges.size - 1)
     begin = 0
     while begin < low.size:
-        end = max(int(np.searchsorted(edges, edges[begin] + _BLOCK, "right")) - 1, begin + 1)
+        end = max(int(np.searchsorted(edges, edges[begin] + BLOCK, "right")) - 1, begin + 1)
         samples = read(int(edges[begin]), int(edges[end]))
         starts = edges[begin:end] - edges[begin]
         low[begin:end] = least.reduceat(samples, starts)

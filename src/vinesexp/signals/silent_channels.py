@@ -19,11 +19,10 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER
 from vinesexp.signals.corrections import Correction, correct
 from vinesexp.signals.filters import line_of
-from vinesexp.signals.means import coarse_channels
+from vinesexp.signals.means import POINTS, coarse_channels
 
 _OF_THE_MASS = ("displacement", "acceleration")
 _LEAST = 0.1  # of what the other channel shows: a sensitivity may be wrong, noise is smaller
-_POINTS = 48  # means a cycle
 
 
 def leave_silent_out(path: Path, record: Record) -> list[Check]:
@@ -71,4 +70,4 @@ def _silent(view: RecordView, record: Record, frequency: float) -> Correction | 
 
 def _size(view: RecordView, role: str, frequency: float) -> float:
     """Standard deviation of means over a 48th of a cycle, without the zero of the sensor."""
-    return float(np.std(coarse_channels(view, frequency, _POINTS, role)[2]))
+    return float(np.std(coarse_channels(view, frequency, POINTS, role)[2]))

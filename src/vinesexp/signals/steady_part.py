@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from vinesexp.arrays import FloatArray
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, SIGNIFICANT
 
 #: Fewer cycles are taken as they are: they show no start.
 _FEWEST = 16
@@ -24,8 +24,7 @@ _FEWEST = 16
 _MOST = 0.5
 #: Blocks from which an error is still read.
 _BLOCKS = 6
-#: A start, or a drift, counts beyond so many standard errors and this share of the mean.
-_ERRORS, _SHARE = 4.0, 0.005
+_SHARE = 0.005  # of the mean, beyond which a start, or a drift, counts
 #: Halves that differ by less have settled as well as a mean needs: the difference is in its error.
 _DRIFT = 0.03
 
@@ -197,4 +196,4 @@ def _within_halves(values: FloatArray) -> float:
 
 def _differ(a: float, b: float, error: float) -> bool:
     apart = abs(a - b)
-    return apart > _SHARE * abs(b) and not apart <= _ERRORS * error
+    return apart > _SHARE * abs(b) and not apart <= SIGNIFICANT * error

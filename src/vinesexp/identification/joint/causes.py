@@ -29,6 +29,7 @@ from vinesexp.identification.joint.unknowns import (
     posterior_of,
     total,
 )
+from vinesexp.units import SIGNIFICANT
 
 #: Factors by which a stated length is a multiple of the true one, and what makes it so.
 FACTORS = {
@@ -121,7 +122,7 @@ _ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
 _RIVAL = 4.0  # of the evidence by which another explains nearly as well
 _COUNTS = 0.25  # of the evidence by which rivals differ: their weights in the values
 _EXPLAINS = 2.0  # by which a rival's evidence falls when the best cause is believed
-_SURE, _CERTAIN = 4.0, 10.0  # standard errors, and logarithm of the odds, of a cause named
+_CERTAIN = 10.0  # logarithm of the odds of a cause named
 _WITHIN = 4.0  # of its prior's widths: a cause that would have to go farther is another one
 _MOST = 7  # causes of one campaign
 _WIDTH = 6  # sets of causes that are searched side by side
@@ -408,7 +409,7 @@ def weighed(
         sure = cause.kind == "remounting" or (
             cause.direction is not None
             and odds > _CERTAIN
-            and abs(value) > _SURE * error
+            and abs(value) > SIGNIFICANT * error
             and possible(cause, value, 0.0)
             and _predicts(data, without, beliefs)
         )

@@ -53,7 +53,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray, median_of
+from vinesexp.arrays import OF_MEDIAN, BoolArray, FloatArray, IntArray, median_of, spread_of
 from vinesexp.identification.flights import Flights
 from vinesexp.identification.joint.unknowns import IMAGINARY, Local
 
@@ -617,7 +617,7 @@ def near_singles(
     at = p
     for _ in range(_WEIGHED):
         left = np.where(c.known, rest + (at - p) @ slopes, np.nan)
-        scale = np.array([1.4826 * median_of(np.abs(own[np.isfinite(own)])) for own in left])
+        scale = np.array([OF_MEDIAN * median_of(np.abs(own[np.isfinite(own)])) for own in left])
         scale = scale[:, np.newaxis] + _TINY
         weight = (_FREEDOM + 1.0) / (_FREEDOM + (left / scale) ** 2) / scale**2
         weighed = slopes * np.where(c.known, weight, 0.0)[:, np.newaxis]
@@ -658,9 +658,8 @@ def _stands_out(rest: FloatArray, side: FloatArray) -> BoolArray:
     """
     out = np.zeros(rest.size, dtype=bool)
     for wall in (side > 0.0, side <= 0.0):
-        off = np.abs(rest - median_of(rest[wall & np.isfinite(rest)]))
-        usual = 1.4826 * median_of(off[wall & np.isfinite(off)])
-        out |= wall & (off > _STANDS_OUT * usual)
+        own = rest[wall & np.isfinite(rest)]
+        out |= wall & (np.abs(rest - median_of(own)) > _STANDS_OUT * spread_of(own))
     return out
 
 
@@ -696,7 +695,7 @@ def _echoes(c: Collisions, rest: FloatArray) -> bool:
     laws = np.stack([np.ones(rest.size), c.flights.side, speed, np.abs(speed)])  # another mean r
     z = np.where(known, rest, 0.0)
     z -= known * (np.linalg.lstsq(laws[:, known].T, z[known], rcond=None)[0] @ laws)
-    wide = 1.4826 * median_of(np.abs(z[known]))
+    wide = OF_MEDIAN * median_of(np.abs(z[known]))
     z = np.clip(z, -3.0 * wide, 3.0 * wide)
     least = _ECHO * float(z @ z) / math.sqrt(known.sum())
     return any(abs(float(z[:-lag] @ z[lag:])) > least > 0.0 for lag in _LAGS)
@@ -752,7 +751,7 @@ def _of_sums(own: FloatArray, z: FloatArray) -> FloatArray:
     of the other the other way. As if each were for itself where there are too few to tell. What
     changes along a record moves collisions farther apart than neighbours are.
     """
-    wide = max(1.0, 1.4826 * median_of(np.abs(z[z != 0.0])))
+    wide = max(1.0, OF_MEDIAN * median_of(np.abs(z[z != 0.0])))
     alone = wide**2 * (own**2).sum(axis=1)
     z = np.clip(z / wide, -4.0, 4.0)
     power, lags = float(z @ z), z.size // _APART_AT_MOST

@@ -54,7 +54,7 @@ from vinesexp.records.campaign.uncertainties import Tolerance
 from vinesexp.signals.channel_agreement import expected_lead
 from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts, typical_lateness
-from vinesexp.units import Quantity, last_digit
+from vinesexp.units import LIKELY, Quantity, last_digit
 
 #: Methods of single records that count; the cheaper ones are shown beside them.
 COUNTED = ("likelihood", "envelope", "sweep")
@@ -117,8 +117,7 @@ _FREE = (
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
-#: By which single releases from one stop differ, relative; errors that a swing is smaller by.
-_OWN_RELEASE, _FEW = 3e-3, 3.0
+_OWN_RELEASE = 3e-3  # by which single releases from one stop differ, relative
 
 
 @dataclass(frozen=True)
@@ -301,7 +300,7 @@ class _Builder:
         lag, error = self.late.get(record.id, (0.0, _LATE))
         seen, seen_error = self.bends.get(record.id, (lag, 0.0))
         off = abs(seen - lag)
-        return off if off > _FEW * math.hypot(error, seen_error, more) else 0.0
+        return off if off > LIKELY * math.hypot(error, seen_error, more) else 0.0
 
     def oscillates(self, record: Record) -> float:
         """Frequency of the motion in a record, Hz: f0, or where nothing shows it that of the base.
@@ -1297,7 +1296,7 @@ def begins_later(seen: Estimate, campaign: Campaign) -> bool:
     stated = abs(campaign.record(seen.records[0]).release or 0.0)
     error = campaign.known.uncertainties
     width = math.hypot(seen.std_error, error.release.of(stated), error.displacement.of(stated))
-    return seen.method == FIRST_SWING and abs(seen.value) < stated - _FEW * width
+    return seen.method == FIRST_SWING and abs(seen.value) < stated - LIKELY * width
 
 
 def _drops(b: _Builder, found: Sequence[Estimate]) -> None:

@@ -25,7 +25,7 @@ from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.records.stored.result_columns import LEVEL_VALUES
 from vinesexp.records.stored.tables import Value, write_rows
-from vinesexp.units import Quantity
+from vinesexp.units import SIGNIFICANT, Quantity
 
 #: Terms of the law by what a ring-down calls them.
 TERMS = {
@@ -44,8 +44,7 @@ _AROUND = (0.8, 1.25)
 _LEAST = 0.02  # of f0 and zeta: a step of the fit may ask for less than none
 _SWEPT = 0.25  # of its amplitude: a resonance has all up to it, and leans over with them
 _STRONG = 0.03  # of zeta: beyond, a warning
-_SIGNIFICANT = 4.0  # standard errors that f0 or zeta has to change by ...
-_LEAST_CHANGE = 1e-4  # ... and the share of it
+_LEAST_CHANGE = 1e-4  # of f0, that is worth a line
 _SAME, _LOWER = 0.05, 0.5  # of an amplitude
 #: Method of the rows of identified.csv that hold the law.
 METHOD = "ring-downs"
@@ -400,11 +399,11 @@ def law_checks(posterior: Posterior, law: Law, top: float) -> list[Check]:
             f"{here * math.exp(off):.4g} at {1e3 * other:.3g} mm"
         )
         outcome: Outcome = (
-            "warning" if abs(math.expm1(off)) > max(_SIGNIFICANT * error, _STRONG) else "ok"
+            "warning" if abs(math.expm1(off)) > max(SIGNIFICANT * error, _STRONG) else "ok"
         )
         checks.append(Check("", "damping", outcome, detail))
     off, error = change("f0", top)
-    if abs(off) > max(_SIGNIFICANT * error, _LEAST_CHANGE):
+    if abs(off) > max(SIGNIFICANT * error, _LEAST_CHANGE):
         f0 = math.exp(posterior.of({"ln_f0": 1.0})[0])
         stiff = "stiffens" if off * (top - law.amplitude) > 0.0 else "softens"
         detail = (

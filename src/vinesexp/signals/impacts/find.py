@@ -20,7 +20,7 @@ from vinesexp.arrays import BoolArray, FloatArray, IntArray, each_array
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.settings.stages import ChannelSettings, ImpactSettings, Settings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
-from vinesexp.signals.clipping import range_in, read_unstuck, resolution_of
+from vinesexp.signals.clipping import range_in, read_unstuck, resolution_in
 from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.bends import detect_bends, without_steady
 from vinesexp.signals.impacts.candidates import Stream
@@ -46,7 +46,7 @@ from vinesexp.signals.impacts.slopes import (
     weighted,
 )
 from vinesexp.signals.means import group_size, missing_means
-from vinesexp.units import first_of
+from vinesexp.units import LIKELY, SIGNIFICANT, SURE, first_of
 
 _AS_BY_DEFAULT = Settings()
 _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
@@ -557,7 +557,7 @@ def _where_it_is_late(
     """
     for _ in range(_TURNS):
         mean, error = typical_lateness(slopes.shift, slopes.shift_error)
-        if not abs(mean) > _SURE_LATE * error:
+        if not abs(mean) > LIKELY * error:
             break
         lag += mean
         slopes = at(lag)
@@ -632,7 +632,7 @@ def _where_it_bends(
     if free:
         held = x.start + x.step * np.arange(x.values.size) < free
         x = replace(x, missing=held if x.missing is None else x.missing | held)
-    steps = resolution_of(record.read("displacement", 0, _LOOK))
+    steps = resolution_in(record, "displacement")
     samples = round(x.step * record.sample_rate)
     x = replace(x, samples=0)  # how bends are rounded is asked when it is known where they are
     resolution, start = steps / math.sqrt(samples), x
@@ -688,7 +688,7 @@ _NO_FLIGHTS = (
     "or a harmonic moves the target, or the sensor shakes; no impact is taken from it. Put an "
     "accelerometer on the mass"
 )
-_SURE_BEND, _LOOK = 6.0, 1 << 16  # standard errors of a jump; samples that show a converter
+_SURE_BEND = 6.0  # standard errors of a jump
 _SETTLES, _MANY_BENDS = 5, 10  # times that all jumps are looked at again; bends that say something
 
 
@@ -729,10 +729,7 @@ def struck(record: RecordView, conditioned: RecordView, settings: Settings) -> t
     cycles = np.unique(np.floor(found.time[own] * frequency)).size
     most = 0.5 * float(np.nanmax(speed**2))
     taken, error = -float(slopes.jump[own] @ at), float(np.linalg.norm(slopes.alone[own] * at))
-    return cycles, taken / most if taken > _SURE_TAKEN * error else 0.0
-
-
-_SURE_TAKEN = 4.0  # standard errors of the energy, with which the displacement shows it
+    return cycles, taken / most if taken > SIGNIFICANT * error else 0.0
 
 
 def find_drop(record: RecordView, conditioned: RecordView, settings: Settings) -> Impacts:
@@ -810,7 +807,7 @@ _UNRESOLVED = (
 _CALIBRATED = 1.2  # a sensitivity may be off by as much
 _CUT_UP = 0.05  # of the contacts of either wall, that are in parts
 _SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
-_FEWEST, _SHOWN_JUMP = 10, 5.0  # jumps; standard errors of one that the displacement shows
+_FEWEST = 10  # jumps
 
 
 def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
@@ -821,7 +818,7 @@ def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
     one wall, else pulses that scatter.
     """
     jumps = slopes.jump
-    known, parts = np.abs(jumps) > _SHOWN_JUMP * slopes.alone, np.isnan(pulses)
+    known, parts = np.abs(jumps) > SURE * slopes.alone, np.isnan(pulses)
     walls = [parts[known & (side * jumps > 0.0)] for side in (1.0, -1.0)]
     cut = min(float(own.mean()) if own.size else 0.0 for own in walls)
     both = known & (~parts | (cut > _CUT_UP))
@@ -852,7 +849,6 @@ def _by_displacement(
 
 _TURNS = 4
 _ANNOUNCED = 4.0  # means: what tells of an impact is as near to it
-_SURE_LATE = 3.0  # standard errors
 
 
 def _jumps(found: Detection, slopes: SlopeChanges, sign: float) -> tuple[FloatArray, FloatArray]:

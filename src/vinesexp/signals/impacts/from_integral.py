@@ -24,11 +24,19 @@ from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER
-from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines, lines_of_pulses
+from vinesexp.signals.channel_agreement import (
+    ABOVE_IT,
+    AT_IT,
+    FINE_POINTS,
+    PhaseLaw,
+    law_of_lines,
+    lines_of_pulses,
+)
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.slopes import Coarse, SlopeChanges, slope_changes
 from vinesexp.signals.means import coarse_channels
+from vinesexp.units import SURE
 
 _CUT = 0.02  # share of impacts beyond the sensor's range that spoils its integral
 _CONTRADICT = 0.1  # by which areas of pulses and slopes of the integral may differ
@@ -37,14 +45,11 @@ _EXACT = 1e-12  # m/s: error of a jump that is taken as it is
 
 #: Share of the base's acceleration that an ordinary accelerometer shows across its axis.
 ACROSS = 0.03
-_POINTS = 400  # block means a period: impacts alias into what is coarser
 _LOW = (0.25, 0.5)  # of the oscillation: nothing below the first, everything above the second
 _EDGE = 6.0  # periods at either end that the band's lower edge spoils
 _CYCLES, _FEWEST_CYCLES = 12.0, 6.0  # periods in a segment: in short records fewer
 _SEGMENTS = 5.0  # whole ones that a record holds at least
 _ENOUGH = 100  # segments that the corner is looked for in
-_FUNDAMENTAL = (0.8, 1.2)  # of the oscillation
-_LINES = (1.6, 12.0)  # of the oscillation: where impacts show the phase of the sensor
 _PASSES = 3
 _NEAREST = 0.25  # of the oscillation: a corner above is too near
 _UNSURE = 0.02  # rad at the oscillation: a phase that is known less well is not known
@@ -243,9 +248,9 @@ def integrated_motion(
             "the displacement was not recorded, and the acceleration cannot take its place: "
             "without a channel of the base the phase error of the sensor cannot be found"
         )
-    if record.sample_rate < 2.5 * _LINES[1] * frequency:
+    if record.sample_rate < 2.5 * ABOVE_IT[1] * frequency:
         raise AnalysisError("sampled too slowly for a displacement from the acceleration")
-    k, step, (a, base) = coarse_channels(record, frequency, _POINTS, "acceleration", "base")
+    k, step, (a, base) = coarse_channels(record, frequency, FINE_POINTS, "acceleration", "base")
     periods = a.size * step * frequency
     cycles = min(_CYCLES, (periods - 2.0 * _EDGE) / _SEGMENTS)
     if cycles < _FEWEST_CYCLES:
@@ -289,7 +294,7 @@ def _require_known(found: IntegratedMotion) -> None:
             "the phase of the accelerometer at the oscillation is not known well enough "
             f"({math.degrees(found.phase_error):.2g} degrees) for a displacement by integration"
         )
-    if found.law.corner < -5.0 * found.law.corner_error:
+    if found.law.corner < -SURE * found.law.corner_error:
         raise AnalysisError(_near_corner(found.law.corner, found.frequency))
     share = _slow_share(found)
     if share > _DRIFT:
@@ -344,7 +349,7 @@ def _law(
     edge = round(_EDGE / (frequency * step))
     begins = np.arange(edge, measured.size - edge - size + 1, size // 2)[:_ENOUGH]
     f = np.fft.rfftfreq(size, step)
-    low, high = ((f > a * frequency) & (f < b * frequency) for a, b in (_FUNDAMENTAL, _LINES))
+    low, high = ((f > a * frequency) & (f < b * frequency) for a, b in (AT_IT, ABOVE_IT))
     used = low | high
     taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
 

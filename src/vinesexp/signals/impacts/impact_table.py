@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.arrays import FloatArray, IntArray, spread_of
 from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.tables import Row, read_rows, write_columns
 
@@ -123,7 +123,7 @@ def typical_lateness(late: FloatArray, error: FloatArray) -> tuple[float, float]
         return math.nan, math.nan
     late, error = late[known], error[known]
     middle = float(np.median(late))
-    single = max(float(np.median(error)), 1.4826 * float(np.median(np.abs(late - middle))))
+    single = max(float(np.median(error)), spread_of(late))
     return middle, _OF_MEDIAN * single / math.sqrt(late.size)
 
 

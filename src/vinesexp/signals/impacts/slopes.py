@@ -25,6 +25,7 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import ORDER, base_motion
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.means import channel_means, coarse_channels, missing_means
+from vinesexp.units import LIKELY, SURE
 
 #: Means a period of the displacement: with more of them nothing is gained.
 POINTS = 200
@@ -37,7 +38,6 @@ _PROMPT, _LOW_PASS = 1e-5, 0.5
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record and beside gaps
 _LEAST = 6  # points to either side
 _AREA = 0.15  # share by which the area of a pulse may be off
-_STILL, _SURE = 9.0, 25.0  # chi^2 of no jump; difference in chi^2: five standard deviations
 _MOST = 64  # impacts in a window: what is more crowded shows no single one of them
 _BEFORE = 0.999  # of the sample before, that is taken off where noise walks
 _WHITE, _WALKS = 0.4, 0.72  # correlation of neighbours: of white noise at most, of a walk at least
@@ -304,7 +304,6 @@ def forced_motion(
 
 _SLOW = (1.2, 1.5)  # of the oscillation's frequency: below, a motion is smooth beside an impact
 _EACH = 5  # impacts for each force: a few show the mistakes of their own times
-_FORCED = 5.0  # standard errors that contradict what is expected
 _CALIBRATED, _STRAIGHT = 0.05, 0.03  # of a base beside a displacement; of the spring's force
 
 
@@ -419,7 +418,7 @@ def _without_forced(
     shown = np.linalg.solve(normal, shapes.T @ answer.rest)
     noise = float((answer.rest - shapes @ shown).std())
     spread = noise * np.sqrt(np.diag(np.linalg.inv(normal)))
-    contradicted = (expected != 0.0) & (np.abs(shown - expected) > _FORCED * spread)
+    contradicted = (expected != 0.0) & (np.abs(shown - expected) > SURE * spread)
     contradicted[len(x.forced) :] = False
     held = np.where(contradicted, 0.0, (noise / error) ** 2)
     whole_normal = normal + np.diag(held)
@@ -860,7 +859,7 @@ def unmoved(
         seen = slope_changes(x, at + lag, own, frequency=frequency)
         still = (seen.jump / seen.alone) ** 2
         asked = ((np.abs(seen.jump) - size) / np.hypot(seen.alone, _AREA * size)) ** 2
-        again: BoolArray = (still < _STILL) & (asked - still > _SURE)
+        again: BoolArray = (still < LIKELY**2) & (asked - still > SURE**2)
         if (again == knocked).all():
             break
         knocked = again

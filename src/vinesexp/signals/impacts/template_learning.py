@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.arrays import OF_MEDIAN, BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import STRETCH, Grouped, Piece, Spikes
 from vinesexp.signals.impacts.matching import Contacts, fit_contacts, less
@@ -42,7 +42,6 @@ _SHORT = 2.0  # samples: where no boxcar shows the length, there are other start
 _STARTS = (0.4, 2.0, 3.0)
 _OUTLYING = 5.0  # standard deviations of a sample from those of the other windows
 _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
-MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
 _FEW = 5  # impacts: with fewer only the duration is fitted
 _BESIDE = 3  # samples beside the contact in which a filter shows
 _FILTERS, _MISFITS = 0.4, 1.5  # damping ratio of a filter; chi^2 a sample that asks for one
@@ -337,7 +336,7 @@ def _without_outliers(windows: Windows, fit: Fit, table: Callable[[Shape], Templ
     rest = residual(placed, table(fit[1]))[0]
     rest = rest * (windows.noise / placed.height)[:, np.newaxis]
     off = np.abs(rest - np.median(rest, axis=0))
-    usual = np.median(off, axis=0) / MEDIAN_OF_NORMAL
+    usual = OF_MEDIAN * np.median(off, axis=0)
     wide = maximum_filter1d(off > _OUTLYING * usual, 3, axis=1, mode="nearest")
     own = np.abs(windows.lags) <= fit[1].duration + 1.0  # there nothing parts the two
     return replace(placed, good=windows.good & (own | ~wide))
@@ -470,7 +469,7 @@ def _model_error(windows: Windows, template: Template) -> FloatArray:
     rest = residual(windows, template)[0] * (windows.noise / np.abs(windows.height))[:, np.newaxis]
     expected = float(np.median((windows.noise / windows.height) ** 2))
     # Medians: another contact somewhere in some of the windows is no error of the template.
-    spread = (np.median(np.abs(rest), axis=0) / MEDIAN_OF_NORMAL) ** 2
+    spread = (OF_MEDIAN * np.median(np.abs(rest), axis=0)) ** 2
     excess = np.sqrt(np.maximum(spread - expected, 0.0))
     # an impact half a sample off shows its misfit one lag farther
     wide = maximum_filter1d(excess, 3, mode="nearest")
