@@ -454,17 +454,14 @@ def _lines(
     n = min(acceleration.size, displacement.size)
     periods = 2.0 * n * step * frequency / (_FEWEST + 1.5)
     size = round(min(max(periods, _CYCLES[0]), _CYCLES[1]) / (frequency * step))
-    begins = range(0, n - size + 1, size // 2)
-    if len(begins) < _FEWEST or size < 16:
+    if size < 16 or len(parts_of(acceleration[:n], size)) < _FEWEST:
         return None
     band = ABOVE_IT[0], min(ABOVE_IT[1], 0.4 / step / frequency)
     near, w = lines_between(size, step, band, frequency)
     if near.sum() < _LINES:
         return None
-    parts = ([x[i : i + size] for x in (acceleration, displacement)] for i in begins)
-    lines = [second_derivative_beside(a, x, step, w, near) for a, x in parts]
-    A, X = (np.stack(each) for each in zip(*lines, strict=True))
-    return A, X, w
+    a, x = (parts_of(y[:n], size) for y in (acceleration, displacement))
+    return *second_derivative_beside(a, x, step, w, near), w
 
 
 def _coherent(
@@ -573,22 +570,36 @@ def lines_between(
     return near, np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
 
 
+def parts_of(x: FloatArray, size: int) -> FloatArray:
+    """Stretches of so many samples, each beginning half of one later; shape (parts, size).
+
+    Examples
+    --------
+    >>> parts_of(np.arange(7.0), 4)
+    array([[0., 1., 2., 3.],
+           [2., 3., 4., 5.]])
+    """
+    if x.size < size:
+        return np.empty((0, size))
+    return np.lib.stride_tricks.sliding_window_view(x, size)[:: max(size // 2, 1)]
+
+
 def second_derivative_beside(
     a: FloatArray, x: FloatArray, step: float, w: FloatArray, near: BoolArray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Tapered transforms of a and of x''. The latter without derivatives of x: by parts,
+) -> tuple[ComplexArray, ComplexArray]:
+    """Tapered transforms of a and of x'', along the last axis. The latter by parts:
 
     the integral of p exp(-iwt) x'' is that of (p'' - 2iw p' - w^2 p) exp(-iwt) x, exactly, as the
     taper p and its slope vanish at both ends. So a decay or a swell does no harm.
     """
-    n = a.size
+    n = a.shape[-1]
     phase = 2.0 * np.pi * (np.arange(n) + 0.5) / n
     rate = 2.0 * np.pi / (n * step)
     taper, slope = 0.5 - 0.5 * np.cos(phase), 0.5 * rate * np.sin(phase)
     bend = 0.5 * rate**2 * np.cos(phase)
-    x = x - x.mean()
-    A = np.fft.rfft((a - a.mean()) * taper)[near]
-    X, X1, X2 = (np.fft.rfft(x * window)[near] for window in (taper, slope, bend))
+    a, x = (y - y.mean(axis=-1, keepdims=True) for y in (a, x))
+    A = np.fft.rfft(a * taper)[..., near]
+    X, X1, X2 = (np.fft.rfft(x * window)[..., near] for window in (taper, slope, bend))
     return A, X2 - 2j * w * X1 - w**2 * X
 
 

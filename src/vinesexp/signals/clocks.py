@@ -38,6 +38,7 @@ from vinesexp.signals.channel_agreement import (
     AT_IT,
     FINE_POINTS,
     lines_between,
+    parts_of,
     second_derivative_beside,
 )
 from vinesexp.signals.corrections import Correction, correct, samples_of
@@ -274,38 +275,35 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     """
     size = round(_LAG_CYCLES / (frequency * step))
     n = min(a.size, x.size)
-    begins = np.arange(0, n - size + 1, max(size // 2, 1))
-    if begins.size < _FEWEST:
+    a, x = parts_of(a[:n], size), parts_of(x[:n], size)
+    if len(a) < _FEWEST:
         return None
     near, w = lines_between(size, step, AT_IT, frequency)
-    ratio, changes = (np.zeros(begins.size, dtype=np.complex128) for _ in range(2))
-    size_of = np.zeros(begins.size)
-    for k, i in enumerate(begins):
-        A, X = second_derivative_beside(a[i : i + size], x[i : i + size], step, w, near)
-        power = float((np.abs(X) ** 2).sum())
-        ratio[k] = complex((A * X.conj()).sum()) / power if power else 0.0
-        changes[k] = _change(A, a[i : i + size], near)
-        size_of[k] = math.sqrt(power) or 1e-300
-    error = _error_of_phase(ratio, size_of)
+    A, X = second_derivative_beside(a, x, step, w, near)
+    power = (np.abs(X) ** 2).sum(axis=1)
+    ratio = (A * X.conj()).sum(axis=1) / np.maximum(power, 1e-300)
+    error = _error_of_phase(ratio, np.maximum(np.sqrt(power), 1e-300))
     good = error < _ALIKE
     if good.sum() < _FEWEST:
         return None
     sign = np.sign(float(np.median(ratio[good].real))) or 1.0
     lag = np.unwrap(np.angle(sign * ratio[good])) / (2.0 * math.pi * frequency)
-    middle = np.asarray((begins[good] + 0.5 * size) * step, dtype=np.float64)
-    beside = np.stack([changes[good].real, changes[good].imag], axis=1)
+    middle = np.asarray((max(size // 2, 1) * np.flatnonzero(good) + 0.5 * size) * step)
+    changes = _changes(A, a, near)[good]
+    beside = np.stack([changes.real, changes.imag], axis=1)
     return Course(middle, lag, 0.5 * size * step, shared=2, weight=1.0 / error[good], beside=beside)
 
 
-def _change(A: ComplexArray, a: FloatArray, near: BoolArray) -> complex:
-    """How much the motion of a window changes within it: 0 where it stays the same.
+def _changes(A: ComplexArray, a: FloatArray, near: BoolArray) -> ComplexArray:
+    """How much the motion of each window changes within it: 0 where it stays the same.
 
     A filter H makes H X + i H' T of the lines X, T being those by the slope of the taper.
     """
-    slope = np.sin(2.0 * np.pi * (np.arange(a.size) + 0.5) / a.size)
-    T = np.fft.rfft((a - a.mean()) * slope)[near]
-    power = float((np.abs(A) ** 2).sum())
-    return complex((T * A.conj()).sum()) / power if power else 0.0
+    size = a.shape[1]
+    slope = np.sin(2.0 * np.pi * (np.arange(size) + 0.5) / size)
+    T = np.fft.rfft((a - a.mean(axis=1, keepdims=True)) * slope)[:, near]
+    power = (np.abs(A) ** 2).sum(axis=1)
+    return np.asarray((T * A.conj()).sum(axis=1) / np.maximum(power, 1e-300))
 
 
 def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:
@@ -542,13 +540,12 @@ def _delays(a: FloatArray, x: FloatArray, step: float, frequency: float, law: La
     tail, or one that moves across its axis, turns that of the oscillation as its motion changes.
     """
     size = round(_LAG_CYCLES / (frequency * step))
-    begins = np.arange(0, min(a.size, x.size) - size + 1, max(size // 2, 1))
+    n = min(a.size, x.size)
     above, w = lines_between(size, step, ABOVE_IT, frequency)
-    pairs = (
-        second_derivative_beside(a[i : i + size], x[i : i + size], step, w, above) for i in begins
-    )
-    cross = np.stack([A * X.conj() for A, X in pairs])
-    middle = (begins + 0.5 * size) * step
+    a, x = (parts_of(y[:n], size) for y in (a, x))
+    A, X = second_derivative_beside(a, x, step, w, above)
+    cross = A * X.conj()
+    middle = (max(size // 2, 1) * np.arange(len(cross)) + 0.5 * size) * step
     apart = 0.5 * size * step  # a window across the step shows a mixture
     parts = [cross[middle < law.at - apart], cross[middle > law.at + apart]]
     sums = [part.sum(axis=0) for part in parts]

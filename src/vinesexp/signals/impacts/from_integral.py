@@ -30,7 +30,9 @@ from vinesexp.signals.channel_agreement import (
     FINE_POINTS,
     PhaseLaw,
     law_of_lines,
+    lines_between,
     lines_of_pulses,
+    parts_of,
 )
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -347,27 +349,25 @@ def _law(
     """
     size = round(cycles / (frequency * step))
     edge = round(_EDGE / (frequency * step))
-    begins = np.arange(edge, measured.size - edge - size + 1, size // 2)[:_ENOUGH]
-    f = np.fft.rfftfreq(size, step)
-    low, high = ((f > a * frequency) & (f < b * frequency) for a, b in (AT_IT, ABOVE_IT))
-    used = low | high
     taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
 
-    def lines(values: FloatArray) -> ComplexArray:
-        return np.stack(
-            [np.fft.rfft(values[i : i + size] * taper)[used] for i in begins]
-        )  # (segments, lines)
+    def lines(values: FloatArray, used: BoolArray) -> ComplexArray:
+        """Of shape (segments, lines)."""
+        segments = parts_of(values[edge : values.size - edge], size)[:_ENOUGH]
+        return np.fft.rfft(segments * taper)[:, used]
 
-    a, v, x = (lines(values) for values in motion)
-    w = np.asarray(2.0 * np.pi * f[used], dtype=np.float64)
-    struck = np.stack([lines_of_pulses(times - i * step, jumps, step, size, w) for i in begins])
-    here = low[used]
-    d, s, own = _oscillator(*(part[:, here].ravel() for part in (v, x, a, struck)))
-    there = high[used]
-    law = law_of_lines(
-        lines(measured)[:, there], (struck - d * v - s * x)[:, there],
-        w[there], frequency=frequency,
-    )  # fmt: skip
+    def moved(used: BoolArray, w: FloatArray) -> tuple[ComplexArray, ...]:
+        """Acceleration, velocity and displacement, and what impacts do to the first."""
+        a, v, x = (lines(values, used) for values in motion)
+        begins = edge + size // 2 * np.arange(len(a))
+        struck = [lines_of_pulses(times - i * step, jumps, step, size, w) for i in begins]
+        return a, v, x, np.stack(struck)
+
+    a, v, x, struck = (one.ravel() for one in moved(*lines_between(size, step, AT_IT, frequency)))
+    d, s, own = _oscillator(v, x, a, struck)
+    above, w = lines_between(size, step, ABOVE_IT, frequency)
+    _, v, x, struck = moved(above, w)
+    law = law_of_lines(lines(measured, above), struck - d * v - s * x, w, frequency=frequency)
     if law is None:
         raise AnalysisError(
             "the record does not show whether the accelerometer is AC-coupled: no displacement by "
