@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.decrement import log_decrement
-from vinesexp.identification.estimate import Estimate, is_known
+from vinesexp.identification.estimate import Estimate, estimates_of, is_known
 from vinesexp.identification.oscillation import motion_role, motion_samples
 from vinesexp.identification.phasors import Phasors, decay_window
 from vinesexp.identification.ringdown import ring_down
@@ -190,10 +190,7 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
             ("mode_zeta", mode.zeta, mode.zeta_error, "1"),
             ("mode_share", mode.amplitude / best.amplitude, 0.0, "1"),
         ]
-    return found + [
-        Estimate(name, value, error, unit, best.method, (record.id,))
-        for name, value, error, unit in rows
-    ]
+    return found + estimates_of(record, best.method, rows)
 
 
 # A base that yields: a mass on a table that moves with it swings more slowly than on a still one.

@@ -12,10 +12,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from vinesexp.arrays import OF_MEDIAN, BoolArray, FloatArray
+from vinesexp.arrays import OF_MEDIAN, BoolArray, ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.identification.damping_law import (
     FORMS,
@@ -511,17 +512,20 @@ def ring_down(
     """
     known = np.isfinite(x)
     t, x = times_of(x, t)[known], x[known]
-    whole = demodulate(x, t, frequency)
-    phasors = kept(whole, resolution)
+
+    def seen(frequency: float, **about: Any) -> tuple[Phasors, Phasors]:
+        """All windows of the record, and those of the free decay."""
+        whole = demodulate(x, t, frequency, **about)
+        return whole, kept(whole, resolution)
+
+    whole, phasors = seen(frequency)
     w, rate = (float(v) for v in straight_line(phasors)[:2])
     better = w / (2.0 * math.pi)
     if abs(better / frequency - 1.0) < 0.2:  # once more with the frequency and decay found
-        whole = demodulate(x, t, better, rate=rate)
-        phasors = kept(whole, resolution)
+        whole, phasors = seen(better, rate=rate)
         local = local_frequencies(phasors, float(t[0]), windows(t, better)[2])
         if local is not None:
-            whole = demodulate(x, t, better, rate=rate, local=local)
-            phasors = kept(whole, resolution)
+            whole, phasors = seen(better, rate=rate, local=local)
     decrement = log_decrement(phasors)
     best = _settled(x, t, phasors, envelope(phasors, decrement.decay), decrement)
     if best.fallen < _STEADY:
@@ -572,19 +576,17 @@ def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> P
     Phasors or None
         None where there is little more to learn.
     """
-    decay = begun_at(found.decay, min(float(whole.t[0]), found.decay.start))
-    log_A, phase = decay.at(whole.t)
-    model = np.exp(log_A + 1j * (phase - whole.w * whole.t))
+    model = _modelled(whole, found.decay)
+    size = np.abs(model)
     belongs = np.abs(whole.z - model) < _OUTLYING * whole.error
-    belongs &= np.exp(log_A) > max(_FAINT * whole.error, resolution)
+    belongs &= size > max(_FAINT * whole.error, resolution)
     first, last = (int(k) for k in np.searchsorted(whole.t, (p.t[0], p.t[-1])))
     before = np.flatnonzero(~belongs[:first])
     after = np.flatnonzero(~belongs[last + 1 :])
     begin = int(before[-1]) + 1 if before.size else 0
     end = last + 1 + int(after[0]) if after.size else whole.t.size
     told = [
-        _information(np.exp(log_A[own]), whole.t[own])
-        for own in (slice(begin, end), slice(first, last + 1))
+        _information(size[own], whole.t[own]) for own in (slice(begin, end), slice(first, last + 1))
     ]
     if told[0] < _MORE * told[1]:
         return None
@@ -593,11 +595,15 @@ def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> P
 
 def _unexplained(p: Phasors, decay: Decay) -> float:
     """What a decay leaves of the motion, beyond the noise in every period."""
-    decay = begun_at(decay, min(float(p.t[0]), decay.start))
-    log_A, phase = decay.at(p.t)
-    rest = np.abs(p.z - np.exp(log_A + 1j * (phase - p.w * p.t))) ** 2
+    rest = np.abs(p.z - _modelled(p, decay)) ** 2
     noise = 2.0 * p.error**2
     return math.sqrt(max(float((rest - noise).sum()), 0.0) / float((np.abs(p.z) ** 2).sum()))
+
+
+def _modelled(p: Phasors, decay: Decay) -> ComplexArray:
+    """A decay in the windows of some phasors, continued to where they begin."""
+    log_A, phase = begun_at(decay, min(float(p.t[0]), decay.start)).at(p.t)
+    return np.asarray(np.exp(log_A + 1j * (phase - p.w * p.t)))
 
 
 def _information(A: FloatArray, t: FloatArray) -> float:

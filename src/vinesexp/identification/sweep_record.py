@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 
 from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import Estimate, estimates_of
 from vinesexp.identification.least_squares import least_squares
 from vinesexp.identification.oscillation import POINTS, motion_role
 from vinesexp.identification.ringdown_result import Oscillation
@@ -484,10 +484,7 @@ def _by_half_power(record: Record, base: FloatArray, x: FloatArray, step: float)
         found = half_power(base, x, step, swept=record.frequency)
     except AnalysisError:  # the likelihood has said what it needs
         return []
-    return [
-        Estimate(name, value, error, unit, "half power", (record.id,))
-        for name, value, error, unit in (
-            ("f0", found.f0, found.f0_error, "Hz"),
-            ("zeta", found.zeta, found.zeta_error, "1"),
-        )
-    ]
+    rows = [
+        ("f0", found.f0, found.f0_error, "Hz"), ("zeta", found.zeta, found.zeta_error, "1")
+    ]  # fmt: skip
+    return estimates_of(record, "half power", rows)

@@ -31,6 +31,7 @@ from vinesexp.identification.joint.over_amplitude import (
     level_values,
     swing_of_levels,
 )
+from vinesexp.identification.joint.unknowns import Posterior
 from vinesexp.identification.joint.whole import (
     HIDDEN,
     Answer,
@@ -721,16 +722,10 @@ def _combined(answer: Answer) -> list[Source]:
     posterior = answer.posterior
     found = []
     for name, (terms, factor, unit) in _LOGARITHMS.items():
-        if not all(term in posterior for term in terms):
-            continue
-        value, error = posterior.of(terms)
-        if error < _UNKNOWN:
-            size = factor * math.exp(value)
-            found.append(_source(answer, name, size, unit, terms, size))
-    for name in [n for n in posterior.names if n == "r" or n.startswith("r_")]:
-        value, error = posterior.of({name: 1.0})
-        if error < _UNKNOWN * value:
-            found.append(_source(answer, name, value, "1", {name: 1.0}, 1.0))
+        if (known := _sized(posterior, terms, factor)) is not None:
+            found.append(_source(answer, name, known[0], unit, terms, known[0]))
+    for name, value, _ in _each_r(posterior):
+        found.append(_source(answer, name, value, "1", {name: 1.0}, 1.0))
     if not any(s.estimate.parameter == "r" for s in found):
         several = [s.total for s in found if s.estimate.parameter.startswith("r_")]
         if several:  # only tests with several balls: r is what they have in common, if they do
@@ -738,6 +733,26 @@ def _combined(answer: Answer) -> list[Source]:
             if all(abs(e.value - common.value) <= DISAGREES * e.std_error for e in several):
                 found.append(Source(common))
     return found
+
+
+def _sized(
+    posterior: Posterior, terms: Mapping[str, float], factor: float
+) -> tuple[float, float] | None:
+    """What a sum of unknowns is the logarithm of, times a factor; its error. None: not known."""
+    if not all(term in posterior for term in terms):
+        return None
+    value, error = posterior.of(terms)
+    size = factor * math.exp(value)
+    return (size, size * error) if error < _UNKNOWN else None
+
+
+def _each_r(posterior: Posterior) -> Iterator[tuple[str, float, float]]:
+    """Name, value and error of every r that is known."""
+    for name in posterior.names:
+        if name == "r" or name.startswith("r_"):
+            value, error = posterior.of({name: 1.0})
+            if error < _UNKNOWN * value:
+                yield name, value, error
 
 
 def _source(
@@ -751,13 +766,11 @@ def _source(
         for label, covariance in answer.parts.items()
     }
     total_error = scale * math.sqrt(max(whole, 0.0))
-    inputs = math.hypot(*parts.values()) if parts else 0.0
+    inputs = math.hypot(*parts.values())
     if inputs > total_error > 0.0:  # inputs that hold one another: each counts for less
         parts = {label: part * total_error / inputs for label, part in parts.items()}
-        inputs = total_error
-    own = math.sqrt(max(total_error**2 - inputs**2, 0.0))
     parts = {label: part for label, part in parts.items() if part > 1e-3 * total_error}
-    own = math.sqrt(max(total_error**2 - sum(p * p for p in parts.values()), own**2))
+    own = math.sqrt(max(total_error**2 - sum(p * p for p in parts.values()), 0.0))
     records = answer.records_of(terms)
     return Source(Estimate(name, value, own, unit, COMBINED, records), parts)
 
@@ -781,12 +794,9 @@ def _masses(answer: Answer, campaign: Campaign) -> list[Estimate]:
         posterior = answer.without(*others)
         for name in ("M", "c1", "k1"):
             terms, factor, unit = _LOGARITHMS[name]
-            if all(term in posterior for term in terms):
-                value, error = posterior.of(terms)
-                if error < _UNKNOWN:
-                    size = factor * math.exp(value)
-                    records = answer.records_of({"ln_M": 1.0})
-                    rows.append(Estimate(name, size, size * error, unit, method, records))
+            if (known := _sized(posterior, terms, factor)) is not None:
+                records = answer.records_of({"ln_M": 1.0})
+                rows.append(Estimate(name, *known, unit, method, records))
     mass = campaign.known.mass
     if mass is not None:
         error = mass.std_error or campaign.known.uncertainties.mass.of(mass.value)
@@ -800,12 +810,10 @@ def _restitutions(answer: Answer) -> list[Estimate]:
     if "flights" not in kinds:
         return []
     posterior = answer.without("drop") if "drop" in kinds else answer.posterior
-    rows = []
-    for name in [n for n in posterior.names if n == "r" or n.startswith("r_")]:
-        value, error = posterior.of({name: 1.0})
-        if error < _UNKNOWN * value:
-            rows.append(Estimate(name, value, error, "1", _IMPACTS, answer.records_of({name: 1.0})))
-    return rows
+    return [
+        Estimate(name, value, error, "1", _IMPACTS, answer.records_of({name: 1.0}))
+        for name, value, error in _each_r(posterior)
+    ]
 
 
 _ROWS = {"slope": ("r_speed_slope", "s/m"), "friction": ("friction", "m/s^2"),
@@ -859,15 +867,12 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
 
 def _ball(answer: Answer, campaign: Campaign) -> list[Estimate]:
     """Mass of the first ball as all records show it, weighed or not: predictions take it with M."""
-    masses, posterior = campaign.known.nes_mass, answer.posterior
-    name = answer.observed.balls.get(1)
-    if name is None:
+    masses = campaign.known.nes_mass
+    if (name := answer.observed.balls.get(1)) is None:
         return []
-    value, error = posterior.of({name: 1.0})
-    if not error < _UNKNOWN:
-        return []
-    size = (masses[0].value if masses else 1.0) * math.exp(value)
-    return [Estimate("m", size, size * error, "kg", COMBINED, answer.records_of({name: 1.0}))]
+    known = _sized(answer.posterior, {name: 1.0}, masses[0].value if masses else 1.0)
+    records = answer.records_of({name: 1.0})
+    return [] if known is None else [Estimate("m", *known, "kg", COMBINED, records)]
 
 
 def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
