@@ -45,7 +45,7 @@ x - beside x_e, as a sensor on the table shows it (beside = 1).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -60,43 +60,18 @@ from vinesexp.identification.joint.unknowns import IMAGINARY, Local
 #: Real, or complex with derivatives as imaginary parts.
 Numbers = NDArray[Any]
 
-#: Local quantities of the collisions of a record, in order.
-LOCALS = (
-    "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
-    "wall", "slope", "fade", "friction", "tilt", "contact", "rolling", "hollow", "drag", "even",
-    "odd", "pad", "course r", "course friction", "viscous", "beside", "spring", "drift",
-    "pulse_power", "late_wall", "pulse_wall",
-)  # fmt: skip
-#: Effects of ball and contact among them, with their units.
-EFFECTS = {
-    "wall": "1",
-    "slope": "s/m",
-    "fade": "s/m",
-    "friction": "m/s^2",
-    "tilt": "m/s^2",
-    "contact": "s",
-    "rolling": "1",
-    "hollow": "1/s^2",
-    "drag": "1/m",
-    "even": "1/m",
-    "odd": "1/m^2",
-    "pad": "s",
-    "course r": "1",
-    "course friction": "m/s^2",
-    "viscous": "1/s",
-}
-(
-    _PAD,
-    _COURSE_R,
-    _COURSE_RUB,
-    _VISCOUS,
-    _BESIDE,
-    _SPRING,
-    _DRIFT,
-    _POWER,
-    _LATE_WALL,
-    _PULSE_WALL,
-) = range(LOCALS.index("pad"), len(LOCALS))
+#: Local quantities of the collisions of a record, in order, and how free a lab leaves each of them
+#: in a record on its own.
+FREE = {
+    "r": 0.5, "ln_eps": 0.3, "g_x": 0.05, "g_a": 0.1, "reading": 0.01, "share": 0.01, "late": 3e-4,
+    "b": 1e-3, "wall": 0.05, "slope": 0.05, "fade": 0.05, "friction": 0.3, "tilt": 0.3,
+    "contact": 1.5e-3, "rolling": 0.4, "hollow": 10.0, "drag": 0.1, "even": 0.5, "odd": 50.0,
+    "pad": 1e-3, "course r": 0.01, "course friction": 0.1, "viscous": 0.3, "beside": 1.0,
+    "spring": 1.0, "drift": 1e-4, "pulse_power": 0.1, "late_wall": 1e-4, "pulse_wall": 0.1,
+}  # fmt: skip
+LOCALS = tuple(FREE)
+#: Effects of ball and contact among them.
+EFFECTS = LOCALS[LOCALS.index("wall") : LOCALS.index("viscous") + 1]
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
 _DURING = 0.6
 #: Power of the speed with which a contact lasts, and by what it may be another: -1/5 of a ball on a
@@ -180,41 +155,39 @@ class Collisions:
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
         r and in friction.
         """
-        f = self.flights
-        r, ln_eps, b = p[0], p[1], p[7]
-        wall, slope, fade, rub, tilt, contact, roll, hollow, drag = p[8:17]
-        contact = contact + 0.5 * p[_PAD] * self.flights.side
-        r, rub = r + p[_COURSE_R] * self.course, rub + p[_COURSE_RUB] * self.course
-        places, velocities, ways, jumps, reads = self._shown(p)
+        f, of = self.flights, dict(zip(LOCALS, p, strict=True))
+        contact = of["contact"] + 0.5 * of["pad"] * f.side
+        r = of["r"] + of["course r"] * self.course
+        rub = of["friction"] + of["course friction"] * self.course
+        places, velocities, ways, jumps, reads = self._shown(of)
         v_previous, v_before, v_after, v_next = velocities
         T_before, T_after, s = f.time_before, f.time_after, f.side
-        per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * b
+        per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * of["b"]
         # the walls take turns: a flight lasts longer if one's impacts come late, the next shorter
-        apart = p[_LATE_WALL] * s
+        apart = of["late_wall"] * s
         u_before = (ways[0] - across) * per_before * (1.0 - apart * per_before)
         u_after = (ways[1] + across) * per_after * (1.0 + apart * per_after)
         rolled_before = v_before - u_before - across * per_before
         rolled_after = v_after - u_after + across * per_after
         pulled = [-self.omega2 * place for place in places]
-        first = _Flight(s * b, ways[0], T_before, (v_previous, v_before), pulled[:2])
-        last = _Flight(-s * b, ways[1], T_after, (v_after, v_next), pulled[1:])
-        pulls = tilt, hollow, drag, p[_VISCOUS]
+        first = _Flight(s * of["b"], ways[0], T_before, (v_previous, v_before), pulled[:2])
+        last = _Flight(-s * of["b"], ways[1], T_after, (v_after, v_next), pulled[1:])
+        pulls = of["tilt"], of["hollow"], of["drag"], of["viscous"]
         _, slowed, spin = first.rubbed(rub, joined=self._joined)
         ends = first.pulled(pulls)[1] + slowed
         begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
-        law = r + 0.5 * wall * s, slope, fade
+        law = r + 0.5 * of["wall"] * s, of["slope"], of["fade"]
         lasts, longer_before, longer_after = self._touched(
-            (contact, p[_SPRING]), law, (u_before, u_after), velocities, pulled
+            (contact, of["spring"]), law, (u_before, u_after), velocities, pulled
         )
-        u_before = u_before + ends + longer_before + roll * rolled_before
-        u_after = u_after - begins + longer_after + roll * rolled_after
+        u_before = u_before + ends + longer_before + of["rolling"] * rolled_before
+        u_after = u_after - begins + longer_after + of["rolling"] * rolled_after
         before, after = v_before - u_before, v_after - u_after
         speed = before * np.sign(before.real)
         own_r = self._restitution(law, speed / self.speed)
         # the spring moves the mass on while they touch
         moved = _DURING * (1.0 - own_r) * lasts * self.omega2 * places[1]
-        eps = np.exp(ln_eps)
-        gained = eps * (u_after - u_before)
+        gained = np.exp(of["ln_eps"]) * (u_after - u_before)
         # in the units of the readings, whose noise it is: a gain of zero would else explain all, or
         # a ball that goes along with the mass: nothing is left of it to bounce
         plain = self._plain_speed / speed.mean(axis=-1, keepdims=True)
@@ -223,8 +196,8 @@ class Collisions:
         )
         return np.stack([(after + own_r * before - moved) * plain, by_laser, by_pulse])
 
-    def _shown(self, p: Numbers) -> tuple[Sequence[Numbers], ...]:
-        """What the sensors show of the mass, freed of their errors `p`.
+    def _shown(self, of: Mapping[str, Numbers]) -> tuple[Sequence[Numbers], ...]:
+        """What the sensors show of the mass, freed of their errors, local quantities by name.
 
         Returns
         -------
@@ -235,13 +208,9 @@ class Collisions:
         reads : what these two sensors show for 1 m/s.
         """
         f = self.flights
-        g_x, g_a, reading, share, late = p[2:7]
-        even, odd = p[17:19]
-        beside, drift, pulse_power, late_wall, pulse_wall = (
-            p[k] for k in (_BESIDE, _DRIFT, _POWER, _LATE_WALL, _PULSE_WALL)
-        )
-        late, own = late + drift * self.course, 0.5 * late_wall * f.side
-        scale, bent = np.exp(-g_x), even.real.any() or odd.real.any()
+        even, odd, beside = of["even"], of["odd"], of["beside"]
+        late, own = of["late"] + of["drift"] * self.course, 0.5 * of["late_wall"] * f.side
+        scale, bent = np.exp(-of["g_x"]), even.real.any() or odd.real.any()
 
         def straight(x: FloatArray, base: FloatArray) -> tuple[Numbers, Numbers]:
             """A place in space, and what the bend and the gain of the sensor make of a velocity."""
@@ -261,14 +230,14 @@ class Collisions:
             x - x_before + late * (middle - v_previous) + own * (middle + v_previous),
             x_after - x + late * (v_next - middle) - own * (v_next + middle),
         )
-        unlike = pulse_power * self._faster + 0.5 * pulse_wall * f.side
-        reads = np.exp(g_x) * np.exp(reading), np.exp(g_a + unlike)
-        by_laser = here * f.jump_displacement * np.exp(-reading)
+        unlike = of["pulse_power"] * self._faster + 0.5 * of["pulse_wall"] * f.side
+        reads = np.exp(of["g_x"]) * np.exp(of["reading"]), np.exp(of["g_a"] + unlike)
+        by_laser = here * f.jump_displacement * np.exp(-of["reading"])
         by_pulse = f.jump_acceleration / reads[1]
         of_laser, of_pulse = self._weights
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
-        middle = middle - (late + own) * self.omega2 * x + share * jump
+        middle = middle - (late + own) * self.omega2 * x + of["share"] * jump
         velocities = v_previous, middle - 0.5 * jump, middle + 0.5 * jump, v_next
         return (x_before, x, x_after), velocities, ways, (by_laser, by_pulse), reads
 

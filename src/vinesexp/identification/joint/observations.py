@@ -22,6 +22,7 @@ from vinesexp.identification.estimate import (
 from vinesexp.identification.flights import Flights, flights_of
 from vinesexp.identification.joint.collisions import (
     EFFECTS,
+    FREE,
     LOCALS,
     Collisions,
     bounced,
@@ -108,12 +109,6 @@ _CROSSTALK = 1e-3
 CHANGING = ("friction", "tilt")
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
-#: Widths of local quantities in a record on its own, in the order of `LOCALS`.
-_FREE = (
-    0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
-    0.05, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.1, 0.5, 50.0, 1e-3, 0.01, 0.1, 0.3,
-    1.0, 1.0, 1e-4, 0.1, 1e-4, 0.1,
-)  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
@@ -756,35 +751,34 @@ def _group(
     changing = {name: {b.own(f"own {name}", record, 0.0, ball=number): 1.0} for name in CHANGING}
     loose = b.loose(record)
     lag, late = _late(b, record, collisions, both=both, integrated=integrated)
-    local = (
-        {r: 1.0, "one-sided": -1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
-        {ln_m: 1.0, "ln_M": -1.0,
-         b.own("own momentum", record, loose * _OWN_EPS, ball=number): 1.0},
-        moved,
-        jumps,
-        reads,
-        {b.add("share", 0.0, _SHARE): 1.0},
-        late,
-        {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
-         own: 1.0},
-        *({name: 1.0, **changing.get(name, {})} for name in EFFECTS),
-        {_beside(b, record): 1.0},
-        {b.add("spring", 0.0, _SPRING): 1.0},
-        {b.own("drift", record, _DRIFT): 1.0} if both and record.more_files else {},
-        _power_of_pulses(b, record) if pulsed else {},
-        *_unlike_walls(b, record, collisions, pulsed=pulsed, ball=number),
-    )  # fmt: skip
-    constants = [0.0] * len(local)
-    constants[1] = math.log(mass)
-    constants[7] = stated
-    start = np.zeros(len(local))
-    start[0], start[1], start[7] = 0.6, math.log(mass) - b.start["ln_M"], stated
-    start[6] = lag
+    local = {
+        "r": {r: 1.0, "one-sided": -1.0,
+              b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
+        "ln_eps": {ln_m: 1.0, "ln_M": -1.0,
+                   b.own("own momentum", record, loose * _OWN_EPS, ball=number): 1.0},
+        "g_x": moved, "g_a": jumps, "reading": reads,
+        "share": {b.add("share", 0.0, _SHARE): 1.0},
+        "late": late,
+        "b": {b.add("clearance scale", 0.0, 0.0): stated,
+              b.add("clearance offset", 0.0, u): 1.0, own: 1.0},
+        **{name: {name: 1.0, **changing.get(name, {})} for name in EFFECTS},
+        "beside": {_beside(b, record): 1.0},
+        "spring": {b.add("spring", 0.0, _SPRING): 1.0},
+    }  # fmt: skip
+    if both and record.more_files:
+        local["drift"] = {b.own("drift", record, _DRIFT): 1.0}
+    if pulsed:
+        local |= _of_pulses(b, record, collisions, ball=number)
+    begun = {"r": 0.6, "ln_eps": math.log(mass) - b.start["ln_M"], "late": lag, "b": stated}
+    start = np.array([begun.get(name, 0.0) for name in LOCALS])
     error = float(np.median(impacts.time_error_s[flights.index]))
     collisions, b.alone[record.id, number] = with_own_errors(collisions, start, time_error=error)
     _own_sensors(b, record, impacts, collisions, jumps=jumps, reads=reads, ball=number)
     b.collisions[record.id, number] = collisions
-    b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
+    constants = {"ln_eps": math.log(mass), "b": stated}
+    b.sums[record.id, number] = tuple(
+        (local.get(name, {}), constants.get(name, 0.0)) for name in LOCALS
+    )
 
 
 def _own_sensors(
@@ -829,24 +823,22 @@ def _pulse_of(collisions: Collisions) -> float:
     return median_of(pulse[np.isfinite(pulse)])
 
 
-def _unlike_walls(
-    b: _Builder, record: Record, collisions: Collisions, *, pulsed: bool, ball: int
-) -> tuple[dict[str, float], dict[str, float]]:
-    """By what pulses at one wall are timed later, s, and read larger than those at the other.
+def _of_pulses(
+    b: _Builder, record: Record, collisions: Collisions, *, ball: int
+) -> dict[str, dict[str, float]]:
+    """How areas and times of pulses go with speed and wall, as sums of unknowns.
 
-    A record learns one template for both, or one for each where it has to.
+    Areas read too large by a power of the speed. A record learns one template for both walls, or
+    one for each where it has to: by what pulses at one wall are timed later, s, and read larger
+    than those at the other.
     """
-    if not pulsed:
-        return {}, {}
-    width = _OF_PULSE * _pulse_of(collisions)
-    late = b.own("late wall", record, width, ball=ball)
-    return {late: 1.0}, {b.own("pulse wall", record, _UNLIKE_PULSES, ball=ball): 1.0}
-
-
-def _power_of_pulses(b: _Builder, record: Record) -> dict[str, float]:
-    """Power of the speed with which areas of pulses read too large, as a sum of unknowns."""
     own = b.own("own pulse power", record, _OWN_PULSE_POWER)
-    return {b.add("pulse power", 0.0, _PULSE_POWER): 1.0, own: 1.0}
+    late = b.own("late wall", record, _OF_PULSE * _pulse_of(collisions), ball=ball)
+    return {
+        "pulse_power": {b.add("pulse power", 0.0, _PULSE_POWER): 1.0, own: 1.0},
+        "late_wall": {late: 1.0},
+        "pulse_wall": {b.own("pulse wall", record, _UNLIKE_PULSES, ball=ball): 1.0},
+    }
 
 
 def _of_template(areas: FloatArray, errors: FloatArray, c: Collisions) -> float:
@@ -879,6 +871,11 @@ def _share_speed(b: _Builder) -> None:
         b.blocks.append(Block(key[0], "flights", b.sums[key], Tempered(look, factor)))
 
 
+def _free() -> FloatArray:
+    """Information about the local quantities of a record on its own."""
+    return np.diag(np.array([*FREE.values()]) ** -2)
+
+
 def _misfit(collisions: Collisions, near: FloatArray) -> float:
     """Mean square of what no ball, contact or sensor explains in a record, of its stated errors.
 
@@ -886,7 +883,7 @@ def _misfit(collisions: Collisions, near: FloatArray) -> float:
     is left is noise that the errors of its means do not hold, and its information is worth as much
     less.
     """
-    prior = np.diag(np.array(_FREE) ** -2)
+    prior = _free()
     information, gradient, value = collisions.look(near)
     H = information + prior
     # near the best of them: what one more step would gain
@@ -906,7 +903,7 @@ def with_own_errors(
     """
     start = start.copy()
     start[LOCALS.index("r")] = bounced(collisions, start[:, np.newaxis])[0][0]
-    at, prior = start, np.diag(np.array(_FREE) ** -2)
+    at, prior = start, _free()
 
     for _ in range(_ROUGHLY):
         at = near_singles(collisions, at, about=start, prior=prior)
