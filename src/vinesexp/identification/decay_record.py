@@ -12,9 +12,9 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.decrement import log_decrement
 from vinesexp.identification.estimate import Estimate, estimates_of, is_known
-from vinesexp.identification.oscillation import motion_role, motion_samples
+from vinesexp.identification.oscillation import DRIFT, motion_role, motion_samples
 from vinesexp.identification.phasors import Phasors, decay_window
-from vinesexp.identification.ringdown import ring_down
+from vinesexp.identification.ringdown import OWN_LINES, STRONG, ring_down
 from vinesexp.identification.ringdown_result import Oscillation, RingDown
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
@@ -29,11 +29,8 @@ _POINTS = 200  # block means a period, in which further modes are looked for
 
 _MOST = 4  # modes that are said
 _SHARE = 5e-3  # of the line of the first mode: what is lower is not looked at
-_STRONG = 8.0  # times the median of the lines around
-_OWN_LINES = 6.0  # Fourier lines or widths of a line that are its own
 _HARMONIC = 0.01  # relative, of the order: a motion that is no sine is no further mode
 _VALLEY = 0.5  # of a line: it falls to less before it rises to another
-_CYCLES = 3.0  # fewer in a record are drift
 _HARMONICS = 7  # of a motion that are looked for
 _APART = 8.0  # windows' own lines between two lines that a window tells apart
 _BESIDE = 4.0  # of them, where the window shows nothing of a line
@@ -73,10 +70,10 @@ def other_modes(x: FloatArray, step: float, *, frequency: float, zeta: float) ->
     taper = np.hanning(2 * n)[n:]  # a decay is strong at its start
     lines = np.abs(np.fft.rfft((x - x.mean()) * taper))
     f = np.fft.rfftfreq(n, step)
-    width = _OWN_LINES * max(1.0 / (n * step), zeta * frequency)
+    width = OWN_LINES * max(1.0 / (n * step), zeta * frequency)
     left = np.zeros_like(lines)
     left[1:-1] = np.where((lines[1:-1] > lines[:-2]) & (lines[1:-1] >= lines[2:]), lines[1:-1], 0.0)
-    left[f < _CYCLES / (n * step)] = 0.0
+    left[f < DRIFT / (n * step)] = 0.0
     main = float(lines[np.abs(f - frequency) < width].max(initial=0.0))
     order = np.clip(np.round(f / frequency), 1.0, _HARMONICS)
     left[(np.abs(f / frequency - order) < _HARMONIC * order) | (np.abs(f - frequency) < width)] = 0
@@ -87,7 +84,7 @@ def other_modes(x: FloatArray, step: float, *, frequency: float, zeta: float) ->
         left[np.abs(f - f[at]) < width] = 0.0
         around = lines[max(at - n // 50, 0) : at + n // 50 + 1]
         valleys = [float(lines[min(at, one) : max(at, one) + 1].min()) for one in taken]
-        stands_out = lines[at] > _STRONG * float(np.median(around))
+        stands_out = lines[at] > STRONG * float(np.median(around))
         if stands_out and max(valleys) < _VALLEY * lines[at]:  # else the skirt of another line
             found.append(float(f[at]))
             taken.append(at)

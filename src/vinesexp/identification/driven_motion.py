@@ -599,7 +599,7 @@ def _solved(
     p, left = _without_outliers(A, rest, size, rows.flight)
     # what drift, lag and frequency can stand for says nothing of the five
     others = A[:, _SOUGHT:] / size[_SOUGHT:]
-    own = A[:, :_SOUGHT] - others @ np.linalg.lstsq(others, A[:, :_SOUGHT], rcond=1e-12)[0]
+    own = _apart(A[:, :_SOUGHT], others)
     information, kinds = _of_scatter(own[:count], left[:count], rows)
     values = p[:_SOUGHT]
     misfit = _relative(values, kinds)
@@ -607,7 +607,7 @@ def _solved(
     if _repeats(values, information):
         misfit = 0.0, 0.0  # it says nothing of f0 and zeta
         values, information = _of_base(own, left, values, rows, w)
-        q = q - others @ np.linalg.lstsq(others, q, rcond=1e-12)[0]
+        q = _apart(q, others)
         by_corner = np.zeros((2, _SOUGHT))
         by_corner[:, _BASE] = -np.linalg.lstsq(own[:, _BASE], q, rcond=1e-12)[0].T
     times = _scatter_of_times(rows, y - design @ p)
@@ -617,10 +617,15 @@ def _solved(
     return _Solved(values, information, misfit, by_corner, turned, error, times, flights)
 
 
+def _apart(values: FloatArray, others: FloatArray) -> FloatArray:
+    """What is left of columns when others explain of them what they can."""
+    return np.asarray(values - others @ np.linalg.lstsq(others, values, rcond=1e-12)[0])
+
+
 def _error_of(column: int, A: FloatArray, left: FloatArray, rows: _Rows) -> float:
     """Standard error of one coefficient by what each flight leaves."""
     others = np.delete(A, column, axis=1)
-    own = A[:, column] - others @ np.linalg.lstsq(others, A[:, column], rcond=1e-12)[0]
+    own = _apart(A[:, column], others)
     count = rows.flight.size
     known = float(_of_scatter(own[:count, np.newaxis], left[:count], rows)[0][0, 0])
     return 1.0 / math.sqrt(max(known, _TINY))

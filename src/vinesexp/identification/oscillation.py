@@ -14,13 +14,14 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import repeated
+from vinesexp.signals.filters import SPECTRUM
 from vinesexp.signals.means import block_means, channel_means, group_size, missing_means
 
 #: Block means a period: a sine loses 0.3 % of its information there.
 POINTS = 24
 _PAUSE = 2.0  # times as long as a group lasts
-_SPECTRUM = 1 << 19  # points that the frequency is looked for in
-_PERIODS = 3.0  # fewer in a record are drift
+#: Fewer periods than that in a record are drift.
+DRIFT = 3.0
 
 
 def motion_role(view: RecordView) -> str:
@@ -121,12 +122,12 @@ def frequency_of_motion(view: RecordView) -> float:
         Nothing moves in the channel, or it is shorter than a few samples.
     """
     role = motion_role(view)
-    k = max(1, view.n // _SPECTRUM)
+    k = max(1, view.n // SPECTRUM)
     x = channel_means(view, role, k)
     if x.size < 16 or not np.ptp(x) > 0.0:
         raise AnalysisError(f"the {role} does not move: nothing oscillates in it")
     size = 1 << (x.size - 1).bit_length()
     spectrum = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size), size))
     f = np.fft.rfftfreq(size, k / view.sample_rate)
-    first = max(1, math.ceil(_PERIODS * size / x.size))
+    first = max(1, math.ceil(DRIFT * size / x.size))
     return float(f[first + int(np.argmax(spectrum[first:]))])

@@ -83,12 +83,12 @@ _ALWAYS = ("log_A", "phase", "w")
 _OUTLYING = 6.0  # standard deviations
 _MOST_LOST = 0.05  # of the samples: more is no loss of the target, it is a bad start of the fit
 _MOST_DRIFT = 24  # cosines
-_OWN_LINES = 6.0  # line widths or Fourier lines from f0 that are the decay's own
+OWN_LINES = 6.0  # widths of a line, or Fourier lines, from its top that are its own
 _FEWEST_LINES = 20
 _BELOW_HARMONIC = 1.9  # times f0: an oscillation that is no sine has a second harmonic
 _BEAT = 5e-3  # of the amplitude: weaker lines are not reported
 _SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may take
-_STRONG = 8.0  # times the median of the lines around
+STRONG = 8.0  # times the median of the lines around
 _ABSORBED, _SKIRT = 1.5, 13.0  # Fourier lines from f0: what a fit takes up; where a skirt shows
 _PASSES = 8
 _BEGUN = 0.39  # lines: a random walk from zero, at f0 beside its skirt (6.6 times the first line)
@@ -242,14 +242,14 @@ def _beat(
     taper = np.hanning(2 * rest.size)[rest.size :]  # a decay is strong at its start
     power = np.abs(np.fft.rfft(rest * taper))
     frequency = np.fft.rfftfreq(rest.size, step)
-    own = max(_OWN_LINES / (rest.size * step), _OWN_LINES * zeta * f0)
+    own = OWN_LINES * max(1.0 / (rest.size * step), zeta * f0)
     near = (frequency > 0.5 * f0) & (frequency < _BELOW_HARMONIC * f0)
     near &= np.abs(frequency - f0) > own
     if near.sum() < _FEWEST_LINES:
         return None
     peak = int(np.flatnonzero(near)[np.argmax(power[near])])
     share = float(power[peak] / np.abs(np.fft.rfft(motion * taper)).max())
-    if share < _BEAT or power[peak] < _STRONG * np.median(power[near]):
+    if share < _BEAT or power[peak] < STRONG * np.median(power[near]):
         return None
     return float(frequency[peak]), share
 

@@ -27,7 +27,7 @@ from vinesexp.signals.means import channel_means
 
 Band = tuple[float | None, float | None]
 _AS_BY_DEFAULT = FilterSettings()
-_SPECTRUM = 1 << 19  # points that the oscillator's frequency is looked for in
+SPECTRUM = 1 << 19  # points that the oscillator's frequency is looked for in
 _LOOKED_AT = ("displacement", "acceleration", "base")
 _PERIODS = 3.0  # of the slowest thing that a record without an oscillation keeps
 
@@ -123,7 +123,7 @@ def oscillation_of(record: RecordView) -> float | None:
 def line_of(record: RecordView, role: str) -> float | None:
     """Frequency (Hz) of the strongest oscillation of one channel; None where it shows none."""
     # the steps of a sensor of its own rate are no oscillation
-    k = max(1, record.n // _SPECTRUM, usually_held(record.read(role, 0, _SPECTRUM)))
+    k = max(1, record.n // SPECTRUM, usually_held(record.read(role, 0, SPECTRUM)))
     means = channel_means(record, role, k)
     try:
         return dominant_frequency(means, record.sample_rate / k, quantity=record.quantity(role))

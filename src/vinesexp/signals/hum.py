@@ -23,7 +23,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.corrections import Correction, correct
-from vinesexp.signals.means import block_means, channel_means, group_size
+from vinesexp.signals.means import POINTS, block_means, channel_means, group_size
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
 _LINES = tuple(grid * n for grid in _GRIDS for n in range(1, _MULTIPLES))
@@ -34,7 +34,6 @@ _AROUND = 3.0  # Hz on either side in which it stands alone; of a short record t
 _ALONE = 6.0  # times the strongest of these
 _AS_STRONG = 0.3  # by which the two halves of a record may differ, relative
 _AGAIN = (1, 2)  # times the frequency of the motion from a line of the motion to the next
-_A_CYCLE = 48  # means of a cycle of the motion, which its frequency is taken from
 _OFF = 0.3  # by which the motion's frequency may differ from that stated, relative
 _APART = 0.2  # of the oscillation: nearer to it nothing is hum
 _LOUD = 0.005  # of a channel's own strength: a weaker one is no warning
@@ -108,7 +107,7 @@ def _of_motion(
     if k.size < 2 * _OWN:
         return stated, True
     near = float(k[np.argmax(_strength(whole, k))]) / seconds
-    size = group_size(1.0 / step, near, points=_A_CYCLE)  # the motion is slow: its means show it
+    size = group_size(1.0 / step, near, points=POINTS)  # the motion is slow: its means show it
     steady = _steady(block_means(x, size), size * step, near)
     return (near, False) if steady is None else (steady.frequency, True)
 

@@ -29,7 +29,7 @@ from vinesexp.identification.joint.unknowns import (
     posterior_of,
     total,
 )
-from vinesexp.units import SIGNIFICANT
+from vinesexp.units import SIGNIFICANT, STANDARD_GRAVITY
 
 #: Factors by which a stated length is a multiple of the true one, and what makes it so.
 FACTORS = {
@@ -43,8 +43,8 @@ FACTORS = {
     1.0 / 25.4: "inches in place of mm",
     1000.0: "a factor of 1000 (a unit with its prefix)",
     1e-3: "a factor of 1000 (a unit with its prefix)",
-    9.80665: "m/s^2 in place of g",
-    1.0 / 9.80665: "g in place of m/s^2",
+    STANDARD_GRAVITY: "m/s^2 in place of g",
+    1.0 / STANDARD_GRAVITY: "g in place of m/s^2",
 }
 #: Those that a length, a mass and an acceleration can have.
 _LENGTH = tuple(FACTORS)[:10]

@@ -13,7 +13,7 @@ from vinesexp.identification.joint.causes import (
     Weighed,
 )
 from vinesexp.records.stored.checks import Check, Outcome
-from vinesexp.units import COVERAGE_95, with_error
+from vinesexp.units import COVERAGE_95, STANDARD_GRAVITY, with_error
 
 #: Where each thing that is stated stands.
 _PLACES = {
@@ -329,7 +329,7 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     ),
     "tilt": lambda v, e: (
         f"the cavity slopes: the ball is pulled along it by {with_error(v, e)} m/s^2 (tilt of "
-        f"{abs(v) / 9.80665 * 57.2958:.2g} degrees); r is corrected for it"
+        f"{abs(v) / STANDARD_GRAVITY * 57.2958:.2g} degrees); r is corrected for it"
     ),
     "pad": lambda v, e: (
         f"a contact lasts {with_error(1e3 * abs(v), 1e3 * e)} ms longer at the wall where x - y = "
@@ -354,9 +354,9 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     ),
     "hollow": lambda v, e: (
         f"the ball is pulled to the middle of its cavity by {with_error(v, e)} m/s^2 per m of "
-        f"distance (a concave floor of radius {9.80665 / abs(v):.2g} m, or a magnet; a negative "
-        "value is a convex floor, which pulls it to the walls); r is corrected for it, and b_c is "
-        "predicted with r_effective and nes_mass_effective"
+        f"distance (a concave floor of radius {STANDARD_GRAVITY / abs(v):.2g} m, or a magnet; a "
+        "negative value is a convex floor, which pulls it to the walls); r is corrected for it, "
+        "and b_c is predicted with r_effective and nes_mass_effective"
     ),
     "drag": lambda v, e: (
         f"the air in the cavity slows the ball by {with_error(v, e)} m/s^2 at 1 m/s (it grows with "
