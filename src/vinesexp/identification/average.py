@@ -7,10 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import stdtrit
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.units import COVERAGE_95
+from vinesexp.signals.steady_part import students_factor
 
 #: One estimate among several disagrees if it is off by so many standard errors.
 DISAGREES = 3.5
@@ -59,17 +58,6 @@ def weighted_mean(values: Sequence[float], errors: Sequence[float]) -> tuple[flo
     more = float(brentq(lambda tau: mean(tau)[2] - freedom, 0.0, 2.0 * float(np.ptp(v))))
     value, error, _ = mean(more)
     return value, error * students_factor(freedom)
-
-
-def students_factor(freedom: int) -> float:
-    """By what an error is larger whose 95 % interval is that of Student's distribution.
-
-    Examples
-    --------
-    >>> round(students_factor(1), 2), round(students_factor(1000), 2)
-    (6.48, 1.0)
-    """
-    return max(1.0, float(stdtrit(freedom, 0.975)) / COVERAGE_95)
 
 
 def mean_of(estimates: Sequence[Estimate], *, method: str) -> Estimate:

@@ -11,11 +11,12 @@ from scipy.special import ndtr, stdtrit
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.average import DISAGREES, students_factor, weighted_mean
+from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.filters import butterworth, default_bands, zero_phase
 from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.onsets import detect_onsets
+from vinesexp.signals.steady_part import students_factor
 from vinesexp.units import COVERAGE_95, STANDARD_GRAVITY
 
 _SHRINKS = 0.03  # standard error of r from which on shrinking flights may be chance

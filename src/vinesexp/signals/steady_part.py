@@ -153,6 +153,17 @@ def _one_way(values: FloatArray) -> bool:
     return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
 
 
+def students_factor(freedom: int) -> float:
+    """By what an error is larger whose 95 % interval is that of Student's distribution.
+
+    Examples
+    --------
+    >>> round(students_factor(1), 2), round(students_factor(1000), 2)
+    (6.48, 1.0)
+    """
+    return max(1.0, float(stdtrit(freedom, 0.975)) / COVERAGE_95)
+
+
 def error_of_mean(values: FloatArray) -> float:
     """Standard error of the mean of values that resemble their neighbours; NaN of fewer than six.
 
@@ -168,8 +179,8 @@ def error_of_mean(values: FloatArray) -> float:
     found = [math.nan]
     blocks = np.asarray(values, dtype=np.float64)
     while blocks.size >= _BLOCKS:
-        wider = float(stdtrit(blocks.size - 1, 0.975)) / COVERAGE_95
-        found.append(wider * float(blocks.std(ddof=1)) / math.sqrt(blocks.size))
+        single = students_factor(blocks.size - 1) * float(blocks.std(ddof=1))
+        found.append(single / math.sqrt(blocks.size))
         even = blocks.size - blocks.size % 2
         blocks = blocks[:even].reshape(-1, 2).mean(axis=1)
     return max(found[1:], default=math.nan)

@@ -297,6 +297,13 @@ class _Builder:
         off = abs(seen - lag)
         return off if off > LIKELY * math.hypot(error, seen_error, more) else 0.0
 
+    @property
+    def oscillator(self) -> dict[str, float]:
+        """f0, Hz, and zeta as the fit begins with them; nothing where no record shows both."""
+        if not {"ln_f0", "ln_zeta"} <= self.start.keys():
+            return {}
+        return {name: math.exp(self.start[f"ln_{name}"]) for name in ("f0", "zeta")}
+
     def oscillates(self, record: Record) -> float:
         """Frequency of the motion in a record, Hz: f0, or where nothing shows it that of the base.
 
@@ -594,7 +601,7 @@ def _start_tests(b: _Builder, driven: Mapping[str, DrivenMotion]) -> None:
     resonance, leads to another solution.
     """
     shown = [w0 for one in driven.values() if (w0 := one.own_rate)]
-    if not shown or "aboard" not in b.priors or not {"ln_f0", "ln_zeta"} <= b.start.keys():
+    if not shown or "aboard" not in b.priors or not b.oscillator:
         return
     off = math.log(float(np.median(shown)) / (2.0 * math.pi)) - b.start["ln_f0"]
     if abs(off) > math.exp(b.start["ln_zeta"]):
@@ -649,10 +656,7 @@ def _base_at(
 
 def _phasor(b: _Builder, driven: DrivenMotion) -> complex | None:
     """Of the base, m; None where no record shows f0 and zeta."""
-    if not {"ln_f0", "ln_zeta"} <= b.start.keys():
-        return None
-    f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
-    return driven.motion_of_base(f0=f0, zeta=zeta)
+    return driven.motion_of_base(**rig) if (rig := b.oscillator) else None
 
 
 def _coupling(b: _Builder, record: Record) -> str:
@@ -871,9 +875,8 @@ def _share_speed(b: _Builder) -> None:
         b.blocks.append(Block(key[0], "flights", b.sums[key], Tempered(look, factor)))
 
 
-def _free() -> FloatArray:
-    """Information about the local quantities of a record on its own."""
-    return np.diag(np.array([*FREE.values()]) ** -2)
+#: Information about the local quantities of a record on its own.
+_FREE = np.diag(np.array([*FREE.values()]) ** -2)
 
 
 def _misfit(collisions: Collisions, near: FloatArray) -> float:
@@ -883,9 +886,8 @@ def _misfit(collisions: Collisions, near: FloatArray) -> float:
     is left is noise that the errors of its means do not hold, and its information is worth as much
     less.
     """
-    prior = _free()
     information, gradient, value = collisions.look(near)
-    H = information + prior
+    H = information + _FREE
     # near the best of them: what one more step would gain
     value += 0.5 * float(gradient @ np.linalg.solve(H, gradient))
     held = np.trace(np.linalg.solve(H, information))
@@ -903,14 +905,13 @@ def with_own_errors(
     """
     start = start.copy()
     start[LOCALS.index("r")] = bounced(collisions, start[:, np.newaxis])[0][0]
-    at, prior = start, _free()
-
+    at = start
     for _ in range(_ROUGHLY):
-        at = near_singles(collisions, at, about=start, prior=prior)
+        at = near_singles(collisions, at, about=start, prior=_FREE)
     near = with_errors(collisions, at, time_error=time_error)
     for _ in range(_CLOSELY):
         information, gradient, _ = near.look(at)
-        at = at + np.linalg.solve(information + prior, gradient + prior @ (start - at))
+        at = at + np.linalg.solve(information + _FREE, gradient + _FREE @ (start - at))
     return with_errors(near, at, time_error=time_error, plain=start), at
 
 
@@ -1040,10 +1041,9 @@ def _base(
                      **b.yields(record, per), b.own("own base gain", record, 0.0): 1.0,
                      b.own("own base", record, _OWN_BASE): 1.0}, picked.real)  # fmt: skip
             b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
-    if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
+    if driven is None or not (rig := b.oscillator):
         return
-    f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
-    value, error, phase = driven.base(f0=f0, zeta=zeta)
+    value, error, phase = driven.base(**rig)
     if not value > 4.0 * error:
         return
     local = _answered(b, record, found, driven, here, level=level, phase=phase)
@@ -1061,7 +1061,7 @@ def _answered(
     `base` is the unknown of its level, m; `phase` that of the base, rad, with f0 and zeta as known.
     """
     inputs = b.campaign.known.uncertainties
-    f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
+    f0, zeta = b.oscillator.values()
     swing, of, at = _at_swing(b, record, found)
     # what a straight spring and damper do not follow, as a share of the force of the spring
     bent = 2.0 * math.hypot(of["f0"].half, of["zeta"].half * zeta)
