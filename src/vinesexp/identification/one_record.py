@@ -79,13 +79,12 @@ def impact_estimates(
         reason.
     """
     found: list[Estimate] = []
-    several = len(record.clearance) > 1
+    several, masses = len(record.clearance) > 1, known.nes_mass
     for number, b in enumerate(record.clearance, start=1):
         flights = flights_of(impacts, nes=number, b=b, period=1.0 / frequency)
         name = f"r_{number}" if several else "r"
-        mass = known.nes_mass[number - 1].value if len(known.nes_mass) >= number else None
-        if mass is None and len(known.nes_mass) == 1:
-            mass = known.nes_mass[0].value  # one value for all
+        # one mass for each ball, or one for all
+        mass = masses[min(number, len(masses)) - 1].value if masses else None
         try:
             late = 0.0 if agreement is None else agreement.lag_error
             others = [_moved_together(flights, impacts, late=late, frequency=frequency)]
