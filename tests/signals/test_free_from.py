@@ -49,6 +49,14 @@ def test_a_free_decay_is_free_wherever_in_its_cycle_the_record_begins():
     assert {found(x[k:]) for k in range(1, cycle, 5)} == {0.0}
 
 
+@pytest.mark.parametrize("f", [8.0, 7.874])
+def test_a_record_of_four_periods_is_free(f):
+    """Of exactly four it ended in a traceback: no window was left in which a hold could end."""
+    t = np.arange(210) / 400.0
+    for x in (np.cos(2 * np.pi * f * t), t):
+        assert {free_from(x[:n], 1 / 400.0, frequency=f) for n in range(190, 210)} == {0.0}
+
+
 def test_a_hold_shorter_than_a_quarter_of_a_period_is_found():
     assert found(released(0.7 * 0.25 / 7.9)) == pytest.approx(0.7 * 0.25 / 7.9, abs=2.5e-3)
 

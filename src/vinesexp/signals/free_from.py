@@ -53,13 +53,11 @@ def free_from(x: FloatArray, step: float, *, frequency: float) -> float:
     0.0
     """
     quarter = 0.25 / (frequency * step)
-    if x.size < _LONG * quarter:
-        return 0.0
     period = round(4.0 * quarter)
+    if x.size <= 4 * period:
+        return 0.0
     still = _last_still(_swing(x, period)[: -3 * period], period)
     x = x[still:]
-    if x.size < _LONG * quarter:
-        return 0.0
     reach = max(round(0.5 * quarter), 1)
     # At the ends of the record over the samples that are there.
     at = np.arange(x.size)
