@@ -148,6 +148,23 @@ def test_where_no_bend_stays_there_is_none(damage, seed, tmp_path):
     assert laser_alone(tmp_path, x, np.zeros(t.size)).n == 0
 
 
+def test_a_hand_that_trembles_before_a_release_is_no_ball(tmp_path):
+    """A laser alone: bends of the hold were impacts, and hid two of five of those that follow."""
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.1, b=0.01, r=0.6)])
+    x = simulate(rig, None, Release(0.02, 0.0, [0.0299]), duration=6.0).at(np.arange(60_000) / 1e4)
+    rng = np.random.default_rng(4)
+    hand = 3e-4 / np.sqrt(20_000) * np.cumsum(rng.standard_normal(20_000))
+    whole = np.append(0.02 + hand - hand[-1], x[0]) + 1e-6 * rng.standard_normal(80_000)
+    record, band = tmp_path / "r.nc", tmp_path / "c.nc"
+    kinds, test = {"displacement": "displacement"}, {"test": "transient"}
+    with RecordWriter(record, sample_rate=1e4, quantities=kinds, attributes=test) as made:
+        made.append({"displacement": whole})
+    condition(record, band, f0_hint=F)
+    found = impacts_of_record(record, band, tmp_path / "i.csv", clearance=[0.01], test="transient")
+    assert found.n > 55
+    assert found.time_s.min() > 2.0
+
+
 def test_bends_that_no_flights_explain_are_no_impacts(tmp_path):
     """20 um of the fifth harmonic bend the motion 189 times in 8 s: a ball would have to fly so."""
     t, rng = np.arange(40_000) / 5000.0, np.random.default_rng(0)
