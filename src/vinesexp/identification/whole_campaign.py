@@ -45,7 +45,7 @@ from vinesexp.identification.joint.whole import (
     rig_posterior,
     rolling_from,
 )
-from vinesexp.identification.joint.words import called, cause_checks, odd_checks
+from vinesexp.identification.joint.words import called, cause_checks
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict, gain_of
@@ -439,7 +439,7 @@ def identify_campaign(
     rows += of_law
     checks += said_of_law
     stated = _inputs(answer, campaign)
-    checks += [*cause_checks(answer.judged), *odd_checks(answer.odd)]
+    checks += cause_checks(answer.judged)
     checks += [*_contradicted(stated, answer), *_absent(rows, answer, campaign)]
     checks += [*_trust_in_mass(sources, answer, campaign), *remarks(_left(used, answer))]
     return Identified(rows, checks, sources, levels, tuple(row for row, _ in stated), rig)

@@ -260,12 +260,6 @@ _NO_EVIDENCE = -1e12
 _EXACT = 1e-4  # of an uncertainty: as good as none, and no matrix becomes singular
 
 
-def local_values(block: Block, names: tuple[str, ...], at: FloatArray) -> FloatArray:
-    """The local quantities of a block where the unknowns are `at`."""
-    value = dict(zip(names, at.tolist(), strict=True))
-    return np.array([c + sum(f * value[n] for n, f in terms.items()) for terms, c in block.sums])
-
-
 @dataclass(frozen=True)
 class Tempered:
     """A block that counts for less: its log-likelihood divided by a factor."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -42,10 +42,8 @@ from vinesexp.identification.joint.unknowns import (
     Posterior,
     Prior,
     Quadratic,
-    Tempered,
     evidence_of,
     fit,
-    local_values,
     posterior_of,
     total,
 )
@@ -58,9 +56,7 @@ _FITS = 10  # of causes proposed, at most
 _OF_ROLLING, _NEAR = np.geomspace(0.25, 8.0, 16), 0.1
 _ANY_VALUE = 0.5  # share by which a clearance or a mass may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
-_FAR_WORSE = 6.0  # mean square residual over the usual one from which a record counts less
 _IMPOSSIBLE = 1e6  # off the logarithm of the odds of causes that no lab has
-_JUDGED = 4  # records with flights from which on one of them can be judged by the others
 #: Share of a law's correction that no law of friction or of a contact is truer than.
 _LAW = 0.1
 HIDDEN = (
@@ -212,14 +208,11 @@ class Answer:
     observed : unknowns, priors and blocks.
     data : log-likelihood where it is largest.
     judged : causes, and the posterior of all unknowns.
-    odd : records whose flights fit far worse than those of the others, and by what factor; they
-        count for less.
     """
 
     observed: Observed
     data: Quadratic
     judged: Judged
-    odd: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def posterior(self) -> Posterior:
@@ -298,13 +291,9 @@ def answer_of(
     exact = campaign.known.uncertainties == EXACT
     causes = [c for c in possible_causes(observed) if not (exact and c.kind == "mistake")]
     judged, data = _best(observed, wide, causes)
-    odd = _outliers(observed, data)
-    if odd:  # as if for the first time: what one record asked for was no cause
-        observed = _with_less_weight(observed, odd)
-        judged, data = _best(observed, wide, causes)
     judged = replace(judged, posterior=_only_so_true(data, observed, judged))
     judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
-    return Answer(observed, data, judged, odd)
+    return Answer(observed, data, judged)
 
 
 def _started(observed: Observed, name: str) -> float:
@@ -421,38 +410,6 @@ def _bouncing(observed: Observed, frictions: FloatArray) -> dict[str, float]:
 def _fitted(observed: Observed, data: Quadratic, beliefs: Beliefs) -> Quadratic:
     """The fit with other beliefs, from where one with some ended."""
     return fit(observed.blocks, observed.names, beliefs, data.at)
-
-
-def _outliers(observed: Observed, data: Quadratic) -> dict[str, float]:
-    """Records whose flights fit far worse than those of the others, and by what factor.
-
-    Lost samples, a second clock, impacts found twice: what one record has, all others would else be
-    bent to.
-    """
-    chi2: dict[str, float] = {}
-    for block in observed.blocks:
-        if block.kind == "flights":
-            value = block.at(local_values(block, observed.names, data.at))[2]
-            chi2[block.record] = chi2.get(block.record, 0.0) - 2.0 * value
-    groups = dict.fromkeys(chi2, 0)
-    for (record, _), collisions in observed.collisions.items():
-        groups[record] += int(np.isfinite(collisions.sigma).sum())
-    ratios = {record: value / max(groups[record], 1) for record, value in chi2.items()}
-    if len(ratios) < _JUDGED:
-        return {}
-    usual = max(float(np.median(list(ratios.values()))), 1.0)
-    return {r: ratio / usual for r, ratio in ratios.items() if ratio > _FAR_WORSE * usual}
-
-
-def _with_less_weight(observed: Observed, factors: Mapping[str, float]) -> Observed:
-    """Flights of some records with their log-likelihood divided by the square of a factor."""
-    blocks = tuple(
-        replace(block, look=Tempered(block.look, factors[block.record] ** 2))
-        if block.kind == "flights" and block.record in factors
-        else block
-        for block in observed.blocks
-    )
-    return replace(observed, blocks=blocks)
 
 
 def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Posterior:

@@ -133,19 +133,6 @@ def cause_checks(judged: Judged) -> list[Check]:
     return checks
 
 
-def odd_checks(odd: Mapping[str, float]) -> list[Check]:
-    """One row for each record whose flights fit far worse than those of the others."""
-    return [
-        Check(
-            record, "plain model", "warning",
-            "not explained: the flights of this record differ from those of all others by "
-            f"{math.sqrt(factor):.0f} times their usual scatter, and get little weight. Look for "
-            "missing samples, a channel with another clock, a ball at rest, or impacts found twice",
-        )
-        for record, factor in sorted(odd.items())
-    ]  # fmt: skip
-
-
 def _unexplained(weighed: Weighed) -> str:
     return (
         f"not explained: {_SCATTERED[weighed.cause.about]}, and no known effect or mistake "
