@@ -44,7 +44,7 @@ def test_extremes_by_blocks_are_those_of_the_whole(tmp_path, monkeypatch):
     write_record(tmp_path / "a.nc", x, 100.0)
     with open_record(tmp_path / "a.nc") as view:
         whole = extremes(view, "displacement", 37)
-        monkeypatch.setattr(means, "_BLOCK", 300)
+        monkeypatch.setattr(means, "BLOCK", 300)
         parts = extremes(view, "displacement", 37)
     for a, b in zip(whole, parts, strict=True):
         assert np.array_equal(a, b)

@@ -83,7 +83,7 @@ def write(path: Path, base: np.ndarray, quantity: str, **attributes: float) -> N
 
 
 def test_row_of_a_record(tmp_path, monkeypatch):
-    monkeypatch.setattr("vinesexp.signals.means._BLOCK", 700)  # read by blocks
+    monkeypatch.setattr("vinesexp.signals.means.BLOCK", 700)  # read by blocks
     write(tmp_path / "a.nc", -(W**2) * sine(0.9 * G), "acceleration")
     write(tmp_path / "c.nc", np.zeros(10), "acceleration", oscillation_hz=F)
     with open_record(tmp_path / "a.nc") as measured, open_record(tmp_path / "c.nc") as conditioned:

@@ -23,7 +23,7 @@ def test_blocks_of_cycles_give_the_same_and_no_more_is_held(
     rate, n = 1000.0, 50_000
     x = np.cumsum(np.random.default_rng(0).standard_normal(n))
     whole = cycle_amplitudes(x, rate, frequency)
-    monkeypatch.setattr(means, "_BLOCK", 2048)
+    monkeypatch.setattr(means, "BLOCK", 2048)
     reads = []
 
     def read(begin: int, end: int) -> np.ndarray:

@@ -132,7 +132,7 @@ def test_a_fit_starts_from_the_f0_of_the_tests_where_that_of_the_ring_downs_is_b
 ):
     """The phase of the base led to another solution, and M was known to 13 % only."""
     begin = {"ln_f0": np.log(3.0), "ln_zeta": np.log(3e-3), "ln_M": np.log(5.0), "aboard": 0.0}
-    b = SimpleNamespace(priors={"aboard": None}, start=dict(begin))
+    b = SimpleNamespace(priors={"aboard": None}, start=dict(begin), oscillator={"f0": 3.0})
     driven = {str(f): SimpleNamespace(own_rate=2.0 * np.pi * f) for f in rates}
     _start_tests(b, {"repeats": SimpleNamespace(own_rate=0.0), **driven})
     if not starts:
@@ -190,7 +190,7 @@ def test_a_base_whose_motion_nobody_knows_is_in_no_sum():
     b = SimpleNamespace(
         start={"ln_f0": 2.0}, campaign=SimpleNamespace(record=lambda _: record),
         own_gain=lambda _, role: {role: 1.0}, blocks=[], oscillates=lambda _: 8.0,
-        contradicted=lambda _: 0.0,
+        contradicted=lambda _: 0.0, oscillator={},
     )  # fmt: skip
     _sensors(b, [Estimate("accelerometer_gain", 1.0, 1e-4, "1", "channels", ("a",))], {"a": None})
     _sensors(
@@ -206,7 +206,7 @@ def test_flights_that_are_not_from_wall_to_wall_pull_in_a_way_that_nobody_knows(
     known = SimpleNamespace(uncertainties=None, nes_mass=())
     b = SimpleNamespace(
         campaign=SimpleNamespace(known=known), levels={}, add=lambda *_, **__: "base", blocks=[],
-        priors={"ln_f0": 0, "ln_zeta": 0}, start={"ln_f0": 2.0, "ln_zeta": -5.0},
+        start={}, oscillator={"f0": 7.4, "zeta": 7e-3},
         rolls_from={"a": np.full(30, 2.0)},
     )  # fmt: skip
     for flights in (40, 20):  # between all impacts, more than from wall to wall or fewer
