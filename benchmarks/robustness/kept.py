@@ -17,7 +17,6 @@ from benchmarks.robustness.end_of_orbit import stays, true_end
 from benchmarks.robustness.study import Outcome, Truth, Value
 
 from vinesexp.codedigest import code_digest
-from vinesexp.identification.estimate import Estimate
 from vinesexp.whole_files import write_whole
 
 _HERE = Path(__file__).resolve().parent
@@ -54,10 +53,7 @@ def kept(departure: Departure, seed: int) -> Outcome | None:
     found = json.loads(path.read_text(encoding="utf-8"))
     found["departure"] = departure
     found["values"] = tuple(Value(**one) for one in found["values"])
-    found["effects"] = tuple(
-        Estimate(**{**one, "records": tuple(one["records"])}) for one in found["effects"]
-    )
-    for name in ("b_c", "measured", "warnings"):
+    for name in ("b_c", "effects", "measured", "warnings"):
         found[name] = None if found[name] is None else tuple(found[name])
     return Outcome(**found)
 
