@@ -31,6 +31,7 @@ from vinesexp.identification.joint.causes import (
     weighed,
     with_unlike,
 )
+from vinesexp.identification.joint.collisions import LOCALS
 from vinesexp.identification.joint.observations import Observed
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
@@ -357,7 +358,14 @@ def test_what_separate_mountings_explain_as_well_contradicts_nothing():
 @pytest.mark.parametrize(("share", "keys"), [(1.03, "+ any"), (1.43, "any"), (-0.3, "any")])
 def test_a_displacement_may_lack_all_of_the_base_or_any_share_of_it(share, keys):
     """With a share of 1 alone, a table that turns was five false factors of all lengths."""
-    o = SimpleNamespace(names=("beside: ",), collisions={}, releases={}, kinds={"beside": ["b"]})
+    o = SimpleNamespace(
+        names=("beside: ",),
+        collisions={},
+        releases={},
+        kinds={"beside": ["b"]},
+        balls={},
+        blocks=(),
+    )
     causes = [c for c in _effects(o) if c.about == "beside"]
     assert [c.key.removeprefix("b ") for c in causes if possible(c, share, 0.01)] == keys.split()
 
@@ -366,10 +374,24 @@ def test_a_displacement_may_lack_all_of_the_base_or_any_share_of_it(share, keys)
 def test_a_sensor_bends_by_a_share_of_what_it_reads(reach):
     """3 % at the ends of 14 mm is 155 1/m^2, of 50 mm 12: one width of both refused the first."""
     seen = SimpleNamespace(flights=SimpleNamespace(pulse=np.array([1e-3])), x=np.array([-reach]))
-    o = SimpleNamespace(names=("even", "odd"), collisions={"a": seen}, releases={}, kinds={})
+    o = SimpleNamespace(
+        names=("even", "odd"), collisions={"a": seen}, releases={}, kinds={}, balls={}, blocks=()
+    )
     widths = {c.key: c.direction.prior.error for c in _effects(o)}
     assert widths["effect even"] * reach == pytest.approx(0.01)
     assert widths["effect odd"] * reach**2 == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(("weighed", "mass"), [(True, 0.1), (True, 0.02), (False, 1.0)])
+def test_the_air_slows_a_heavy_ball_by_less(weighed, mass):
+    """A drag of 0.6 1/m was named for a ball of 77 g: 25 times that of one in a tube."""
+    block = SimpleNamespace(kind="flights", sums=[({}, math.log(mass))] * len(LOCALS))
+    o = SimpleNamespace(
+        names=("drag",), collisions={}, releases={}, kinds={}, balls={1: "ln_m"}, blocks=(block,),
+        beliefs=Beliefs({"ln_m": Prior(0.0, 1e-3 if weighed else 10.0)}),
+    )  # fmt: skip
+    widths = {c.key: c.direction.prior.error for c in _effects(o)}
+    assert widths["effect drag"] == pytest.approx(1e-3 / mass if weighed else 1.0 / 30.0)
 
 
 def test_a_contact_is_looked_for_about_as_long_as_its_pulses():
@@ -380,7 +402,9 @@ def test_a_contact_is_looked_for_about_as_long_as_its_pulses():
         {
             c.about: c
             for c in _effects(
-                SimpleNamespace(names=names, collisions=collisions, releases={}, kinds={})
+                SimpleNamespace(
+                    names=names, collisions=collisions, releases={}, kinds={}, balls={}, blocks=()
+                )
             )
         }
         for collisions in ({"b34": SimpleNamespace(flights=flights, x=np.array([0.01]))}, {})

@@ -517,7 +517,9 @@ def fitted(c, names, begin):
 def test_a_bend_of_r_over_speed_leaves_r_and_its_slope_at_the_usual_speed():
     """So that the slope that is told and tabulated is that of line, logarithm and bend together."""
     c = collisions(0.0, beat=0.5, count=300)
-    o = SimpleNamespace(names=(), collisions={("a", 0): c}, releases={}, kinds={})
+    o = SimpleNamespace(
+        names=(), collisions={("a", 0): c}, releases={}, kinds={}, balls={}, blocks=()
+    )
     bend = next(one for one in _effects(o) if one.about == "bend").direction.terms
     p = np.zeros((len(LOCALS), 1), dtype=np.complex128)
     p[[LOCALS.index("r"), LOCALS.index("b"), LOCALS.index("ln_eps")], 0] = R, B, -30.0

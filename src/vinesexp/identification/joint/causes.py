@@ -18,6 +18,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from vinesexp.arrays import FloatArray, median_of
+from vinesexp.identification.joint.collisions import LOCALS
 from vinesexp.identification.joint.observations import Decay, Observed, off_stated
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
@@ -61,13 +62,15 @@ _WIDTHS = {
     "contact": 1e-3,
     "pad": 3e-4,
     "hollow": 10.0,
-    "drag": 0.03,
     "viscous": 0.1,
     "course r": 0.01,
     "course friction": 0.05,
 }
 #: They take speed, or time: never less than none.
 _NEVER_LESS = ("friction", "contact", "drag", "viscous")
+#: N at 1 m/s, of the air on a ball of 20 mm in a tube: ten times that in the open. It slows a light
+#: ball by more; kg of one that was not weighed.
+_DRAGGED, _UNWEIGHED = 1e-3, 0.03
 #: Share of the largest displacement by which a sensor that is not linear reads it wrong.
 _BENT = 0.01
 #: Between a line and a logarithm with the same slope at the usual speed: the curve of a soft wall
@@ -108,7 +111,7 @@ _OF_PULSE = (0.6, 0.4)
 #: contact lasts.
 _ODDS = {
     "effect contact": 1.0,
-    "effect drag": 0.005,  # of a ball of 20 mm in the open 0.003 1/m, in a tube ten times that
+    "effect drag": 0.005,
     "effect drag, strong": 0.005,
     "effect": 0.05,
     "remounting": 0.05,
@@ -782,6 +785,10 @@ def _effects(o: Observed) -> list[Cause]:
     reach = max((float(np.abs(c.x).max()) for c in o.collisions.values()), default=0.0)
     if reach := max(reach, *o.releases, 0.0):
         priors |= {"even": Prior(0.0, _BENT / reach), "odd": Prior(0.0, _BENT / reach**2)}
+    of_ball = LOCALS.index("ln_eps")
+    known = (name := o.balls.get(1)) is not None and o.beliefs.priors[name].error < _WEIGHED
+    balls = [math.exp(one.sums[of_ball][1]) for one in o.blocks if known and one.kind == "flights"]
+    priors["drag"] = Prior(0.0, _DRAGGED / (float(np.median(balls)) if balls else _UNWEIGHED))
     if pulses:
         priors["contact"] = Prior(*(share * float(np.median(pulses)) for share in _OF_PULSE))
     found = [
