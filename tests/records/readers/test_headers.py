@@ -255,3 +255,45 @@ def test_a_stroke_stands_for_no_unit(tmp_path):
     assert [(c.name, c.unit) for c in open_source(path).columns] == [
         *(("Time (s)", "s"), ("AI 1", "m/s2"), ("AI 2", "mm"))
     ]
+
+
+@pytest.mark.parametrize("mark", ["#", "%", "//"])
+def test_a_remark_may_stand_between_the_names_and_the_rows(mark, tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{t:.3f},{b:.6f},{x:.6f}" for t, b, x in TABLE]
+    head = [f"{mark} begun at 10", "time,base,x", f"{mark} x is blank at first, then filled"]
+    path.write_text("\n".join([*head, *rows]))
+    np.testing.assert_allclose(column(path, "base"), BASE, atol=1e-6)
+
+
+def pulse(path, unit, signal, rows):
+    """An export with row numbers, an axis that only the header tells of, and settings above."""
+    head = [
+        "Header Size:\t9\t \t ",
+        "Title:\tTime(PCB1) - Input\t \t ",
+        "X-Axis type:\tLinear\t \t ",
+        f"X-Axis size:\t{len(rows)}\t \t ",
+        f"X-Axis unit:\t{unit}\t \t ",
+        "X-Axis delta:\t 1.0e-003\t \t ",
+        f"SignalUnit:\t{signal}\t \t ",
+        "Date:\t \t15/11/2018\t ",
+        "Z-axis:\t \t 0.0000000000e+000\t ",
+    ]
+    path.write_text("\n".join([*head, *rows]))
+    return open_source(path)
+
+
+def test_a_setting_above_the_rows_is_no_row_with_a_bad_cell(tmp_path):
+    rows = [f"{k + 1}\t {t:.10e}\t {x:.5e}" for k, (t, _, x) in enumerate(TABLE)]
+    source = pulse(tmp_path / "a.txt", "s", "m/s²", rows)
+    assert [column.unit for column in source.columns] == [None, "s", "m/s²"]
+    assert (source.sample_interval, source.time_column) == (pytest.approx(1e-3), 1)
+    (block,) = source.blocks([0, 2])
+    np.testing.assert_allclose(block, np.stack([np.arange(60) + 1, X], axis=1), atol=1e-4)
+
+
+def test_a_header_may_tell_that_the_axis_is_one_of_frequencies(tmp_path):
+    rows = [f"{k + 1}\t {t:.10e}\t {b:.5e}\t {x:.5e}" for k, (t, b, x) in enumerate(TABLE)]
+    source = pulse(tmp_path / "a.txt", "Hz", "V", rows)
+    assert source.columns[1].unit == "Hz"
+    assert source.sample_interval is None

@@ -43,15 +43,17 @@ _MARK = re.compile(r"\s*(#+|%+|//)")
 _STATEMENTS = {
     kind: re.compile(words)
     for kind, words in {
-        "interval": r"(sampl\w+|x|horizontal|time) (interval|period|increment|time)|increment|tinc"
+        "interval": r"(sampl\w+|x( axis)?|horizontal|time) (interval|period|increment|time|delta)"
+        r"|increment|tinc"
         r"|dt|clock|xincr\w*|delta (t|x|time)|resolution x|h ?resolution",
         "rate": r"(sampl\w+|data) ?(rate|freq\w*)( hz)?|fs|clock|abtast(rate|frequenz)"
         r"|frequence d'echantillonnage|samples(/s| per second)",
-        "start": r"start( time)?|t0|x ?origin|xzero|first x|time of first sample|h ?offset",
-        "rows": r"record length|(number of )?(samples|points)|npoints",
+        "start": r"start( time)?|t0|x ?origin|xzero|first x|time of first sample|h ?offset"
+        r"|x axis first value",
+        "rows": r"record length|(number of )?(samples|points)|npoints|x axis size",
         "names": r"source|channels?|channel name|trace( ?name)?",
-        "units": r"((vertical|y|v) ?)?units?|y unit label",
-        "time unit": r"(horizontal|x|h) ?units?",
+        "units": r"((vertical|y|v|signal) ?)?units?|y unit label",
+        "time unit": r"(horizontal|x( axis)?|h) ?units?",
         "axis": r"x dimension",
     }.items()
 }
@@ -74,14 +76,17 @@ def find_layout(path: Path, called: Lines = THE_FILE) -> Layout:
     first = body.first
     while above:
         if _kind(layout, body, above[-1]) != "mixed":
-            if _SAYS.search(body.lines[above[-1]]):
+            if _SAYS.search(body.lines[above[-1]]) and not _is_remark(layout, body, above):
                 break
-            above.pop()  # a rule under the names, or numbers that are none of the columns'
+            above.pop()  # a rule or a remark under the names, or numbers of none of the columns
             continue
         # A row with numbers under the names is data with a bad cell: read, and then reported.
         # `Sequence,Volt,-3e-07,5e-10`: units, and values of columns that hold no data.
-        units_too = _are_units(layout, _over(layout, body, above[-1]))
-        if units_too or not any(_kind(layout, body, i) == "words" for i in above):
+        # `Z-axis:,,0`: a setting, which leaves cells of the columns empty.
+        cells = _over(layout, body, above[-1])
+        whole = all(cells[j : j + 1] > [""] for j in body.numeric)
+        named = any(_kind(layout, body, i) == "words" for i in above)
+        if _are_units(layout, cells) or not whole or not named:
             break
         first = above.pop()
     names, units, at = _names_and_units(layout, body, above)
@@ -97,7 +102,10 @@ def find_layout(path: Path, called: Lines = THE_FILE) -> Layout:
     stated = read_preamble(layout, lines)
     columns = [_column(j, names, units) for j in range(body.width)]
     columns = [replace(c, unit="s") if j in body.stamps else c for j, c in enumerate(columns)]
-    known = completed([columns[j] for j in holding], stated)
+    # Row numbers may stand before the axis that the header tells of.
+    before = int(stated.time_unit is not None and _counts_rows(layout, body, first, holding))
+    known = [columns[j] for j in holding]
+    known = known[:before] + completed(known[before:], stated)
     time = only_time(known)
     for j, column in zip(holding, known, strict=True):
         columns[j] = column
@@ -118,6 +126,27 @@ def _typical(layout: Layout, body: Body, first: int) -> int:
     """How many cells most rows of data have, empty ones included."""
     counts = Counter(len(layout.cells(line)) for line in body.lines[first:][:200] if line.strip())
     return counts.most_common(1)[0][0]
+
+
+def _is_remark(layout: Layout, body: Body, above: list[int]) -> bool:
+    """Whether the last of these lines is a comment that is no row of names, under one that is."""
+    *others, last = above
+    if not _MARK.match(body.lines[last]):
+        return False
+    full = {body.width, _typical(layout, body, body.first)}  # with columns that are empty or not
+    named = [i for i in others if _kind(layout, body, i) == "words"]
+    over = [len(_over(layout, body, i)) in full for i in (*named, last)]
+    return any(over[:-1]) and not over[-1]
+
+
+def _counts_rows(layout: Layout, body: Body, first: int, holding: list[int]) -> bool:
+    """Whether the first column numbers the rows and the next one rises by even steps."""
+    rows = [body.row(i) for i in range(first, min(first + _BESIDE, len(body.lines)))]
+    pairs = [[layout.number(row[j]) for j in holding[:2]] for row in rows if len(row) > holding[-1]]
+    numbers = [(float(a), float(b)) for a, *rest in pairs for b in rest if a and b]
+    steps = [(c - a, d - b) for (a, b), (c, d) in pairwise(numbers)]
+    even = max((b for _, b in steps), default=0.0) < 1.1 * min((b for _, b in steps), default=0.0)
+    return even and all(a == 1.0 for a, _ in steps)
 
 
 def _unmarked(line: str) -> str:
@@ -273,8 +302,9 @@ def completed(columns: Sequence[Column], stated: Stated) -> list[Column]:
     """
     names, units = [c.name for c in columns], [c.unit for c in columns]
     if stated.time_unit in UNITS["frequency"]:
-        at = [name == "X_Value" for name in names]
-        units = [stated.time_unit if x else unit for x, unit in zip(at, units, strict=True)]
+        axis = ("X_Value",) if any(names) else ("X_Value", "")  # LabVIEW's; else the first column
+        at = next((j for j, name in enumerate(names) if name in axis), len(names))
+        units[at : at + 1] = [stated.time_unit] * len(units[at : at + 1])
     count = max(len(stated.names), len(stated.units))
     first = stated.time_unit or (None if any(names) else "s")
     first = first if 0 < count < len(columns) else None
@@ -316,7 +346,8 @@ def _statements(layout: Layout, lines: list[list[str]]) -> Iterator[tuple[str, l
 def _key(name: str, cells: list[str]) -> tuple[str, list[str]]:
     """A key in lower case, and its cells; the unit in its brackets is one more."""
     unit = re.search(r"[(\[]([^()\[\]]+)[)\]]\s*[:=]?$", name)
-    plain = re.sub(r"\s*[(\[][^()\[\]]*[)\]]", "", name).strip(' :="').lower().replace("_", " ")
+    plain = re.sub(r"\s*[(\[][^()\[\]]*[)\]]", "", name).strip(' :="').lower()
+    plain = re.sub(r"[_-]", " ", plain)
     return plain, [*cells, unit[1]] if unit else cells
 
 
