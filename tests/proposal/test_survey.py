@@ -25,6 +25,30 @@ def test_a_pause_is_no_part_of_the_rate(tmp_path):
     assert "expected 0.001" in view.remarks[0]
 
 
+def test_times_without_a_name_may_pause(tmp_path):
+    path = tmp_path / "a.csv"
+    np.savetxt(path, np.stack([T + 3.7 * (T > 0.2), X], axis=1), fmt="%.6f", delimiter=",")
+    view = view_file(path)
+    assert (view.time, view.rate) == (0, pytest.approx(1000.0))
+
+
+def test_uneven_times_without_a_name_may_stand_behind_the_first_column(tmp_path):
+    """A program that prints the time of each sample beside it, as it came."""
+    path = tmp_path / "a.csv"
+    steps = 0.022 + 0.016 * np.random.default_rng(3).random(T.size)
+    times = np.cumsum(steps)
+    np.savetxt(path, np.stack([X, times, 2.0 * X], axis=1), fmt="%.4f", delimiter=",")
+    view = view_file(path)
+    assert (view.time, view.rate) == (1, pytest.approx(1.0 / steps.mean(), rel=0.01))
+
+
+def test_what_grows_otherwise_than_times_is_none(tmp_path):
+    path = tmp_path / "a.csv"
+    grown = np.cumsum(np.random.default_rng(3).exponential(size=T.size))
+    np.savetxt(path, np.stack([X, grown], axis=1), fmt="%.4f", delimiter=",")
+    assert view_file(path).rate is None
+
+
 def test_times_that_stand_still_tell_no_rate(tmp_path):
     view = written(tmp_path / "a.csv", [f"10:00:{k // 300:02d}" for k in range(600)], X)
     assert view.rate is None

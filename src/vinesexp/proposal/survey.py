@@ -252,7 +252,7 @@ def _odd(
     axis = next((column for column in columns if column.kind == "frequency"), None)
     if axis is not None:
         yield (
-            f"'{axis.name or f'column {axis.index}'}' is a frequency, so this is a spectrum or a "
+            f"{_shown(axis.name, axis.index)} is a frequency, so this is a spectrum or a "
             "frequency response, not a record over time; export the samples of the sensors"
         )
     longest = max((len(column.values) for column in columns), default=0)
@@ -271,7 +271,7 @@ def _odd(
     pairs = next((c for c in signals if _are_pairs(c.finite)), None)
     if pairs is not None:
         yield (
-            f"every second sample of '{pairs.name or f'column {pairs.index}'}' lies above both its "
+            f"every second sample of {_shown(pairs.name, pairs.index)} lies above both its "
             "neighbours: smallest and largest values (peak detection) most likely, not samples; "
             "record in the instrument's normal mode"
         )
@@ -407,15 +407,34 @@ def _values(source: Source, columns: Sequence[int]) -> dict[int, FloatArray]:
     return {j: np.ascontiguousarray(row) for j, row in zip(columns, whole, strict=True)}
 
 
+def _shown(name: str, index: int) -> str:
+    """How a column is called in a sentence."""
+    return f"'{name or f'column {index}'}'"
+
+
 def _is_named(name: str) -> bool:
     """Whether a column has a name of its own, not only a number: ``data/6``."""
     return bool(name) and not name.rpartition("/")[2].isdigit()
 
 
-def _is_ramp(values: FloatArray) -> bool:
-    steps = np.diff(values) if np.isfinite(values).all() else np.zeros(0)
-    mean = float(steps.mean()) if len(steps) > _FEWEST else 0.0
-    return mean > 0.0 and bool((np.abs(steps - mean) < 0.1 * mean).all())
+def _are_alike(steps: FloatArray) -> bool:
+    """Whether most steps are the same: others are pauses, and lost samples."""
+    step = float(np.median(steps))
+    return bool(2 * np.count_nonzero(np.abs(steps - step) < 0.1 * step) > len(steps))
+
+
+def _is_scattered(steps: FloatArray) -> bool:
+    """Whether something grows otherwise than times do.
+
+    Examples
+    --------
+    >>> even = np.full(400, 0.01)
+    >>> _is_scattered(even), _is_scattered(np.append(even, 30.0))
+    (False, False)
+    >>> _is_scattered(np.random.default_rng(0).exponential(size=400))
+    True
+    """
+    return float(np.std(steps)) > _UNEVEN * float(steps.mean()) and not _are_alike(steps)
 
 
 def _grows(values: FloatArray, by: float = np.nextafter(0.0, 1.0)) -> bool:
@@ -463,9 +482,8 @@ def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float | Non
     except RecordError as error:
         steps = np.diff(times)
         step = float(np.median(steps))  # pauses are none of the rate
-        even = 2 * np.count_nonzero(np.abs(steps - step) < 0.1 * step) > len(steps)
         still = np.count_nonzero(steps == 0.0) * _FEWEST > len(steps)  # a step of print is rows
-        typical = 1.0 / (step * clock.size) if even and not still else None
+        typical = 1.0 / (step * clock.size) if _are_alike(steps) and not still else None
         return typical, [error.problem], False
 
 
@@ -489,9 +507,13 @@ def _perhaps_times(source: Source, read: dict[int, FloatArray]) -> list[int]:
 
 
 def _ramps(source: Source, read: dict[int, FloatArray]) -> list[int]:
-    """Columns behind the first without a name of their own that rise by even steps, no counters."""
-    ramps = [j for j in read if j and _is_ramp(read[j]) and not _is_named(source.columns[j].name)]
-    return [j for j in ramps if np.diff(read[j]).mean() != 1.0]
+    """Columns behind the first without a name of their own that grow as times do, no counters."""
+    unnamed = [j for j in read if j and not _is_named(source.columns[j].name)]
+    units = {j: source.columns[j].unit for j in unnamed}
+    ramps = [j for j in unnamed if len(read[j]) > _FEWEST and _grows(read[j])]
+    ramps = [j for j in ramps if not is_called_frequency("", units[j])]
+    steps = {j: np.diff(read[j][np.isfinite(read[j])]) for j in ramps}
+    return [j for j in ramps if not _is_scattered(steps[j]) and steps[j].mean() != 1.0]
 
 
 def _time_and_rate(
@@ -521,7 +543,7 @@ def _time_and_rate(
             continue
         unit = _unit_of_times(source.columns[j].unit, read[j])
         rate, remarks, even = _clock_of(source, finite, unit)
-        scattered = not even and float(np.std(steps)) > _UNEVEN * float(steps.mean())
+        scattered = not even and _is_scattered(steps)
         stated, counts = source.sample_interval, steps.min() == steps.max() == 1.0
         if not named and (scattered or counts):
             continue  # anything that grows; row numbers
@@ -550,7 +572,7 @@ def _time_and_rate(
         return still
     stated = _stated_rate(source)
     if stated is None:
-        if ramps := [f"'{source.columns[j].name}'" for j in _ramps(source, read)]:
+        if ramps := [_shown(source.columns[j].name, j) for j in _ramps(source, read)]:
             backwards.append(
                 f"{first_of(ramps, 2)} rise evenly, so each may be the "
                 "times or the frequencies of what stands beside it; name the times as 'time'"
