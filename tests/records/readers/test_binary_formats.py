@@ -55,6 +55,22 @@ def test_excel_xlsx_as_phyphox_writes_it(tmp_path):
     assert source.locate(0) == "sheet 'Raw Data', row 2"
 
 
+def test_a_sheet_of_words_is_no_record_however_long(tmp_path):
+    """An app's short list of hits stands before what it says of the phone."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.title = "All"
+    for row in [("Event time (s)", "Interval (s)"), (3.19, 0.51), (3.7, 0.38), (4.08, 0.31)]:
+        book.active.append(row)
+    device = book.create_sheet("Metadata Device")
+    for k in range(90):
+        device.append([f"property {k}", f"1.{k}.0"])
+    book.save(tmp_path / "a.xlsx")
+    source = open_source(tmp_path / "a.xlsx")
+    assert source.format == "Excel, sheet 'All' of 2"
+    np.testing.assert_allclose(values(source, "Interval (s)"), [0.51, 0.38, 0.31])
+
+
 def test_a_bad_cell_of_a_sheet_is_reported_with_sheet_and_row(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

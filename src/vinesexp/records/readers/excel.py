@@ -1,4 +1,4 @@
-"""Excel workbooks, .xlsx and .xls: the sheet with most rows, laid out as a text file would be.
+"""Excel workbooks, .xlsx and .xls: the sheet with most rows of numbers, laid out as text would be.
 
 Another sheet is named behind the file, as in ``book.xlsx#Run 2``. One has to be named where several
 sheets of like length begin with the same row: they are records of one kind. Names, units, preamble
@@ -11,13 +11,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from datetime import datetime, time
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.layout import Lines
 from vinesexp.records.readers.source import file_of, part_of
 from vinesexp.records.readers.text import TextSource, laid_aside, turned
 from vinesexp.records.readers.unread import need
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 NAME = "Excel (.xlsx, .xls)"
 LIBRARIES = ("pandas", "openpyxl", "xlrd")
@@ -34,7 +39,7 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 
 def open_file(path: Path) -> TextSource:
-    """Read the sheet with most rows; RecordError where none holds columns of numbers."""
+    """Read the sheet with most rows of numbers; RecordError where none holds columns of numbers."""
     import pandas as pd
 
     file = file_of(path).open("rb")
@@ -43,8 +48,11 @@ def open_file(path: Path) -> TextSource:
     sheets = pd.read_excel(
         file, sheet_name=None, header=None, dtype=object, na_filter=False, engine=engine
     )
-    most, wanted = max(map(len, sheets.values())), part_of(path)
-    name = wanted or next(one for one, rows in sheets.items() if len(rows) == most)
+    counts = {one: _rows_of_numbers(rows) for one, rows in sheets.items()}
+    if not any(counts.values()):  # they may stand there as text
+        counts = {one: len(rows) for one, rows in sheets.items()}
+    most, wanted = max(counts.values()), part_of(path)
+    name = wanted or next(one for one, count in counts.items() if count == most)
     if name not in sheets:
         names = ", ".join(f"'{one}'" for one in sheets)
         raise RecordError(f"no sheet '{wanted}'; there are {names}")
@@ -57,13 +65,19 @@ def open_file(path: Path) -> TextSource:
         where = error.where or called.of
         raise RecordError(error.problem, where=where, remedy=error.remedy) from None
     source.format = "Excel"
-    alike = [one for one, rows in sheets.items() if _LIKE * len(rows) >= most]
+    alike = [one for one, count in counts.items() if _LIKE * count >= most]
     heads = {_line(next(sheets[one].itertuples(index=False), ())) for one in alike}
     if len(alike) > 1 and len(heads) == 1:
         source.parts = tuple(alike)
     if len(sheets) > 1:
         source.format = f"Excel, sheet '{name}' of {len(sheets)}"
     return source
+
+
+def _rows_of_numbers(sheet: pd.DataFrame) -> int:
+    """How many rows may hold samples: words alone, as of a device's settings, are none."""
+    numbers = [isinstance(cell, (int, float)) for cell in sheet.to_numpy().flat]
+    return int(np.reshape(numbers, sheet.shape).any(axis=1).sum()) if sheet.size else 0
 
 
 def _line(row: Iterable[Any]) -> str:
