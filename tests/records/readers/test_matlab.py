@@ -175,10 +175,51 @@ def test_a_structure_of_version_73_that_holds_itself_ends(tmp_path):
     assert [c.name for c in open_source(tmp_path / "a.mat").columns] == ["x"]
 
 
+def opaque(name, kind):
+    """A variable of version 5 that is an object of a class of MATLAB."""
+
+    def element(code, data):
+        padded = data + b"\0" * (-len(data) % 8)
+        return np.array([code, len(data)], dtype="<u4").tobytes() + padded
+
+    def array(code, dims, data):
+        flags = np.array([code, 0], dtype="<u4").tobytes()
+        size = np.array(dims, dtype="<i4").tobytes()
+        return element(14, element(6, flags) + element(5, size) + element(1, b"") + data)
+
+    words = b"".join(element(1, word.encode()) for word in (name, "MCOS", kind))
+    flags = np.array([17, 0], dtype="<u4").tobytes()
+    held = array(13, (2, 1), element(6, np.array([1, 2], dtype="<u4").tobytes()))
+    return element(14, element(6, flags) + words + held)
+
+
 def test_a_table_of_matlab_is_refused_with_what_to_type(tmp_path):
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"fs": 1000.0})
-    opaque = np.array([14, 16, 6, 8, 17, 0], dtype="<u4").tobytes()  # a matrix of class 17
-    path.write_bytes(path.read_bytes()[:128] + opaque)
-    with pytest.raises(RecordError, match=r"holds a table, timetable .* table2struct"):
+    path.write_bytes(path.read_bytes()[:128] + opaque("runs", "table"))
+    with pytest.raises(RecordError, match=r"found runs \(table, which only MATLAB .* table2struct"):
         open_source(path)
+
+
+def test_an_object_that_is_none_is_refused_likewise(tmp_path):
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"fs": 1000.0})
+    broken = np.array([14, 16, 6, 8, 17, 0], dtype="<u4").tobytes()  # a matrix of class 17
+    path.write_bytes(path.read_bytes()[:128] + broken)
+    with pytest.raises(RecordError, match=r"found a variable \(object, which .* table2struct"):
+        open_source(path)
+
+
+def test_vectors_beside_an_object_are_read_and_the_object_named(tmp_path):
+    """A workspace saved as a whole: a fitted model among the samples."""
+    path = tmp_path / "a.mat"
+    x = np.sin(np.arange(90.0))
+    scipy.io.savemat(path, {"fs": 1000.0, "x": x})
+    head, rest = path.read_bytes()[:128], path.read_bytes()[128:]
+    path.write_bytes(head + opaque("model", "tf") + rest + opaque("more", "timeseries"))
+    source = open_source(path)
+    assert [(c.name, source.sample_interval) for c in source.columns] == [("x", 1e-3)]
+    np.testing.assert_array_equal(np.concatenate(list(source.blocks([0])))[:, 0], x)
+    assert source.losses == (
+        "not read: model (tf, which only MATLAB reads), more (timeseries, which only MATLAB reads)",
+    )

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,11 @@ LIBRARIES = ("scipy.io", "h5py")
 #: Kinds of variables that are numbers, or hold some.
 _READ = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64"}
 _READ |= {"struct", "cell"}
+#: What to type for what scipy does not read.
+_AS_VECTORS = (
+    "; save the columns as vectors, those of a table by s = table2struct(t, 'ToScalar', true); "
+    "save('a.mat', '-struct', 's')"
+)
 _DEEPEST = 20  # structures inside structures
 _LARGE = 1 << 20  # bytes
 _SWELL = 2000  # zlib packs to a thousandth at best
@@ -52,7 +58,8 @@ def open_file(path: Path) -> TableSource:
     skipped: list[str] = []
     lost: list[str] = []
     damaged: Exception | None = None
-    for name, kind in _variables(path):
+    objects: set[str] = set()
+    for name, kind in _variables(path, objects):
         try:
             arrays = list(_arrays(name, _loaded(path, name))) if kind in _READ else []
         except Exception as error:  # whatever its broken bytes lead to: other vectors may be whole
@@ -61,7 +68,9 @@ def open_file(path: Path) -> TableSource:
             damaged = error
             lost.append(f"{name} ({in_words(error)})")
             continue
-        if not arrays:
+        if kind in objects:
+            lost.append(f"{name} ({kind}, which only MATLAB reads)")
+        elif not arrays:
             skipped.append(f"{name} ({kind})")
         for place, values, unit in arrays:
             if values.size == 1:
@@ -80,7 +89,8 @@ def open_file(path: Path) -> TableSource:
         raise damaged
     if not table:
         found = ", ".join([*skipped, *lost]) or "nothing"
-        raise RecordError(f"holds no vectors of real numbers (found {found})")
+        remedy = _AS_VECTORS if objects else ""
+        raise RecordError(f"holds no vectors of real numbers (found {found}){remedy}")
     table = [
         (replace(c, interval=hdf5.interval_at(c.name, stated)) if "/" in c.name else c, series)
         for c, series in table
@@ -106,18 +116,18 @@ def _laid_aside(values: Any) -> Any:
         return np.memmap(aside, np.float64, "r", shape=table.shape, order="F")
 
 
-def _variables(path: Path) -> Iterator[tuple[str, str]]:
-    """Name and kind of each; sizes that the file cannot hold are refused before room is made."""
+def _variables(path: Path, objects: set[str]) -> Iterator[tuple[str, str]]:
+    """Name and kind of each; sizes that the file cannot hold are refused before room is made.
+
+    The kinds of `objects`, tables and time series among them, are their classes.
+    """
     from scipy.io import whosmat
 
     most = _SWELL * path.stat().st_size + (1 << 20)
     try:
         found = whosmat(path)
-    except TypeError:  # a table, a timetable or a string has no size there
-        raise RecordError(
-            "holds a table, timetable or another object that only MATLAB reads; save its columns "
-            "as vectors: s = table2struct(t, 'ToScalar', true); save('a.mat', '-struct', 's')"
-        ) from None
+    except TypeError:  # an object has no size there
+        found = _one_by_one(path, objects)
     for name, shape, kind in found:
         if math.prod(max(int(length), 0) for length in shape) > most:
             sizes = " by ".join(str(length) for length in shape)
@@ -126,6 +136,30 @@ def _variables(path: Path) -> Iterator[tuple[str, str]]:
             )
         if not name.startswith("__"):  # MATLAB's own, such as the code of a function handle
             yield name, kind
+
+
+def _one_by_one(path: Path, objects: set[str]) -> list[tuple[str, tuple[int, ...], str]]:
+    """Name, shape and kind of each variable of a file in which some are objects of MATLAB."""
+    from scipy.io import loadmat, whosmat
+    from scipy.io.matlab import varmats_from_mat
+
+    found = []
+    with path.open("rb") as stream:
+        parts = varmats_from_mat(stream)
+    for _, part in parts:
+        try:
+            found += whosmat(part)
+        except TypeError:
+            part.seek(0)
+            with suppress(Exception):  # whatever its broken bytes lead to: other vectors are whole
+                (held,) = (v for k, v in loadmat(part).items() if not k.startswith("__"))
+                name, kind = (held[key].item().decode() for key in ("s0", "s2"))
+                objects.add(kind)
+                found.append((name, (), kind))
+    if not found:
+        objects.add("object")
+        found.append(("a variable", (), "object"))
+    return found
 
 
 def _loaded(path: Path, name: str) -> Any:
