@@ -76,6 +76,7 @@ def test_a_value_that_only_falls_is_no_decay(tmp_path):
 def test_files_of_other_programs_are_named_with_their_export():
     assert "FAMOS" in (known_by_sight(b"|CF,2,1,1;|CK,1,3,1,1;") or "")
     assert "Export" in (known_by_sight(b"PK\x03\x04data", ".cap") or "")
+    assert "numpy.savez" in (known_by_sight(b"\x80\x05\x95\x3e\x00", ".pkl") or "")
     assert "catman" in (known_by_sight(b"\x94\x13\x00\x00", ".bin") or "")
     for suffix in (".dxd", ".d7d", ".dxz"):
         assert "DEWESoft: Analysis > Export" in (known_by_sight(b"\x01\x00\x00data", suffix) or "")

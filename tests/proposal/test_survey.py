@@ -171,3 +171,12 @@ def test_what_creeps_up_beside_the_times_has_no_name_in_common_with_them(tmp_pat
     rows = [f"{k / 1000:.4f},{round(0.02 * k) / 7:.4f}" for k in range(400)]
     (tmp_path / "a.csv").write_text("\n".join(rows) + "\n")
     assert [c.kind for c in view_file(tmp_path / "a.csv").columns] == ["time", "signal"]
+
+
+@pytest.mark.parametrize("name", ["mag_z", "magX", "estQuaternion0", "lng", "lat"])
+def test_a_heading_or_a_place_on_earth_is_no_displacement(name, tmp_path):
+    path = tmp_path / "a.csv"
+    table = np.stack([T, np.cos(9.0 * T), 300.0 * X], axis=1)
+    np.savetxt(path, table, header=f"time,accel_z,{name}", delimiter=",", comments="")
+    roles = {label: guess.role for label, guess in guess_roles([view_file(path)]).items()}
+    assert roles == {"accel_z": "acceleration"}

@@ -54,8 +54,9 @@ def names_role(word: str) -> bool:
 
 #: What phones, loggers and programs record or compute besides motion along a line.
 _OTHERS = re.compile(
-    r"magnet|temper|(?<![a-z])temp(?![a-z])|humid|pressure|light|torque|energ|potential|kinetic|°C"
-    "|latitud|longitud|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren"
+    r"magnet|(?<![a-z])mag[_ ]?[xyz]?(?![a-z])|quaternion|temper|(?<![a-z])temp(?![a-z])|humid"
+    "|pressure|light|torque|energ|potential|kinetic|°C"
+    "|latitud|longitud|^(?:lat|lon|lng)$|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren"
     "|(?<![a-z])fr[eé]q|frekven",
     re.IGNORECASE,
 )

@@ -55,6 +55,7 @@ def unreadable(what: str, error: Exception, where: str | None = None) -> RecordE
     return RecordError(problem, where=where)
 
 
+_PICKLE = "a Python pickle, which may run any program (in Python: save its arrays by numpy.savez)"
 #: How a file begins after blanks, and what it is.
 _MAGIC = (
     ((b"CDF\x01", b"CDF\x02"), "a netCDF-3 file"),
@@ -67,6 +68,7 @@ _MAGIC = (
     (b"OggS", "an Ogg file"),
     (b"caff", "an Apple CAF file"),
     (b"#!AMR", "an AMR file"),
+    (tuple(b"\x80" + bytes([k]) for k in (2, 3, 4, 5)), _PICKLE),
     (b"|CF,", "an imc FAMOS file (in FAMOS: File > Export > ASCII or MATLAB)"),
     (b"MTrackJ ", "an MTrackJ file of tracks (in MTrackJ: Measure, and save its table)"),
     (b"<phyphox", "a phyphox state (in phyphox: Export data > CSV or Excel)"),
