@@ -180,3 +180,25 @@ def test_a_heading_or_a_place_on_earth_is_no_displacement(name, tmp_path):
     np.savetxt(path, table, header=f"time,accel_z,{name}", delimiter=",", comments="")
     roles = {label: guess.role for label, guess in guess_roles([view_file(path)]).items()}
     assert roles == {"accel_z": "acceleration"}
+
+
+def why_open(path):
+    view = view_file(path)
+    test, _, why = describe_test(view, guess_roles([view]))
+    assert test == OPEN
+    return why
+
+
+def test_lines_at_the_end_are_no_reason_for_an_unknown_rate(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("x\n" + "\n".join(f"{x:.4f}" for x in X) + "\nbattery low\n")
+    assert why_open(path).endswith("it has no times, or it is no record over time")
+
+
+def test_times_of_channels_that_follow_one_another_go_back(tmp_path):
+    """A logger's packets, channel by channel: the reason was that the file has no times."""
+    path = tmp_path / "a.csv"
+    rows = [f"{t:.3f},{c},{x:.4f}" for k in range(30) for c in "XYZ" for t, x in
+            zip(T[20 * k : 20 * k + 20], X[20 * k : 20 * k + 20], strict=True)]  # fmt: skip
+    path.write_text("time,channel,reading\n" + "\n".join(rows))
+    assert "'time' goes back 60 times, first from 0.019 to 0: rows of several" in why_open(path)

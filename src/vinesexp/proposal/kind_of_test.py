@@ -48,7 +48,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     if columns.get("sound") is x:
         return OPEN, {}, "no bounces of a ball found in it"
     if not a.rate and not x.rate:
-        why = next(iter(file.remarks), "it has no times, or it is no record over time")
+        why = file.untimed or "it has no times, or it is no record over time"
         return OPEN, {}, f"its sample rate is not known: {why}"
     if not stands_out(x) and (base is None or not stands_out(base)):
         why = "no oscillation of several cycles was found in it"

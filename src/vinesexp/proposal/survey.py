@@ -20,7 +20,7 @@ from vinesexp.records.instrument.timebase import Clock, UnevenClockError
 from vinesexp.records.readers import Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.source import part_of
-from vinesexp.units import UNITS, first_of
+from vinesexp.units import UNITS, counted, first_of
 
 _MOST = 1 << 21  # samples of a column that are looked at
 _TIME_NAME = re.compile(
@@ -142,6 +142,8 @@ class FileView:
         What could not be read.
     remarks : tuple of str
         What is odd about its times.
+    untimed : str
+        Why its rate is not known; empty where it is, or where it has no times.
     more_paths : tuple of Path
         Further files of the same record, whose columns are among these.
     parts : tuple of str
@@ -163,6 +165,7 @@ class FileView:
     parts: tuple[str, ...] = ()
     time_unit: str = "s"
     time_unit_stated: bool = False
+    untimed: str = ""
 
     @property
     def signals(self) -> tuple[ColumnView, ...]:
@@ -213,6 +216,7 @@ def view_file(path: Path) -> FileView:
         parts=parts,
         time_unit="s" if time is None else _unit_of_times(stated_unit, read[time]),
         time_unit_stated=stated_unit in UNITS["time"],
+        untimed="" if rate else next(iter(remarks), ""),
     )  # fmt: skip
 
 
@@ -538,6 +542,13 @@ def _time_and_rate(
                 f"'{source.columns[j].name}' runs backwards, from {finite[0]:.6g} to "
                 f"{finite[-1]:.6g}; if the rows stand in the order of time, give 'sample_rate: "
                 f"{mean:.6g} Hz' instead of 'time'"
+            ]
+        elif named and len(back) and not slips and not _begins_anew(finite):
+            first = int(back[0])
+            backwards = [
+                f"'{source.columns[j].name}' goes back {counted(len(back), 'time')}, first from "
+                f"{finite[first]:.10g} to {finite[first + 1]:.10g}: rows of several channels or "
+                "records are mixed, or out of order; write a column for each channel"
             ]
         if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
             continue

@@ -55,7 +55,7 @@ def unreadable(what: str, error: Exception, where: str | None = None) -> RecordE
     return RecordError(problem, where=where)
 
 
-_PICKLE = "a Python pickle, which may run any program (in Python: save its arrays by numpy.savez)"
+_PICKLE = "a Python pickle (in Python: save its arrays by numpy.savez)"
 #: How a file begins after blanks, and what it is.
 _MAGIC = (
     ((b"CDF\x01", b"CDF\x02"), "a netCDF-3 file"),
