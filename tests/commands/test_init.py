@@ -232,6 +232,22 @@ def test_a_motion_without_a_kind_of_test_has_its_set_of_channels(tmp_path):
     assert 'displacement: {column: "Voltage_0"' in (tmp_path / "campaign.yaml").read_text()
 
 
+def test_a_column_given_by_its_number_is_of_the_files_without_names_alone(tmp_path):
+    """One logger's file lost its names: its column 2 was the displacement of all others too."""
+    rng = np.random.default_rng(5)
+    t = np.arange(900) / 100.0
+    for k in range(4):
+        table = np.column_stack([t, *rng.standard_normal((2, t.size)).cumsum(axis=1)])
+        names = "" if k == 2 else "time_s,accel_x,accel_y"
+        np.savetxt(tmp_path / f"{k}.csv", table, "%.4f", ",", header=names, comments="")
+    assert main(["init", str(tmp_path)]) == 0
+    rows = {row["record"]: row for row in csv.DictReader((tmp_path / "records.csv").open())}
+    assert [rows[f"{k}"]["setup"] for k in range(4)] == ["", "", "instrument 2", ""]
+    first, _ = (tmp_path / "campaign.yaml").read_text().split("setups:")
+    assert "acceleration:" in first
+    assert "displacement:" not in first
+
+
 def runs_side_by_side(path, count):
     """Runs of one table as lab programs export them: each its own times, a number in each name."""
     t = np.arange(300) / 20.0

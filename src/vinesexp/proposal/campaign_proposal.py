@@ -179,9 +179,10 @@ class _Group:
 def _by_instrument(files: Sequence[FileView]) -> list[_Group]:
     """Files with the roles of their channels: one group, unless these leave some files out.
 
-    Or unless their times are in different units. Then files of the same columns are a group each,
-    the largest first. A group in which nothing oscillates, and of which no file shows its kind of
-    test, is left to the first one, which says what is missing.
+    Or unless their times are in different units, or a column of some is given by its number. Then
+    files of the same columns are a group each, the largest first. A group in which nothing
+    oscillates, and of which no file shows its kind of test, is left to the first one, which says
+    what is missing.
     """
     whole = _Group(files)
     if len(parts := _by_own_times(whole)) > 1:
@@ -189,11 +190,18 @@ def _by_instrument(files: Sequence[FileView]) -> list[_Group]:
     units = {file.time_unit for file in files if file.time is not None}
     parts = _of_same_columns(files) if whole.known < len(files) or len(units) > 1 else []
     groups = list(map(_Group, parts)) if len(parts) > 1 else []
-    groups = [group for group in groups if group.known or group.seen]
-    known, seen = sum(group.known for group in groups), sum(group.seen for group in groups)
-    if known < whole.known or ((known, seen) <= (whole.known, whole.seen) and len(units) < 2):
-        return [whole]
-    return sorted(groups, key=lambda group: (-group.known, -group.seen))
+    if not (groups and _reads_by_number(whole)):
+        groups = [group for group in groups if group.known or group.seen]
+        known, seen = sum(group.known for group in groups), sum(group.seen for group in groups)
+        if known < whole.known or ((known, seen) <= (whole.known, whole.seen) and len(units) < 2):
+            return [whole]
+    return sorted(groups, key=lambda group: (-group.known, -group.seen, -len(group.files)))
+
+
+def _reads_by_number(group: _Group) -> bool:
+    """Whether a channel of some files is given by its number, which is another's in the rest."""
+    numbers = {label for label in group.guesses if label.startswith("#")}
+    return any(numbers - {label_of(column) for column in file.signals} for file in group.files)
 
 
 def _by_own_times(group: _Group) -> list[list[FileView]]:
