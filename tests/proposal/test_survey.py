@@ -201,4 +201,4 @@ def test_times_of_channels_that_follow_one_another_go_back(tmp_path):
     rows = [f"{t:.3f},{c},{x:.4f}" for k in range(30) for c in "XYZ" for t, x in
             zip(T[20 * k : 20 * k + 20], X[20 * k : 20 * k + 20], strict=True)]  # fmt: skip
     path.write_text("time,channel,reading\n" + "\n".join(rows))
-    assert "'time' goes back 60 times, first from 0.019 to 0: rows of several" in why_open(path)
+    assert "'time' goes back 60 times, first by 0.019: rows of several" in why_open(path)

@@ -544,11 +544,10 @@ def _time_and_rate(
                 f"{mean:.6g} Hz' instead of 'time'"
             ]
         elif named and len(back) and not slips and not _begins_anew(finite):
-            first = int(back[0])
             backwards = [
-                f"'{source.columns[j].name}' goes back {counted(len(back), 'time')}, first from "
-                f"{finite[first]:.10g} to {finite[first + 1]:.10g}: rows of several channels or "
-                "records are mixed, or out of order; write a column for each channel"
+                f"'{source.columns[j].name}' goes back {counted(len(back), 'time')}, first by "
+                f"{-steps[back[0]]:.3g}: rows of several channels or records are mixed, or out of "
+                "order; write a column for each channel"
             ]
         if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
             continue
