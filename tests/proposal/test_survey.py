@@ -42,6 +42,15 @@ def test_uneven_times_without_a_name_may_stand_behind_the_first_column(tmp_path)
     assert (view.time, view.rate) == (1, pytest.approx(1.0 / steps.mean(), rel=0.01))
 
 
+def test_classes_of_a_histogram_are_no_times(tmp_path):
+    path = tmp_path / "a.csv"
+    rng = np.random.default_rng(3)
+    classes = 574 + np.flatnonzero(rng.random(800) < 0.8)
+    table = np.stack([classes, rng.poisson(9.0, classes.size)], axis=1)
+    np.savetxt(path, table, "%d", "\t", header="code\tcount", comments="")
+    assert view_file(path).rate is None
+
+
 def test_what_grows_otherwise_than_times_is_none(tmp_path):
     path = tmp_path / "a.csv"
     grown = np.cumsum(np.random.default_rng(3).exponential(size=T.size))

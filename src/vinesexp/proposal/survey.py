@@ -517,7 +517,7 @@ def _ramps(source: Source, read: dict[int, FloatArray]) -> list[int]:
     ramps = [j for j in unnamed if len(read[j]) > _FEWEST and _grows(read[j])]
     ramps = [j for j in ramps if not is_called_frequency("", units[j])]
     steps = {j: np.diff(read[j][np.isfinite(read[j])]) for j in ramps}
-    return [j for j in ramps if not _is_scattered(steps[j]) and steps[j].mean() != 1.0]
+    return [j for j in ramps if not _is_scattered(steps[j]) and np.median(steps[j]) != 1.0]
 
 
 def _time_and_rate(
@@ -555,8 +555,8 @@ def _time_and_rate(
         rate, remarks, even = _clock_of(source, finite, unit)
         scattered = not even and _is_scattered(steps)
         stated, counts = source.sample_interval, steps.min() == steps.max() == 1.0
-        if not named and (scattered or counts):
-            continue  # anything that grows; row numbers
+        if not named and (scattered or float(np.median(steps)) == 1.0):
+            continue  # anything that grows; row numbers, or classes that are counted
         if counts and stated and abs(UNITS["time"][unit] / stated - 1.0) > _APART:
             continue  # row numbers, whatever they are called
         if rate is None:  # another column may be the times to more digits
