@@ -2,11 +2,12 @@
 
 On the displacement it is read as a place and a velocity of the mass at each impact: 0.1 mm of 60 Hz
 on the laser of a mass that moves by 6 mm made r 0.997 of 0.600, and M a fifth. A line is hum where
-it lies at 50 or 60 Hz, or a multiple, is as strong at the end as at the beginning, stands alone
-among the lines around it, and is no multiple of the motion itself, unless that is a free decay:
-what stays while it decays is no part of it. What impacts of a modulated motion or of one that
-repeats after several cycles add lies between the multiples, but never alone: it comes again at a
-distance of one and two times the frequency of the motion, and is no hum.
+it lies at 50 or 60 Hz, or a multiple, and the whole record keeps it: in all of its pieces it has
+the same phase and amplitude. A sideband of a modulated motion and the skirt of a decay have not,
+and what else stands beside it does not count. It is no multiple of the motion itself, unless that
+is a free decay: what stays while it decays is no part of it. A motion that repeats after several
+cycles keeps its lines too, but they come again at a distance of one and two times the frequency of
+the motion; hum does not.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from vinesexp.arrays import ComplexArray, FloatArray, IntArray
 from vinesexp.records.campaign.schema import Record
@@ -30,9 +32,12 @@ _LINES = tuple(grid * n for grid in _GRIDS for n in range(1, _MULTIPLES))
 _MOST = 1 << 22  # samples of a record; of a longer one means are looked at
 _ROUND = 1000  # samples to a multiple of which a record is cut: its transform is fast
 _OWN = 3  # lines of a spectrum on either side of a peak that are its own
-_AROUND = 3.0  # Hz on either side in which it stands alone; of a short record twice its own lines
-_ALONE = 6.0  # times the strongest of these
-_AS_STRONG = 0.3  # by which the two halves of a record may differ, relative
+_PIECES = 11  # of a record, each half over the next
+_LEFT = 0.25  # of a line, what it leaves in the pieces of a record that keeps it: rms
+_MEDIAN = math.sqrt(math.log(2.0))  # of the size of complex noise, of its rms
+_SURE = 3.0  # standard errors
+_ALONE = 6.0  # times as strong as another that comes again with the motion
+_STEEP = 2.0  # times as strong as what lies its own lines beside it
 _AGAIN = (1, 2)  # times the frequency of the motion from a line of the motion to the next
 _OFF = 0.3  # by which the motion's frequency may differ from that stated, relative
 _APART = 0.2  # of the oscillation: nearer to it nothing is hum
@@ -81,99 +86,165 @@ def hum_in(
     (50.03, 0.0001, 0.4)
     """
     x = x - x.mean()
-    whole = np.fft.rfft(x[: max(x.size // _ROUND, 1) * _ROUND])
-    seconds = step * 2.0 * (whole.size - 1)
-    frequency, stays = _of_motion(x, step, whole, frequency)
-    found = []
-    for line in lines:
-        if line > 0.4 / step:
-            continue
-        near = _alone(whole, seconds, line, frequency, stays=stays or driven)
-        if near is not None and (hum := _steady(x, step, near)) is not None:
-            found.append(hum)
-    return found
+    pieces = _pieces(x, step)
+    frequency, stays = _of_motion(x, step, pieces, frequency)
+    near = (
+        pieces.hum_near(line, frequency, stays=stays or driven)
+        for line in lines
+        if line < 0.4 / step
+    )
+    return [_whole(x, step, f) for f in near if f is not None]
 
 
-def _of_motion(
-    x: FloatArray, step: float, whole: ComplexArray, stated: float
-) -> tuple[float, bool]:
-    """Frequency of the motion, Hz, and whether it is as strong at the end of the record.
+def _of_motion(x: FloatArray, step: float, pieces: _Pieces, stated: float) -> tuple[float, bool]:
+    """Frequency of the motion, Hz, and whether the whole record keeps it.
 
     What a test log states, or a clock says, may be off.
     """
-    seconds = step * 2.0 * (whole.size - 1)
-    low, high = ((1.0 + off) * stated * seconds for off in (-_OFF, _OFF))
-    k = np.arange(max(int(low), 1), min(int(high) + 2, whole.size - 1))
-    if k.size < 2 * _OWN:
+    near = pieces.peak((1.0 - _OFF) * stated, (1.0 + _OFF) * stated)
+    if near is None:
         return stated, True
-    near = float(k[np.argmax(_strength(whole, k))]) / seconds
     size = group_size(1.0 / step, near, points=POINTS)  # the motion is slow: its means show it
-    steady = _steady(block_means(x, size), size * step, near)
-    return (near, False) if steady is None else (steady.frequency, True)
+    line = _pieces(block_means(x, size), size * step).line(near)
+    return line.frequency, line.kept
 
 
-def _strength(whole: ComplexArray, k: IntArray) -> FloatArray:
-    """Size of some lines, by Hann's window."""
-    return np.asarray(np.abs(0.5 * whole[k] - 0.25 * (whole[k - 1] + whole[k + 1])))
+@dataclass(frozen=True)
+class _Line:
+    """A line (Hz) in the pieces of a record, and what it leaves in one of them, rms."""
+
+    frequency: float
+    size: float
+    left: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether the whole record keeps it in phase and amplitude."""
+        return self.left < _LEFT * self.size
+
+    @property
+    def sure(self) -> float:
+        """Of its size, what is no chance."""
+        return max(self.size - _SURE * self.left / math.sqrt(_PIECES), 0.0)
 
 
-def _alone(
-    whole: ComplexArray, seconds: float, line: float, frequency: float, *, stays: bool
-) -> float | None:
-    """Frequency of the peak at a multiple of the mains, where it stands alone and is no motion."""
-    around_it = max(_AROUND, 2.0 * _OWN / seconds)
-    reach = around_it + 2.0 * _WANDERS * line + max(_AGAIN) * frequency
-    last = min(int((line + reach) * seconds), whole.size - 1)
-    k = np.arange(max(int((line - reach) * seconds), 1), last)
-    f = k / seconds
-    strength = _strength(whole, k)
-    # What belongs to the motion: its multiples, each as wide as a peak.
-    order = f / frequency
-    of_motion = np.abs(order - np.rint(order)) * frequency * seconds < _OWN
-    # a short record has no line of its spectrum nearer than this
-    band = np.flatnonzero(np.abs(f - line) < max(_WANDERS * line, 1.0 / seconds))
-    peak = int(band[np.argmax(strength[band])])
-    if (stays and of_motion[peak]) or abs(order[peak] - 1.0) < _APART:
-        return None
-    beside = ~of_motion & (np.abs(f - f[peak]) < around_it)
-    beside[max(peak - _OWN, 0) : peak + _OWN + 1] = False
-    if not beside.any():  # nothing that it could stand above
-        return None
-    strongest = float(strength[beside].max(initial=0.0))
-    for times in (*_AGAIN, *(-times for times in _AGAIN)):
-        off = np.abs(f - f[peak] - times * frequency)
-        again = ~of_motion & (off * seconds < _OWN)
-        around = ~of_motion & ~again & (off < around_it)
-        if again.any() and around.any():  # as a line above what is around
-            level = float(np.median(strength[around]))
-            if not stays:  # the skirt of a decay falls across it, and is higher on one side
-                own = np.flatnonzero(again)
-                beyond = strength[np.clip([own[0] - 1, own[-1] + 1], 0, k.size - 1)]
-                level = max(level, float(beyond.max()))
-            strongest = max(strongest, float(strength[again].max()) - level)
-    alone = strength[peak] > _ALONE * strongest
-    return float(f[peak]) if alone else None
+@dataclass(frozen=True)
+class _Pieces:
+    """Spectra of a record and of its pieces, each under Hann's window."""
+
+    whole: ComplexArray  # of the record
+    seconds: float  # of the record
+    spectra: ComplexArray  # (pieces, lines)
+    middle: FloatArray  # of each piece, s
+    length: float  # of a piece, s
+
+    def peak(self, low: float, high: float) -> float | None:
+        """Frequency of the strongest line from one frequency to another, Hz."""
+        first = max(math.ceil(low * self.seconds), 1)
+        last = min(math.floor(high * self.seconds) + 1, self.whole.size)
+        if last <= first:
+            return None
+        return (first + int(np.argmax(np.abs(self.whole[first:last])))) / self.seconds
+
+    def line(self, near: float, multiple: float | None = None) -> _Line:
+        """The line at a frequency, Hz, beside a multiple of the motion."""
+        k = min(round(near * self.length), self.spectra.shape[1] - 1)
+        seen, f, half = self.spectra[:, k], near, self.middle.size // 2
+        if multiple is not None:
+            at = min(round(multiple * self.seconds), self.whole.size - 1)
+            own = self.whole[at] / _unit(multiple * self.seconds - at)
+            own = own * np.exp(-1j * math.pi * multiple * self.seconds)
+            seen = seen - own * self._of_line(multiple, k)
+        for _ in range(3):  # the phase turns from half to half by what the frequency is off
+            turns = seen / self._of_line(f, k)
+            line = turns.mean()
+            turned = np.median(np.angle(turns[half:] * np.conj(turns[:-half])))
+            found, f = f, f + turned / (2.0 * math.pi * (self.middle[half] - self.middle[0]))
+        # the median: a release or a blow is in few of the pieces
+        left = float(np.median(np.abs(turns - line))) / _MEDIAN
+        return _Line(float(found), float(abs(line)), left)
+
+    def _of_line(self, f: float, k: int) -> ComplexArray:
+        """What a line of size 1 and a frequency, Hz, gives at line k of each spectrum."""
+        return np.asarray(_unit(f * self.length - k) * np.exp(2j * math.pi * f * self.middle))
+
+    def _skirt(self, peak: float, motion: float) -> bool:
+        """Whether a frequency, Hz, lies on the slope of something else than the motion (Hz)."""
+        k = round(peak * self.seconds)
+        beside = np.clip([k - _OWN, k + _OWN], 0, self.whole.size - 1)
+        order = beside / (motion * self.seconds)
+        others = np.abs(order - np.rint(order)) * motion * self.seconds > _OWN
+        strongest = np.abs(self.whole[beside[others]]).max(initial=0.0)
+        return bool(abs(self.whole[k]) < _STEEP * strongest)
+
+    def hum_near(self, line: float, motion: float, *, stays: bool) -> float | None:
+        """Frequency of hum near a multiple of the mains, Hz: no line of the motion (Hz)."""
+        # a short record has no line of its spectrum nearer than this
+        reach = max(_WANDERS * line, 1.0 / self.seconds)
+        peak = self.peak(line - reach, line + reach)
+        if peak is None or abs(peak / motion - 1.0) < _APART:
+            return None
+
+        def of_motion(near: float) -> tuple[_Line, bool]:
+            multiple = motion * max(round(near / motion), 1)
+            own = abs(near - multiple) * self.seconds < _OWN
+            return self.line(near, multiple if stays and not own else None), own
+
+        found, own = of_motion(peak)
+        if not found.kept or (stays and own) or self._skirt(peak, motion):
+            return None
+        for times in (*_AGAIN, *(-times for times in _AGAIN)):
+            at, wide = found.frequency + times * motion, _OWN / self.seconds
+            near = self.peak(at - wide, at + wide) if at > wide else None
+            if near is None:
+                continue
+            again, own = of_motion(near)
+            if not own and found.size < _ALONE * again.sure:
+                return None
+        return found.frequency
 
 
-def _steady(x: FloatArray, step: float, near: float) -> Hum | None:
-    """The line at a frequency; None where one half of the record has less of it."""
-    half = x.size // 2
-    t = step * np.arange(x.size)
+def _unit(off: float) -> float:
+    """What Hann's window leaves of a line so many lines of its spectrum beside one."""
+    return float(np.sinc(off) + 0.5 * (np.sinc(off - 1.0) + np.sinc(off + 1.0)))
 
-    def strength(part: slice, at: float) -> complex:
+
+def _spectra(x: FloatArray) -> ComplexArray:
+    """Spectra under Hann's window, with the phases in the middle of each row."""
+    n = x.shape[-1]
+    window = np.hanning(n + 1)[:-1] * (2.0 / n) * 2.0
+    turn = np.where(np.arange(n // 2 + 1) % 2, -1.0, 1.0)
+    return np.asarray(np.fft.rfft(window * x) * turn)
+
+
+def _pieces(x: FloatArray, step: float) -> _Pieces:
+    """Pieces of a record, each half over the next."""
+    n, hop = max(x.size // _ROUND, 1) * _ROUND, x.size // (_PIECES + 1)
+    first: IntArray = hop * np.arange(_PIECES)
+    spectra = _spectra(sliding_window_view(x, 2 * hop)[first])
+    record = x[:n]
+    return _Pieces(
+        _spectra(record),
+        record.size * step,
+        spectra,
+        np.asarray((first + hop) * step),
+        2 * hop * step,
+    )
+
+
+def _whole(x: FloatArray, step: float, near: float) -> Hum:
+    """The line at a frequency, Hz, by the whole record."""
+    t, half, f = step * np.arange(x.size), x.size // 2, near
+
+    def line(part: slice) -> complex:
         window = np.hanning(len(range(*part.indices(x.size))) + 2)[1:-1]
-        turn = np.exp(-2j * math.pi * at * t[part])
+        turn = np.exp(-2j * math.pi * f * t[part])
         return complex(2.0 * (window * x[part]) @ turn / window.sum())
 
-    first, second = slice(0, half), slice(x.size - half, x.size)
-    f = near
     for _ in range(2):  # the phase turns from half to half by what the frequency is off
-        turned = np.angle(strength(second, f) * np.conj(strength(first, f)))
-        f += float(turned) / (2.0 * math.pi * (x.size - half) * step)
-    one, other = abs(strength(first, f)), abs(strength(second, f))
-    if abs(one - other) > _AS_STRONG * max(one, other):
-        return None
-    whole = strength(slice(0, x.size), f)
+        turned = np.angle(line(slice(half, None)) * np.conj(line(slice(0, half))))
+        f += float(turned) / (2.0 * math.pi * half * step)
+    whole = line(slice(None))
     return Hum(f, abs(whole), math.atan2(whole.imag, whole.real))
 
 
