@@ -162,6 +162,19 @@ def test_a_velocity_that_is_called_a_displacement_is_refused(channels, tmp_path)
         agreement_of(view, frequency=F0)
 
 
+def test_pulses_alone_of_a_coarse_converter_are_not_the_motion_of_the_base(tmp_path):
+    """At resonance they give the mass what the base gives it: exchanged channels were named."""
+    w, turns = 2.0 * np.pi * F0, np.arange(60_000) / RATE * F0
+    base = 2.5e-4 * np.sin(w * turns / F0)
+    pulses = np.zeros(turns.size)
+    for side in (1, -1):  # one at either end of its course, of one sample
+        at = np.searchsorted(turns, np.arange(0.5 - 0.25 * side, turns[-1]))
+        pulses[at] = -side * 2.5e-4 * w**2 * RATE / F0 / 4.0
+    shown = {"base": base, "displacement": 5e-3 * np.cos(w * turns / F0), "acceleration": pulses}
+    with open_record(stored(tmp_path / "v.nc", shown)) as view:
+        agreement_of(view, frequency=F0)
+
+
 @pytest.mark.parametrize("share", [1.0, 0.2])
 def test_exchanged_channels_are_refused_and_nothing_of_their_record_is_used(
     share, channels, tmp_path

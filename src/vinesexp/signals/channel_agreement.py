@@ -244,8 +244,9 @@ def _refuse_base(record: RecordView, found: Agreement | None, frequency: float) 
     """
     if "base" not in record.roles or record.quantity("base") != "displacement":
         return
-    base = compare_channels(*_means(record, frequency, beside="base"), frequency=frequency)
-    if base is None or not _in_step(base, _STEP, frequency):
+    means = _means(record, frequency, beside="base")
+    base = compare_channels(*means, frequency=frequency)
+    if base is None or not _in_step(base, _STEP, frequency) or not _oscillates(means, frequency):
         return
     alike = abs(math.log(abs(base.gain))) < _QUARTER
     own = found is not None and _in_step(found, _NO_STEP, frequency)
@@ -255,6 +256,22 @@ def _refuse_base(record: RecordView, found: Agreement | None, frequency: float) 
             "displacement: base and displacement are exchanged in this record, or the "
             "accelerometer is on the base; correct the channels"
         )
+
+
+def _oscillates(means: tuple[FloatArray, FloatArray, float], frequency: float) -> bool:
+    """Whether an acceleration is most of all an oscillation, and no train of pulses.
+
+    What impacts give a mass that is driven at its resonance is, at that frequency, what the base
+    gives it: where a converter is so coarse that it shows the pulses alone, these are in step with
+    the base.
+    """
+    a, other, step = means
+    power = []
+    for band in (AT_IT, ABOVE_IT):
+        near, w = lines_between(a.size, step, band, frequency)
+        A, _ = second_derivative_beside(a, other, step, w, near)
+        power.append(float((np.abs(A) ** 2).sum()))
+    return power[0] > power[1]
 
 
 def _refuse_exchanged(found: Agreement, lines: Lines | None, frequency: float) -> None:
