@@ -31,7 +31,7 @@ INTEGRATED = "integrated_phase"
 #: of its data is its relative change where the areas of pulses are larger by 1.
 F0_INTEGRATED = "integrated_f0"
 
-#: Parameter name of a test with several balls of which impacts are lost: those found say nothing.
+#: Parameter name of a test of which impacts are lost: of several balls those found say nothing.
 LOST = "lost_impacts"
 
 #: Methods of the displacement from which a mass was let go: seen at rest, or as the first swing.

@@ -222,9 +222,10 @@ def _by_test(
         base = next(iter(shown.get("base", ())), None)
         whole = all(row["regime"] is not None for row in shown.get("regime", ()))
         found += _driven(record, view, table if whole else None, frequency, agreement, base)
+        if not whole:
+            found.append(Estimate(LOST, float(table.n), 0.0, "1", "impacts", (record.id,)))
         if not whole and len(record.clearance) > 1:
-            lost = Estimate(LOST, float(table.n), 0.0, "1", "impacts", (record.id,))
-            return [*found, lost, nothing(record.id, _LOST)]
+            return [*found, nothing(record.id, _LOST)]
         if agreement is not None and table.n:
             share = pulse_share(
                 view, table.time_s, np.nan_to_num(table.velocity_jump_m_s), frequency=frequency

@@ -461,8 +461,9 @@ def _usable(
         for e in used
         if not other & set(e.records) or e.parameter.removesuffix("_added") in ("f0", "zeta")
     ]
-    lost = {e.records[0] for e in used if e.parameter == LOST}
-    used, impossible = possible([e for e in used if e.parameter not in (NOTHING, LOST)])
+    several = {record.id for record in campaign.records if len(record.clearance) > 1}
+    lost = {e.records[0] for e in used if e.parameter == LOST} & several
+    used, impossible = possible([e for e in used if e.parameter != NOTHING])
     return used, excluded | copies | other | lost, [*checks, *switched, *impossible]
 
 

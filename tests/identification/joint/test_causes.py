@@ -726,6 +726,8 @@ def test_a_record_that_is_unlike_the_others_in_two_ways_has_no_cause_and_no_weig
         assert abs(value) < 4.0 * error < 1e-5
     single = [c for c in chosen if c.about == "f0"]
     assert with_unlike(both, single) == tuple(single)
+    (unlike,) = with_unlike(replace(both, lost=frozenset({"t5"})), single)
+    assert (unlike.kind, unlike.stated) == ("unlike", ("f0",))  # its flights hold lost impacts
 
 
 def test_a_change_far_beyond_that_of_most_labs_is_said_by_its_size_and_not_its_logarithm():

@@ -1213,14 +1213,15 @@ def with_unlike(o: Observed, chosen: Sequence[Cause]) -> tuple[Cause, ...]:
     """Some causes, those of a record that differs in several respects replaced by one.
 
     What is otherwise in one record in two ways or more was another test, or is a damaged record:
-    nothing in it is believed, and everything in it may be anything.
+    nothing in it is believed, and everything in it may be anything. Where impacts are lost one way
+    is enough: flights that hold one look as those of another ball would.
     """
     own: dict[str, list[Cause]] = {}
     for cause in chosen:
         if cause.direction is not None and len(cause.records) == 1 and cause.kind != "drift":
             own.setdefault(cause.records[0], []).append(cause)
     for record, several in own.items():
-        if len(several) > 1:
+        if len(several) > 1 or record in o.lost:
             wider = {
                 name: width
                 for kind, width in _UNLIKE.items()

@@ -16,6 +16,7 @@ from vinesexp.identification.estimate import (
     F0_INTEGRATED,
     FIRST_SWING,
     INTEGRATED,
+    LOST,
     SWINGS_AT,
     Estimate,
 )
@@ -139,6 +140,7 @@ class Observed:
         differs by from theirs, kg, and the stated mass: one cell may be wrong, or empty.
     fixed : logarithm of a mass or a length to the fixed part of its error, over what is stated: a
         wrong unit leaves it as it is.
+    lost : ids of the records of which impacts are lost.
     """
 
     names: tuple[str, ...]
@@ -157,6 +159,7 @@ class Observed:
     law: Law = NO_LAW
     cells: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
+    lost: frozenset[str] = frozenset()
 
     def common(self, own: str) -> str:
         """The unknown of all records beside which one record has its own."""
@@ -372,7 +375,7 @@ def observe(
         names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
         b.balls, b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
         tuple(record.id for record in campaign.records), b.kinds, b.law, b.cells,
-        b.fixed,
+        b.fixed, frozenset(e.records[0] for e in found if e.parameter == LOST),
     )  # fmt: skip
 
 
