@@ -33,7 +33,7 @@ _MOST = 1 << 22  # samples of a record; of a longer one means are looked at
 _ROUND = 1000  # samples to a multiple of which a record is cut: its transform is fast
 _OWN = 3  # lines of a spectrum on either side of a peak that are its own
 _PIECES = 11  # of a record, each half over the next
-_LEFT = 0.25  # of a line, what it leaves in the pieces of a record that keeps it: rms
+_LEFT = 0.2  # of a line, what it leaves in the pieces of a record that keeps it: rms
 _MEDIAN = math.sqrt(math.log(2.0))  # of the size of complex noise, of its rms
 _SURE = 3.0  # standard errors
 _ALONE = 6.0  # times as strong as another that comes again with the motion
@@ -106,7 +106,7 @@ def _of_motion(x: FloatArray, step: float, pieces: _Pieces, stated: float) -> tu
         return stated, True
     size = group_size(1.0 / step, near, points=POINTS)  # the motion is slow: its means show it
     line = _pieces(block_means(x, size), size * step).line(near)
-    return line.frequency, line.kept
+    return (line.frequency if line.kept else near), line.kept
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class _Line:
     @property
     def sure(self) -> float:
         """Of its size, what is no chance."""
-        return max(self.size - _SURE * self.left / math.sqrt(_PIECES), 0.0)
+        return max(self.size - _SURE * self.left / math.sqrt(0.5 * _PIECES), 0.0)  # half is shared
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class _Pieces:
             seen = seen - own * self._of_line(multiple, k)
         for _ in range(3):  # the phase turns from half to half by what the frequency is off
             turns = seen / self._of_line(f, k)
-            line = turns.mean()
+            line = complex(np.median(turns.real), np.median(turns.imag))
             turned = np.median(np.angle(turns[half:] * np.conj(turns[:-half])))
             found, f = f, f + turned / (2.0 * math.pi * (self.middle[half] - self.middle[0]))
         # the median: a release or a blow is in few of the pieces
