@@ -51,6 +51,18 @@ def test_hum_of_a_short_decay_near_thrice_its_frequency_is_taken_out(seconds, f)
     assert hum_in(decay + noise, 1 / 6100.0, frequency=f) == []
 
 
+def test_hum_of_an_acceleration_is_found_beside_the_kink_of_a_release():
+    """The kink stands in one piece of the record, and took the mean of all with it."""
+    t, w = np.arange(15_000) / 5e3, 2.0 * np.pi * 20.0
+    free = np.maximum(t - 0.3, 0.0)
+    decay = -15e-3 * w**2 * np.exp(-0.004 * w * free) * np.cos(w * free) * (t > 0.3)
+    noise = 0.3 * np.random.default_rng(2).standard_normal(t.size)
+    hum = 2.0 * np.cos(2 * np.pi * 60.0 * t + 0.7)
+    (found,) = hum_in(decay + hum + noise, 1 / 5e3, frequency=20.0, lines=[60.0])
+    assert found.frequency == pytest.approx(60.0, abs=0.03)
+    assert found.size == pytest.approx(2.0, rel=0.05)
+
+
 @pytest.mark.parametrize(("line", "b"), combined([49.97, 60.02, 100.1], [0.031, 0.045]))
 def test_hum_beside_impacts_is_taken_out(line, b, measure, tmp_path):
     record = measure(b=[b], drive=G25, start=20.0, duration=30.0)
