@@ -52,8 +52,9 @@ from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
 
 _FITS = 10  # of causes proposed, at most
-#: Frictions tried, over one from which a ball rolls, and what the best is known by, relative.
-_OF_ROLLING, _NEAR = np.geomspace(0.25, 8.0, 16), 0.1
+#: Frictions tried, over one from which a ball rolls, what the best is known by, relative, and tests
+#: in which they are tried, at most.
+_OF_ROLLING, _NEAR, _SCANNED = np.geomspace(0.25, 8.0, 16), 0.1, 16
 _ANY_VALUE = 0.5  # share by which a clearance or a mass may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
 _IMPOSSIBLE = 1e6  # off the logarithm of the odds of causes that no lab has
@@ -395,7 +396,8 @@ def _bouncing(observed: Observed, frictions: FloatArray) -> dict[str, float]:
     """The friction with which single collisions of a record differ least in r, and r with it."""
     bounces: dict[str, list[FloatArray]] = {}
     scatters = []
-    for (record, ball), c in observed.collisions.items():
+    every = -(-len(observed.collisions) // _SCANNED)
+    for (record, ball), c in list(observed.collisions.items())[::every]:
         local = np.zeros((len(LOCALS), frictions.size))
         local[LOCALS.index("b")] = observed.clearances[record, ball][1]
         local[LOCALS.index("friction")] = frictions
