@@ -51,6 +51,13 @@ def test_hum_of_a_short_decay_near_thrice_its_frequency_is_taken_out(seconds, f)
     assert hum_in(decay + noise, 1 / 6100.0, frequency=f) == []
 
 
+def test_a_record_of_few_samples_has_no_hum():
+    """It ended in a division by zero."""
+    for n in range(1, 30):
+        x = 5e-3 * np.cos(2 * np.pi * 7.3 * np.arange(n) / 200.0)
+        assert hum_in(x, 1 / 200.0, frequency=7.3) == []
+
+
 def test_hum_of_an_acceleration_is_found_beside_the_kink_of_a_release():
     """The kink stands in one piece of the record, and took the mean of all with it."""
     t, w = np.arange(15_000) / 5e3, 2.0 * np.pi * 20.0

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
-from vinesexp.arrays import ComplexArray, FloatArray, IntArray
+from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView
+from vinesexp.signals.channel_agreement import parts_of
 from vinesexp.signals.corrections import Correction, correct
 from vinesexp.signals.means import POINTS, block_means, channel_means, group_size
 
@@ -85,6 +85,8 @@ def hum_in(
     >>> round(line.frequency, 2), round(line.size, 6), round(line.phase, 2)
     (50.03, 0.0001, 0.4)
     """
+    if x.size <= _PIECES:
+        return []
     x = x - x.mean()
     pieces = _pieces(x, step)
     frequency, stays = _of_motion(x, step, pieces, frequency)
@@ -219,17 +221,10 @@ def _spectra(x: FloatArray) -> ComplexArray:
 
 def _pieces(x: FloatArray, step: float) -> _Pieces:
     """Pieces of a record, each half over the next."""
-    n, hop = max(x.size // _ROUND, 1) * _ROUND, x.size // (_PIECES + 1)
-    first: IntArray = hop * np.arange(_PIECES)
-    spectra = _spectra(sliding_window_view(x, 2 * hop)[first])
-    record = x[:n]
-    return _Pieces(
-        _spectra(record),
-        record.size * step,
-        spectra,
-        np.asarray((first + hop) * step),
-        2 * hop * step,
-    )
+    record, hop = x[: max(x.size // _ROUND, 1) * _ROUND], x.size // (_PIECES + 1)
+    middle = hop * step * np.arange(1.0, _PIECES + 1.0)
+    spectra = _spectra(parts_of(x, 2 * hop)[:_PIECES])
+    return _Pieces(_spectra(record), record.size * step, spectra, middle, 2 * hop * step)
 
 
 def _whole(x: FloatArray, step: float, near: float) -> Hum:
