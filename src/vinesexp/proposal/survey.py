@@ -19,7 +19,7 @@ from vinesexp.errors import RecordError, naming
 from vinesexp.records.instrument.timebase import Clock, UnevenClockError
 from vinesexp.records.readers import Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
-from vinesexp.records.readers.source import part_of
+from vinesexp.records.readers.source import Column, part_of
 from vinesexp.units import UNITS, counted, first_of
 
 _MOST = 1 << 21  # samples of a column that are looked at
@@ -520,11 +520,31 @@ def _ramps(source: Source, read: dict[int, FloatArray]) -> list[int]:
     return [j for j in ramps if not _is_scattered(steps[j]) and np.median(steps[j]) != 1.0]
 
 
+def _goes_back(column: Column, times: FloatArray) -> list[str]:
+    """How times go back, all of them or some, and what to do."""
+    steps = np.diff(times)
+    back = np.flatnonzero(steps < 0.0)
+    if len(back) == len(steps) > _FEWEST:
+        mean = _rate_of(times, _unit_of_times(column.unit, -times))
+        return [
+            f"'{column.name}' runs backwards, from {times[0]:.6g} to {times[-1]:.6g}; if the rows "
+            f"stand in the order of time, give 'sample_rate: {mean:.6g} Hz' instead of 'time'"
+        ]
+    if _begins_anew(times):
+        return []
+    return [
+        f"'{column.name}' goes back {counted(len(back), 'time')}, first by {-steps[back[0]]:.3g}: "
+        "rows of several channels or records are mixed, or out of order; write a column for each "
+        "channel"
+    ]
+
+
 def _time_and_rate(
     source: Source, read: dict[int, FloatArray]
 ) -> tuple[int | None, float | None, list[str]]:
     """The column of times, the rate, and what is odd: as the format says, else a ramp called so."""
-    backwards, still = [], None
+    backwards = list[str]()
+    still: tuple[int, None, list[str]] | None = None
     for j in _perhaps_times(source, read):
         if is_called_frequency(source.columns[j].name, source.columns[j].unit):
             continue
@@ -536,19 +556,8 @@ def _time_and_rate(
             continue  # a quantity of its own: a speed, a length
         back = np.flatnonzero(steps < 0.0)
         slips = named and len(back) * _FEWEST < len(steps) and -steps.min() < 3.0 * steps.mean()
-        if named and len(back) == len(steps) > _FEWEST:
-            mean = _rate_of(finite, _unit_of_times(source.columns[j].unit, -finite))
-            backwards = [
-                f"'{source.columns[j].name}' runs backwards, from {finite[0]:.6g} to "
-                f"{finite[-1]:.6g}; if the rows stand in the order of time, give 'sample_rate: "
-                f"{mean:.6g} Hz' instead of 'time'"
-            ]
-        elif named and len(back) and not slips and not _begins_anew(finite):
-            backwards = [
-                f"'{source.columns[j].name}' goes back {counted(len(back), 'time')}, first by "
-                f"{-steps[back[0]]:.3g}: rows of several channels or records are mixed, or out of "
-                "order; write a column for each channel"
-            ]
+        if named and len(back) and not slips:
+            backwards = _goes_back(source.columns[j], finite) or backwards
         if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
             continue
         unit = _unit_of_times(source.columns[j].unit, read[j])
