@@ -71,6 +71,22 @@ def test_a_sheet_of_words_is_no_record_however_long(tmp_path):
     np.testing.assert_allclose(values(source, "Interval (s)"), [0.51, 0.38, 0.31])
 
 
+def test_numbers_in_cells_of_text_are_rows_of_numbers(tmp_path):
+    """Three numbers of another sheet were taken for the record."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in [("count",), (1,), (2,), (3,)]:
+        book.active.append(row)
+    samples = book.create_sheet("samples")
+    samples.append(["t", "x"])
+    for k in range(60):
+        samples.append([f"{0.01 * k:.2f}".replace(".", ","), f"{k},5"])
+    book.save(tmp_path / "a.xlsx")
+    source = open_source(tmp_path / "a.xlsx")
+    assert source.format == "Excel, sheet 'samples' of 2"
+    np.testing.assert_allclose(values(source, "x"), np.arange(60) + 0.5)
+
+
 def test_a_bad_cell_of_a_sheet_is_reported_with_sheet_and_row(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.layout import Lines
+from vinesexp.records.readers.layout import Layout, Lines
 from vinesexp.records.readers.source import file_of, part_of
 from vinesexp.records.readers.text import TextSource, laid_aside, turned
 from vinesexp.records.readers.unread import need
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 NAME = "Excel (.xlsx, .xls)"
 LIBRARIES = ("pandas", "openpyxl", "xlrd")
+_AS_TEXT = tuple(Layout("utf-8", "\t", sign) for sign in ".,")  # numbers in cells of text
 
 _XLS = b"\xd0\xcf\x11\xe0"
 _LIKE = 2  # times the rows of a sheet that the longest may have to be of like length
@@ -49,7 +50,7 @@ def open_file(path: Path) -> TextSource:
         file, sheet_name=None, header=None, dtype=object, na_filter=False, engine=engine
     )
     counts = {one: _rows_of_numbers(rows) for one, rows in sheets.items()}
-    if not any(counts.values()):  # they may stand there as text
+    if not any(counts.values()):  # numbers with their units
         counts = {one: len(rows) for one, rows in sheets.items()}
     most, wanted = max(counts.values()), part_of(path)
     name = wanted or next(one for one, count in counts.items() if count == most)
@@ -76,7 +77,11 @@ def open_file(path: Path) -> TextSource:
 
 def _rows_of_numbers(sheet: pd.DataFrame) -> int:
     """How many rows may hold samples: words alone, as of a device's settings, are none."""
-    numbers = [isinstance(cell, (int, float)) for cell in sheet.to_numpy().flat]
+    numbers = [
+        isinstance(cell, (int, float))
+        or (isinstance(cell, str) and any(one.is_number(cell) for one in _AS_TEXT))
+        for cell in sheet.to_numpy().flat
+    ]
     return int(np.reshape(numbers, sheet.shape).any(axis=1).sum()) if sheet.size else 0
 
 
