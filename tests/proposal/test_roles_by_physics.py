@@ -13,6 +13,14 @@ from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers.unread import known_by_sight
 
 RNG = np.random.default_rng(5)
+
+
+@pytest.fixture(autouse=True)
+def _own_noise(monkeypatch):
+    """Each test has noise of its own, in whatever order they run."""
+    monkeypatch.setitem(globals(), "RNG", np.random.default_rng(5))
+
+
 T = np.arange(3000) / 30.0
 
 
