@@ -40,7 +40,7 @@ HEADER = (
 )
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
 TRIED = (25, 30, 32, 33, 34, 35, 45)
-AMPLITUDES = (7.99, 5.87, 5.35, 5.27, 5.39, 7.49, 8.83)
+AMPLITUDES = (7.99, 5.853, 5.328, 5.261, 5.36, 7.49, 8.83)
 
 
 def campaign(records: list[Record], *, nes_mass: bool = True) -> Campaign:
@@ -500,6 +500,35 @@ def test_a_base_below_its_sheet_moves_the_prediction(tests_at_025):
     assert measured[0]["level"] == as_sheet[0]["level"] == "G = 0.25 mm"  # the sheet names it
     assert measured[0]["base_amplitude_mm"] == pytest.approx(0.225)
     assert measured[0]["exact_mm"] / as_sheet[0]["exact_mm"] == pytest.approx(0.9, abs=0.002)
+
+
+def test_a_base_that_differs_from_test_to_test_widens_what_was_measured(tests_at_025):
+    """b_c of each test goes with its own base amplitude."""
+    loaded, regimes = tests_at_025
+    as_one, rough = (
+        compared(
+            exactly(loaded), combined(TABLE_2), regimes, (),
+            [base_row(f"b{b}", G * 0.25e-3) for b, G in zip(TRIED, each, strict=True)],
+        )[0]
+        for each in (np.ones(7), 1.0 + 0.01 * np.array([1, -1, 1, -1, 1, -1, 0]))
+    )  # fmt: skip
+    for narrow, row in zip(as_one, rough, strict=True):
+        assert row["measured_mm"] == narrow["measured_mm"]
+        below = 1.96 * 0.01 * narrow["measured_low_mm"]
+        assert narrow["measured_low_mm"] - row["measured_low_mm"] == pytest.approx(below, rel=0.01)
+
+
+def test_amplitudes_that_differ_by_no_more_than_tests_scatter_are_said(tests_at_025):
+    loaded, regimes = tests_at_025
+    rough = [
+        {**row, "amplitude_mean_m": k * row["amplitude_mean_m"]}
+        for row, k in zip(regimes, (1.0, 0.97, 1.0, 1.02, 0.99, 1.0, 1.0), strict=True)
+    ]
+    rows, checks = compared(exactly(loaded), combined(TABLE_2), rough)
+    assert (rows[0]["measured_low_mm"], rows[0]["measured_high_mm"]) == pytest.approx((30.0, 35.0))
+    (said,) = [check for check in checks if check.check == "optimal clearance"]
+    assert said.outcome == "ok"
+    assert "from 32 to 34 mm the amplitudes differ by no more than tests scatter" in said.detail
 
 
 def test_a_base_channel_that_was_off_is_said(tests_at_025):

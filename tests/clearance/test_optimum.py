@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.clearance.levels import Tested
-from vinesexp.clearance.optimum import end_of_permanent, fastest, lowest_amplitude
+from vinesexp.clearance.optimum import SCATTER, end_of_permanent, fastest, lowest_amplitude
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.regime_definitions import Swing
 
@@ -18,7 +18,7 @@ TWO, MODULATED = "two symmetric", "strongly modulated"
 def valley(clearances: list[float], floor: float, jump: float) -> list[Tested]:
     """A parabola with its vertex at `floor`, and a jump up beyond `jump`."""
     return [
-        Tested(b, 5.0 + 300.0 * (b - floor) ** 2 + (2.0 if b > jump else 0.0),
+        Tested(b, 5.0 + 3e4 * (b - floor) ** 2 + (2.0 if b > jump else 0.0),
                MODULATED if b > jump else TWO)
         for b in clearances
     ]  # fmt: skip
@@ -54,6 +54,36 @@ def test_whatever_was_measured_the_estimate_stays_in_its_bracket(scatter, seed):
     assert (best.low or 0.0) <= best.clearance <= (best.high or 1.0)
     lowest = min(tests, key=lambda test: test.value)
     assert (best.low or 0.0) <= lowest.clearance <= (best.high or 1.0)
+
+
+@pytest.mark.parametrize("scatter", [0.002, 0.01, 0.04])
+@pytest.mark.parametrize("step", [5e-4, 1e-3, 4e-3])
+def test_the_bracket_holds_the_floor_however_close_the_clearances_and_rough_the_tests(
+    scatter, step
+):
+    """The amplitude falls with 1/b and rises with b, as that of two impacts per cycle does."""
+    held, rng = [], np.random.default_rng(7)
+    for _ in range(200):
+        tried = np.arange(0.022 + step * rng.random(), 0.044, step)
+        rough = 1.0 + scatter * rng.standard_normal(tried.size)
+        tests = [
+            Tested(float(b), float((0.033 / b + b / 0.033) ** 2 * k), TWO)
+            for b, k in zip(tried, rough, strict=True)
+        ]
+        best = lowest_amplitude(tests)
+        held.append((best.low or 0.0) < 0.033 < (best.high or 1.0))
+    assert np.mean(held) > 0.95
+
+
+def test_the_scatter_is_that_of_repeated_tests_and_of_neighbours():
+    rng = np.random.default_rng(3)
+    rough = [
+        Tested(float(b), float((0.033 / b + b / 0.033) * (1.0 + 0.02 * rng.standard_normal())), TWO)
+        for b in np.repeat(np.arange(0.028, 0.038, 0.0005), 3)
+    ]
+    assert lowest_amplitude(rough).scatter == pytest.approx(0.02, rel=0.25)
+    few = [Tested(b, 0.033 / b + b / 0.033, TWO) for b in (0.030, 0.033, 0.036)]
+    assert lowest_amplitude(few).scatter == SCATTER
 
 
 def test_an_optimum_at_the_end_is_a_bound():

@@ -222,8 +222,8 @@ def compare(
         budget says what the interval of each b_c and b_t is made of, m, as in budget.csv.
     """
 
-    def reach(b: float) -> float:
-        return COVERAGE_95 * campaign.known.uncertainties.clearance.of(b)
+    def reach(b: float, scatter: float = 0.0) -> float:
+        return COVERAGE_95 * math.hypot(campaign.known.uncertainties.clearance.of(b), scatter * b)
 
     rows: list[dict[str, Value]] = []
     checks: list[Check] = []
@@ -246,7 +246,8 @@ def compare(
             (END, PERMANENT_END, end_of_permanent, tests),
         ):
             left_out = len(level.tests) - len(counted)
-            optimum = _measured(checks, kind, level.name, counted, find, reach, left_out)
+            within = partial(reach, scatter=level.base.scatter)
+            optimum = _measured(checks, kind, level.name, counted, find, within, left_out)
             row = _row("periodic", level.name + suffix, kind, optimum, predicted)
             rows.append(_in_mm(row, base_amplitude=level.G, stated_base=level.nominal))
     for release, own in releases:
@@ -327,6 +328,13 @@ def _measured(
         return None
     if optimum.bound:
         detail = f"{what} {bound_in_words(optimum, tests)}"
+        checks.append(Check("", "optimal clearance", "ok", detail))
+    if len(optimum.alike) > 1:
+        first, last = (f"{1e3 * b:.4g}" for b in (optimum.alike[0], optimum.alike[-1]))
+        detail = (
+            f"{what} not known closer: from {first} to {last} mm the amplitudes differ by no more "
+            f"than tests scatter ({100 * optimum.scatter:.2g} %)"
+        )
         checks.append(Check("", "optimal clearance", "ok", detail))
     return widened(optimum, reach)
 

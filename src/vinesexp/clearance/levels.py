@@ -75,10 +75,13 @@ class LevelBase:
     ----------
     G : amplitude, m, with its standard error.
     frequency : Hz; None where the tests do not share one.
+    scatter : standard deviation of the amplitude from test to test over G, as the base channel
+        shows it; b_c of each test goes with its own.
     """
 
     G: Quantity
     frequency: Quantity | None
+    scatter: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -434,9 +437,11 @@ def base_of_level(
     f, f_noise = _mean([(r["frequency_hz"], r["frequency_error_hz"]) for r in rows])
     # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
     shared = _one([r["frequency_hz"] for r in rows])
+    each = [r["amplitude_m"] / G for r in rows]
     return LevelBase(
         amplitude or Quantity(G, math.hypot(noise, gain * G)),
         Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
+        float(np.std(each, ddof=1)) if len(each) > 1 else 0.0,
     )
 
 

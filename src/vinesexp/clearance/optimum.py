@@ -5,6 +5,10 @@ slowly while two impacts per cycle are permanent, and jumps up where strong modu
 two things are measured: where the amplitude is lowest, on the smooth side and never beyond the
 jump; and between which tried clearances the jump lies, from the regimes. b_c predicts the jump.
 
+No test is repeated exactly: 1 % of the base amplitude is 3 to 4 % of the amplitude of the mass.
+Clearances whose values differ by no more than tests scatter are ties, and the optimum lies anywhere
+between the tried clearances on either side of all of them.
+
 What lies at the edge of what was tried is a bound, not a value.
 
 A release has no single best clearance: each amplitude to be reached has its own.
@@ -17,6 +21,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import dropwhile
 from typing import Literal
+
+import numpy as np
 
 from vinesexp.clearance.levels import Tested
 from vinesexp.errors import AnalysisError
@@ -41,6 +47,10 @@ _SWINGS, _UNUSUAL = 0.003, 3.0
 #: Different clearances that it takes to have one between two others.
 FEWEST = 3
 
+#: Relative scatter of mean amplitudes from test to test before any shows it, worth one difference.
+SCATTER = 0.002
+_TIE = 2.0  # standard errors of a difference within which two values are alike
+
 
 @dataclass(frozen=True)
 class Optimum:
@@ -51,12 +61,16 @@ class Optimum:
     clearance : the estimate; where `bound` is set, the tried clearance that was best.
     low, high : tried clearances on either side; None where none beyond bounds it.
     records : ids of the records it came from.
+    alike : tried clearances whose values are the best, or no worse than tests scatter.
+    scatter : of the values from test to test, relative; 0 where it was not looked for.
     """
 
     clearance: float
     low: float | None
     high: float | None
     records: tuple[str, ...] = ()
+    alike: tuple[float, ...] = ()
+    scatter: float = 0.0
 
     @property
     def bound(self) -> Bound:
@@ -70,16 +84,20 @@ class Optimum:
 
 @dataclass(frozen=True)
 class _Point:
-    """All tests at one clearance: where impacts are permanent in some, the mean value of those.
+    """All tests at one clearance: where impacts are permanent in some, the values of those.
 
     `permanent` is whether they are in any: the others began beside that motion. It is None where no
     test shows a regime.
     """
 
     clearance: float
-    value: float
+    values: tuple[float, ...]
     permanent: bool | None
     often: bool = False  # the ball hits more often than twice a cycle
+
+    @property
+    def value(self) -> float:
+        return sum(self.values) / len(self.values)
 
     @property
     def lost(self) -> bool:
@@ -94,11 +112,11 @@ def _points(tests: Sequence[Tested], *, fewest: int = FEWEST) -> list[_Point]:
         own = [t for t in tests if t.clearance == clearance and t.value is not None]
         regimes = [test.regime for test in own if test.regime]
         stay = [test for test in own if test.regime in PERMANENT]
-        values = [test.value for test in stay or own if test.value is not None]
+        values = tuple(test.value for test in stay or own if test.value is not None)
         if values:
             often = any(regime in _OFTEN for regime in regimes)
             permanent = bool(stay) if regimes else None
-            found.append(_Point(clearance, sum(values) / len(values), permanent, often))
+            found.append(_Point(clearance, values, permanent, often))
     if len(found) < fewest:
         tried = counted(len(found), "clearance")
         raise AnalysisError(f"{tried} tried, expected {fewest} or more to have one between two")
@@ -119,12 +137,12 @@ def amplitudes_of(tests: Sequence[Tested]) -> dict[float, float]:
 def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Optimum:
     """Clearance of lowest mean amplitude in periodic tests at one base amplitude.
 
-    The vertex of the parabola through the lowest point and its neighbours on the smooth side of
+    The vertex of the parabola through the lowest points and their neighbours on the smooth side of
     the valley, nowhere beyond the last tried clearance whose impacts are permanent: no curve is
-    drawn across the jump. Bracketed by the tried clearances next to the lowest point, which is
-    all that a valley of one minimum guarantees. A test that lost two impacts per cycle where they
-    can last began beside that motion, and bounds nothing; where all are lost, the valley lies
-    below.
+    drawn across the jump. Bracketed by the tried clearances next to the lowest point and to those
+    no higher than tests scatter (`scatter_of`), which is all that a valley of one minimum
+    guarantees. A test that lost two impacts per cycle where they can last began beside that motion,
+    and bounds nothing; where all are lost, the valley lies below.
 
     Parameters
     ----------
@@ -152,16 +170,52 @@ def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Op
             "none of these tests shows an impact: the ball did not reach its walls, and the mass "
             "moved as without it; begin tests with the ball at a wall, or with a larger motion"
         )
-    best = min(range(len(points)), key=lambda i: points[i].value)
-    below = [point for point in points[:best] if not point.lost]  # the smooth side
-    above = [p for p in points[best + 1 :] if not (p.lost and p.clearance < (b_c or 0.0))]
+    best = min(points, key=lambda point: point.value)
+    like = [point for point in points if point.permanent is best.permanent]
+    scatter = scatter_of(like)
+    alike = [p for p in like if p.value <= best.value * (1.0 + _TIE * _apart(p, best, scatter))]
+    first, last = points.index(alike[0]), points.index(alike[-1])
+    below = [point for point in points[:first] if not point.lost]  # the smooth side
+    above = [p for p in points[last + 1 :] if not (p.lost and p.clearance < (b_c or 0.0))]
     found = Optimum(
-        clearance=points[best].clearance,
+        clearance=best.clearance,
         low=below[-1].clearance if below else None,
         high=above[0].clearance if above else None,
         records=_records(tests),
+        alike=tuple(point.clearance for point in alike),
+        scatter=scatter,
     )
-    return found if found.bound else replace(found, clearance=_vertex(points, best))
+    if found.bound or not best.permanent:
+        return found
+    vertex = _vertex(like, best, alike)
+    return replace(found, clearance=float(np.clip(vertex, found.low, found.high)))
+
+
+def scatter_of(points: Sequence[_Point]) -> float:
+    """Relative scatter of mean amplitudes from test to test, of clearances on a smooth curve.
+
+    Repeated tests show it, and so does what four neighbours leave of a parabola: their third
+    divided difference. It is taken of the amplitude over the clearance, which bends least. Of few
+    tests the scatter is near `SCATTER`.
+    """
+    squares, count = SCATTER**2, 1
+    for point in points:
+        squares += sum((value / point.value - 1.0) ** 2 for value in point.values)
+        count += len(point.values) - 1
+    for four in zip(points, points[1:], points[2:], points[3:], strict=False):
+        parts = [
+            a.value / a.clearance / math.prod(a.clearance - b.clearance for b in four if b is not a)
+            for a in four
+        ]
+        each = (part / math.sqrt(len(p.values)) for part, p in zip(parts, four, strict=True))
+        squares += (sum(parts) / math.hypot(*each)) ** 2
+        count += 1
+    return math.sqrt(squares / count)
+
+
+def _apart(a: _Point, b: _Point, scatter: float) -> float:
+    """Standard error of the difference between two mean values, relative."""
+    return scatter * math.sqrt(1.0 / len(a.values) + 1.0 / len(b.values))
 
 
 def widened(optimum: Optimum, of: Callable[[float], float]) -> Optimum:
@@ -191,21 +245,21 @@ def _records(tests: Sequence[Tested]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(test.record for test in tests if test.record))
 
 
-def _vertex(points: Sequence[_Point], best: int) -> float:
-    """Vertex of the parabola on the smooth side of the lowest point, or the point itself."""
-    at = points[best].clearance
-    if not points[best].permanent:
-        return at
-    last = best + 1 if best + 1 < len(points) and points[best + 1].permanent else best
-    three = points[last - 2 : last + 1] if last >= 2 else []
-    if len(three) < 3 or not all(point.permanent for point in three):
-        return at
-    (b1, a1), (b2, a2), (b3, a3) = ((p.clearance, p.value) for p in three)
-    left, right = (a2 - a1) / (b2 - b1), (a3 - a2) / (b3 - b2)
-    if right <= left:  # not convex: scatter, no valley
-        return at
-    vertex = 0.5 * (b1 + b2) - left * (b3 - b1) / 2.0 / (right - left)
-    return min(max(vertex, points[max(best - 1, 0)].clearance), three[-1].clearance)
+def _vertex(points: Sequence[_Point], best: _Point, alike: Sequence[_Point]) -> float:
+    """Vertex of the parabola through those alike and their neighbours, or the lowest itself.
+
+    `points` are all whose impacts are permanent: nothing lies beyond the last of them.
+    """
+    before, end = points.index(alike[0]) - 1, min(points.index(alike[-1]) + 1, len(points) - 1)
+    used = points[max(min(before, end - 2), 0) : end + 1]
+    if len(used) < 3:
+        return best.clearance
+    b = np.array([point.clearance for point in used])
+    of = b - b.mean()
+    curvature, slope, _ = np.polyfit(of, [point.value for point in used], 2)
+    if curvature <= 0.0:  # scatter, no valley
+        return best.clearance
+    return float(min(b.mean() - 0.5 * slope / curvature, b[-1]))
 
 
 def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
