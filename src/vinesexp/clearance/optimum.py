@@ -134,7 +134,12 @@ def amplitudes_of(tests: Sequence[Tested]) -> dict[float, float]:
     return {point.clearance: point.value for point in _points(tests, fewest=0)}
 
 
-def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Optimum:
+def lowest_amplitude(
+    tests: Sequence[Tested],
+    *,
+    b_c: float | None = None,
+    expected: Callable[[float], float] | None = None,
+) -> Optimum:
     """Clearance of lowest mean amplitude in periodic tests at one base amplitude.
 
     The vertex of the parabola through the lowest points and their neighbours on the smooth side of
@@ -150,6 +155,9 @@ def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Op
         Mean amplitude, m.
     b_c : float, optional
         Clearance up to which two impacts per cycle surely can last, m.
+    expected : callable, optional
+        Clearance, m, to a predicted amplitude: about it the scatter of the tests is known best, be
+        it as wrong as it may.
 
     Raises
     ------
@@ -172,7 +180,7 @@ def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Op
         )
     best = min(points, key=lambda point: point.value)
     like = [point for point in points if point.permanent is best.permanent]
-    scatter = scatter_of(like)
+    scatter = scatter_of(like, expected)
     alike = [p for p in like if p.value <= best.value * (1.0 + _TIE * _apart(p, best, scatter))]
     first, last = points.index(alike[0]), points.index(alike[-1])
     below = [point for point in points[:first] if not point.lost]  # the smooth side
@@ -191,22 +199,21 @@ def lowest_amplitude(tests: Sequence[Tested], *, b_c: float | None = None) -> Op
     return replace(found, clearance=float(np.clip(vertex, found.low, found.high)))
 
 
-def scatter_of(points: Sequence[_Point]) -> float:
+def scatter_of(points: Sequence[_Point], expected: Callable[[float], float] | None = None) -> float:
     """Relative scatter of mean amplitudes from test to test, of clearances on a smooth curve.
 
     Repeated tests show it, and so does what four neighbours leave of a parabola: their third
-    divided difference. It is taken of the amplitude over the clearance, which bends least. Of few
-    tests the scatter is near `SCATTER`.
+    divided difference. It is taken of the amplitude over the one that is expected, or over the
+    clearance, which bend little. Of few tests the scatter is near `SCATTER`.
     """
+    over = expected or float
     squares, count = SCATTER**2, 1
     for point in points:
         squares += sum((value / point.value - 1.0) ** 2 for value in point.values)
         count += len(point.values) - 1
     for four in zip(points, points[1:], points[2:], points[3:], strict=False):
-        parts = [
-            a.value / a.clearance / math.prod(a.clearance - b.clearance for b in four if b is not a)
-            for a in four
-        ]
+        apart = [math.prod(a.clearance - b.clearance for b in four if b is not a) for a in four]
+        parts = [p.value / over(p.clearance) / way for p, way in zip(four, apart, strict=True)]
         each = (part / math.sqrt(len(p.values)) for part, p in zip(parts, four, strict=True))
         squares += (sum(parts) / math.hypot(*each)) ** 2
         count += 1
