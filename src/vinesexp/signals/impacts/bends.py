@@ -13,11 +13,12 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtr
 
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.signals.hum import hum_in
 from vinesexp.signals.impacts.candidates import strongest
-from vinesexp.signals.impacts.detection import Detection, detection_at, normal_cdf
+from vinesexp.signals.impacts.detection import Detection, detection_at
 from vinesexp.signals.impacts.slopes import Coarse
 
 _HALVES, _WIDE = (1.0 / 24.0, 1.0 / 10.0), 4.0  # periods: of triangles; moving mean over these
@@ -137,7 +138,7 @@ def _at_scale(
     near = np.diff(place, prepend=-np.inf, append=np.inf) < 2 * m
     return detection_at(
         x.start + place * step, time_error=m * step / np.maximum(strength, 1.0),
-        jump=jump, strength=strength, confidence=normal_cdf(strength - _THRESHOLD),
+        jump=jump, strength=strength, confidence=ndtr(strength - _THRESHOLD),
         crowded=near[1:] | near[:-1],
     )  # fmt: skip
 

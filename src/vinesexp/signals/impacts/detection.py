@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtr
 
 from vinesexp.arrays import BoolArray, FloatArray, each_array, joined_arrays
 from vinesexp.settings.stages import ImpactSettings
@@ -282,7 +283,7 @@ def _gathered(
         jump_error=found.area_error * dt / answer,
         peak=found.peak,
         strength=found.strength,
-        confidence=normal_cdf(found.strength - threshold),
+        confidence=ndtr(found.strength - threshold),
         crowded=found.crowded.astype(bool),
         clipped=np.concatenate([clipped for _, clipped in parts]),
         template=template,
@@ -311,9 +312,3 @@ def detection_at(time: FloatArray, **known: Any) -> Detection:
     unknown, no = np.full(time.size, np.nan), np.zeros(time.size, dtype=bool)
     nothing = Detection(time, unknown, unknown, unknown, unknown, unknown, unknown, no, no)
     return replace(nothing, **known)
-
-
-def normal_cdf(x: FloatArray) -> FloatArray:
-    """Cumulative normal distribution to 1e-5: logistic with a cubic term."""
-    z = np.clip(1.5976 * x + 0.070566 * x**3, -40.0, 40.0)
-    return np.asarray(1.0 / (1.0 + np.exp(-z)))

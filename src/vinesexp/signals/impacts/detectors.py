@@ -14,12 +14,13 @@ from importlib import import_module
 from typing import Any, cast
 
 import numpy as np
+from scipy.special import ndtr
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import STRETCH, Stream, louder, stretch_noise, strongest
-from vinesexp.signals.impacts.detection import Detection, detect_by_template, normal_cdf
+from vinesexp.signals.impacts.detection import Detection, detect_by_template
 from vinesexp.signals.impacts.template import Shape, Template, spring_answer, template_of, window
 
 #: Highpassed acceleration (m/s^2, gaps as zeros) and sample rate (Hz) to times of impacts, s.
@@ -228,7 +229,7 @@ def _detection(
         jump_error=height_error * abs(template.area) * dt / answer,
         peak=np.abs(samples).max(axis=1, initial=0.0),
         strength=strength,
-        confidence=normal_cdf(strength - settings.threshold),
+        confidence=ndtr(strength - settings.threshold),
         crowded=close[1:] | close[:-1],
         clipped=np.array([stream.beyond(*span).any() for span in near], dtype=bool),
         template=template,

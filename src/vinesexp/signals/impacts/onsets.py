@@ -15,11 +15,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.special import ndtr
 
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.settings.stages import DropSettings, ImpactSettings
 from vinesexp.signals.impacts.candidates import CHUNK, Stream
-from vinesexp.signals.impacts.detection import Detection, detection_at, normal_cdf
+from vinesexp.signals.impacts.detection import Detection, detection_at
 
 _QUIET = 0.1  # share of the record that is taken as quiet
 _EDGE = 5  # samples that Maeda's criterion keeps on either side
@@ -55,7 +56,7 @@ def detect_onsets(stream: Stream, settings: ImpactSettings, drop: DropSettings) 
     strength = level[tops] / noise
     return detection_at(
         time, time_error=error, peak=level[tops],
-        strength=strength, confidence=normal_cdf(strength - settings.threshold),
+        strength=strength, confidence=ndtr(strength - settings.threshold),
     )  # fmt: skip
 
 
