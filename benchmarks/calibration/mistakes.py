@@ -262,6 +262,16 @@ def _one_base(scene: Scene, rng: np.random.Generator) -> Scene:
     return scene.mapped(shaken, "periodic")
 
 
+def _rough_base(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Nothing controls the shaker: its base channel shows another amplitude in each test."""
+
+    def shaken(t: Test) -> Test:
+        amplitude = t.drive.amplitude * (1.0 + 0.01 * float(rng.standard_normal()))
+        return replace(t, drive=replace(t.drive, amplitude=amplitude))
+
+    return scene.mapped(shaken, "periodic").with_sensors(base=True)
+
+
 def _unstated(scene: Scene, rng: np.random.Generator) -> Scene:
     """Nobody wrote down how far the base moved, nor from where the mass was let go."""
     left = {"base_amplitude_mm", "release_mm"}
@@ -323,6 +333,7 @@ _ALL = [
     _every("floor more or less dusty", "friction|stuck", _dusty),
     _every("laser aimed anew", "drift of gain", _aimed_anew),
     _every("another base amplitude in one test", "base amplitude", _one_base),
+    _every("base amplitude 1 % another in each test", "", _rough_base),
     _every("added masses exchanged", "added mass", _loads_exchanged),
     _every("base channel five times", "base scale", _gain(base_gain=5.0)),
     _every("base amplitude and release not written down", "", _unstated),

@@ -46,6 +46,7 @@ HARMLESS = (
     "short contacts, filtered before sampling",
     "vibrometer, AC-coupled",
     "vibrometer alone",
+    "base amplitude 1 % another in each test",
 )
 
 #: A contact that rings where it moves no value is not named.
@@ -96,6 +97,11 @@ def test_no_interval_is_far_off_unless_something_is_not_explained(campaigns, nam
 
 def test_rings_held_before_their_release_are_replayed_from_where_the_mass_is_free(campaigns):
     assert not [w for w in campaigns("held before release")["warnings"] if "ring_" in w]
+
+
+def test_a_base_that_its_channel_shows_to_differ_from_test_to_test_is_explained(campaigns):
+    found = campaigns("base amplitude 1 % another in each test")
+    assert not [text for text in found["warnings"] if "settled" not in text]
 
 
 def test_one_modulated_test_beside_a_coupling_moves_no_damping(tmp_path):

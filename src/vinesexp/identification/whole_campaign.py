@@ -44,6 +44,7 @@ from vinesexp.identification.joint.whole import (
     partings,
     rig_posterior,
     rolling_from,
+    tests_at,
 )
 from vinesexp.identification.joint.words import called, cause_checks
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -880,10 +881,10 @@ def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
     """Base amplitude of each level, and of a test of another amplitude, as all records show it."""
     rows = []
     for level, name in answer.observed.levels.items():
-        ids = [r.id for r in campaign.records if r.test == "periodic" and r.base_amplitude == level]
-        others = {id: {name: 1.0, own: 1.0} for id, own in _at_another_base(answer, ids).items()}
-        shared = tuple(id for id in ids if id not in others)
-        for own, terms in ((shared, {name: 1.0}), *(((id,), t) for id, t in others.items())):
+        ids = tests_at(level, campaign)
+        others = {id: {name: 1.0, own: 1.0} for id, own in answer.at_another_base(ids).items()}
+        shared, common = tuple(id for id in ids if id not in others), answer.base_of(level, ids)
+        for own, terms in ((shared, common), *(((id,), t) for id, t in others.items())):
             value, error = answer.posterior.of(terms)
             size = level * math.exp(value)
             rows.append(
@@ -920,39 +921,15 @@ def _frequencies(driven: Mapping[str, DrivenMotion], campaign: Campaign) -> list
 _SHARED, _FREQUENCY = 1e-3, 2e-5  # of a frequency: tests that share one; error of that of one test
 
 
-def _at_another_base(answer: Answer, ids: Sequence[str]) -> dict[str, str]:
-    """Tests whose base amplitude is said to be another than stated, with the unknown of it."""
-    return _moved(answer, {f"own base: {id}": id for id in ids})
-
-
-def _moved(answer: Answer, names: Mapping[str, str]) -> dict[str, str]:
-    """Of unknowns that single records have for themselves, those that a named cause moves.
-
-    Nothing that a record has for itself is as elsewhere if it is unlike the others.
-    """
-    found: dict[str, str] = {}
-    for w in answer.judged.found:
-        alone = w.cause.direction is not None and len(w.cause.direction.terms) == 1
-        if w.cause.kind == "unlike" or (alone and w.sure and not w.rivals):
-            found |= {names[name]: name for name in w.cause.moves & names.keys()}
-    return found
-
-
 def _releases(answer: Answer, campaign: Campaign) -> list[Estimate]:
     """Displacement from which each release began, as test log and records show it."""
     rows = []
     for stated, name in answer.observed.releases.items():
         ids = _released(stated, campaign)
-        value, error = answer.posterior.of(_as_made(answer, name, ids))
+        value, error = answer.posterior.of(answer.observed.mean_of(name, "own release", ids))
         size = stated * math.exp(value)
         rows.append(Estimate("release", size, size * error, "m", "displacement", ids))
     return rows
-
-
-def _as_made(answer: Answer, name: str, ids: Sequence[str]) -> dict[str, float]:
-    """Mean of the releases of a level that were made, not that of further ones, as a sum."""
-    own = answer.observed.kinds.get("own release", {})
-    return {name: 1.0, **{one: 1.0 / len(ids) for one, id in own.items() if id in ids}}
 
 
 def _released(stated: float, campaign: Campaign) -> tuple[str, ...]:
@@ -1070,20 +1047,21 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[_Input]:
         rows.append(_input(answer, item, (record,), "mm", 1e3, stated, terms, log=False))
     for level, name in o.levels.items():
         ids = tuple(r.id for r in campaign.records if r.base_amplitude == level)
-        rows.append(_input(answer, "base_amplitude", ids, "mm", 1e3, level, {name: 1.0}, log=True))
-        for id, own in _at_another_base(answer, ids).items():
+        terms = answer.base_of(level, ids)
+        rows.append(_input(answer, "base_amplitude", ids, "mm", 1e3, level, terms, log=True))
+        for id, own in answer.at_another_base(ids).items():
             terms = {name: 1.0, own: 1.0}
             rows.append(_input(answer, BASE_OF_ONE, (id,), "mm", 1e3, level, terms, log=True))
     for release, name in o.releases.items():
         ids = _released(release, campaign)
-        terms = _as_made(answer, name, ids)
+        terms = o.mean_of(name, "own release", ids)
         rows.append(_input(answer, "release", ids, "mm", 1e3, release, terms, log=True))
     for load, name in o.loads.items():
         ids = tuple(r.id for r in campaign.records if r.added_mass == load)
         scale = answer.posterior.of({"load scale": 1.0})[0]  # logarithm of a factor of all
         slope = load * math.exp(scale)
         terms, off = {name: 1.0, "load scale": slope}, load * math.expm1(scale) - slope * scale
-        cells = _moved(answer, {o.cells[id][0]: id for id in ids if id in o.cells})
+        cells = answer.moved({o.cells[id][0]: id for id in ids if id in o.cells})
         groups = [(tuple(id for id in ids if id not in cells), terms)]
         groups += [((id,), {**terms, cell: 1.0}) for id, cell in cells.items()]
         rows += [

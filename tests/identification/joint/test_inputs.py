@@ -7,15 +7,17 @@ import pytest
 
 from vinesexp.identification.joint import whole
 from vinesexp.identification.joint.causes import Cause, Weighed
-from vinesexp.identification.joint.unknowns import Direction, Posterior, Prior
+from vinesexp.identification.joint.observations import Observed
+from vinesexp.identification.joint.unknowns import Beliefs, Block, Direction, Posterior, Prior
 from vinesexp.identification.joint.whole import (
+    Answer,
     RigPosterior,
     RigState,
     read_rig,
     rig_posterior,
     write_rig,
 )
-from vinesexp.identification.whole_campaign import _at_another_base, _contradicted, _input
+from vinesexp.identification.whole_campaign import _contradicted, _input
 from vinesexp.records.stored.result_columns import Verdict
 
 
@@ -105,6 +107,27 @@ def test_a_test_that_is_unlike_the_others_has_its_own_base_amplitude(kind):
     direction = Direction(own, Prior(0.0, 0.3)) if kind == "mistake" else None
     cause = Cause(kind, kind, "record", direction, wider={} if direction else own)
     found = (Weighed(cause, 50.0, 0.0, 0.0, (), sure=direction is not None),)
-    answer = SimpleNamespace(judged=SimpleNamespace(found=found))
+    answer = Answer(SimpleNamespace(), SimpleNamespace(), SimpleNamespace(found=found))
     expected = {} if kind == "scatter" else {"t1": "own base: t1"}
-    assert _at_another_base(answer, ("t1", "t2")) == expected
+    assert answer.at_another_base(("t1", "t2")) == expected
+
+
+def test_the_base_of_a_level_is_the_mean_of_those_that_a_channel_shows():
+    own = {f"own base: t{k}": f"t{k}" for k in range(4)}
+    names = ("base: 0.25 mm", *own)
+    blocks = [
+        Block(id, kind, (({names[0]: 1.0, name: 1.0}, 0.0),), lambda p: p)
+        for name, id in own.items()
+        for kind in (("base", "base channel") if id != "t3" else ("base",))
+    ]
+    nothing = {name: {} for name in ("balls", "clearances", "loads", "releases", "gains")}
+    observed = Observed(
+        names=names, beliefs=Beliefs({}), blocks=tuple(blocks), start=np.zeros(5),
+        levels={0.25e-3: names[0]}, collisions={}, order=(), kinds={"own base": own}, **nothing,
+    )  # fmt: skip
+    wrong = Cause("one", "mistake", "base amplitude", Direction({names[1]: 1.0}, Prior(0.0, 0.3)))
+    judged = SimpleNamespace(found=(Weighed(wrong, 50.0, 0.2, 0.01, (), sure=True),))
+    answer = Answer(observed, SimpleNamespace(), judged)
+    expected = {names[0]: 1.0, "own base: t1": 0.5, "own base: t2": 0.5}
+    assert answer.base_of(0.25e-3, ("t0", "t1", "t2", "t3")) == expected
+    assert answer.base_of(0.25e-3, ("t3",)) == {names[0]: 1.0}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -98,7 +98,8 @@ _RELEASED = 3.0
 #: The same where the displacement is the integral of the acceleration, whose phase is less sure.
 _INTEGRATED = 30.0
 #: The same of the base that the mass answers to and of its f0 and zeta, relative: harmonics of the
-#: base, contacts that last, a motion that is not quite that of one oscillator.
+#: base, contacts that last, a motion that is not quite that of one oscillator. A base that its
+#: channel shows may differ from test to test by as much as it was stated to.
 _OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
 #: Of f0 by an acceleration that is integrated, relative, beside its gains: times of the pulses.
 _F0_INTEGRATED = 5e-4
@@ -169,6 +170,11 @@ class Observed:
             for sums, _ in block.sums
             if sums.get(own) == 1.0
         )
+
+    def mean_of(self, common: str, kind: str, records: Collection[str]) -> dict[str, float]:
+        """An unknown of several records with what some have beside it, on average, as a sum."""
+        own = [name for name, record in self.kinds.get(kind, {}).items() if record in records]
+        return {common: 1.0, **dict.fromkeys(own, 1.0 / max(len(own), 1))}
 
 
 def off_stated(name: str, stated: float) -> dict[str, float]:
@@ -1038,11 +1044,13 @@ def _base(
     picked, per = _picked_up(b, record, driven)
     for e in found:
         if e.parameter == "base_seen" and e.records == (record.id,) and e.value > 0.0:
+            half = inputs.base_amplitude.of(level) / level / math.sqrt(2.0)
+            differs = math.hypot(_OWN_BASE, half)
             seen = math.log(e.value / level)
             error = max(e.std_error / e.value, 1e-5)
             sums = ({**here, b.gain(record, "base"): 1.0, **b.crosstalk(record, per),
                      **b.yields(record, per), b.own("own base gain", record, 0.0): 1.0,
-                     b.own("own base", record, _OWN_BASE): 1.0}, picked.real)  # fmt: skip
+                     b.own("own base", record, differs): 1.0}, picked.real)  # fmt: skip
             b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
     if driven is None or not (rig := b.oscillator):
         return

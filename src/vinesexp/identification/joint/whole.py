@@ -240,6 +240,32 @@ class Answer:
         }
         return tuple(record for record in self.observed.order if record in found)
 
+    def moved(self, names: Mapping[str, str]) -> dict[str, str]:
+        """Of unknowns that single records have for themselves, those that a named cause moves.
+
+        Nothing that a record has for itself is as elsewhere if it is unlike the others.
+        """
+        found: dict[str, str] = {}
+        for w in self.judged.found:
+            alone = w.cause.direction is not None and len(w.cause.direction.terms) == 1
+            if w.cause.kind == "unlike" or (alone and w.sure and not w.rivals):
+                found |= {names[name]: name for name in w.cause.moves & names.keys()}
+        return found
+
+    def at_another_base(self, records: Collection[str]) -> dict[str, str]:
+        """Tests whose base amplitude is said to be another than stated, with the unknown of it."""
+        return self.moved({f"own base: {record}": record for record in records})
+
+    def base_of(self, level: float, records: Collection[str]) -> dict[str, float]:
+        """Logarithm of the mean base amplitude of some tests over that stated, m, as a sum.
+
+        Where no channel shows them, the tests are of one base.
+        """
+        blocks = self.observed.blocks
+        shown = {b.record for b in blocks if b.kind == "base channel"} & set(records)
+        own = shown - self.at_another_base(shown).keys()
+        return self.observed.mean_of(self.observed.levels[level], "own base", own)
+
     def without(self, *kinds: str) -> Posterior:
         """Posterior from all blocks but those of some kinds, with the causes that all show.
 
@@ -537,6 +563,13 @@ def of_records(answer: Answer, records: Collection[str]) -> dict[str, dict[str, 
     return {common: dict.fromkeys(names, 1.0 / len(names)) for common, names in own.items()}
 
 
+def tests_at(level: float, campaign: Campaign) -> tuple[str, ...]:
+    """Ids of the periodic tests of a stated base amplitude, m."""
+    return tuple(
+        r.id for r in campaign.records if r.test == "periodic" and r.base_amplitude == level
+    )
+
+
 def rig_posterior(
     answer: Answer, campaign: Campaign, own: Mapping[str, Mapping[str, float]] | None = None
 ) -> RigPosterior:
@@ -564,8 +597,8 @@ def rig_posterior(
         "r": (r, 0.0),
         "m": (m, stated),
         **{
-            base_at(level): ({name: 1.0}, math.log(level))
-            for level, name in answer.observed.levels.items()
+            base_at(level): (answer.base_of(level, tests_at(level, campaign)), math.log(level))
+            for level in answer.observed.levels
         },
     }
     wanted = {
