@@ -307,6 +307,40 @@ def test_ring_downs_that_were_each_mounted_anew_are_no_drift(quantities, other):
     assert abs(value) < error
 
 
+@pytest.mark.parametrize(
+    ("f0", "keys"),
+    [
+        ((-6e-4, 4e-4, 5e-4, -3e-4, 1e-4, -4e-4), ["mountings f0"]),
+        ((-1e-4, 1e-4, 3e-3, 2e-5, 0.0, -1e-4), ["other f0 in c"]),
+        ((-1e-4, 1e-4, 2e-4, 2e-5, 0.0, -1e-4), []),
+    ],
+    ids=["all differ", "one differs", "as stated"],
+)
+def test_mountings_may_differ_by_more_than_stated(f0, keys):
+    """Of mountings that moved f0 by 0.05 % the report said that something came loose."""
+    mountings = [f"mounting f0: {10 * k} g" for k in range(6)]
+    own = {f"own f0: {id}": id for id in "abcdef"}
+    priors = {"ln_f0": Prior(0.0, 1.0), **dict.fromkeys(mountings, Prior(0.0, 1e-4))}
+    priors |= dict.fromkeys(own, Prior(0.0, 1e-9))
+    blocks = tuple(
+        Block(id, "decay", (({"ln_f0": 1.0, mounting: 1.0, name: 1.0}, 0.0),), Mean(seen, 1e-6))
+        for (name, id), mounting, seen in zip(own.items(), mountings, f0, strict=True)
+    )
+    names, nothing = tuple(priors), ({}, {}, {}, {}, {}, {}, {})
+    observed = Observed(
+        names, Beliefs(priors), blocks, np.zeros(len(names)), *nothing, order=tuple("abcdef"),
+        kinds={"mounting f0": dict.fromkeys(mountings, ""), "own f0": own},
+    )  # fmt: skip
+    judged = judge(expand(blocks, names, np.zeros(len(names))), observed, possible_causes(observed))
+    assert [w.cause.key for w in judged.found] == keys
+    if "mountings f0" in keys:
+        (row,) = cause_checks(judged)
+        assert (row.check, row.outcome) == ("remounting", "ok")
+        value, error = judged.posterior.of({"ln_f0": 1.0})
+        assert 1e-4 < error < 4e-4
+        assert abs(value) < 2.0 * error
+
+
 def test_a_cause_along_what_is_known_exactly_is_weighed_as_if_it_were_an_unknown():
     """A scale of loads: its information is large, and the mass goes with it."""
     names = ("ln_M", "load scale", "other")

@@ -1250,15 +1250,28 @@ def as_wide_as_seen(found: Posterior, chosen: Sequence[Cause]) -> tuple[Cause, .
     wide = []
     for cause in chosen:
         seen = math.sqrt(sum(values[n] ** 2 for n in cause.wider) / max(len(cause.wider), 1))
-        known = cause.kind != "scatter" or seen <= max(cause.wider.values())
+        known = cause.kind not in ("scatter", "remounting") or seen <= max(cause.wider.values())
         wide.append(cause if known else replace(cause, wider=dict.fromkeys(cause.wider, seen)))
     return tuple(wide)
 
 
 def _remounted(o: Observed) -> list[Cause]:
-    """Ring-downs of one load, which have one mounting, as if each had its own f0, or damping."""
+    """Mountings that differ more than stated, in f0 or in damping, by `_AS_FAR`.
+
+    Ring-downs of one load, which have one mounting, also as if each had its own.
+    """
     found = []
+    times, members = _AS_FAR[1][1:]
     for kind in ("f0", "zeta"):
+        stated = {
+            name: o.beliefs.priors[name].error for name in o.kinds.get(f"mounting {kind}", ())
+        }
+        if len(stated) > 1:
+            wider = {name: times * error for name, error in stated.items()}
+            found.append(
+                Cause(f"mountings {kind}", "remounting", f"{kind} of mountings", None,
+                      members=members, wider=wider)
+            )  # fmt: skip
         own = {
             name: o.beliefs.priors[mounting].error
             for name, sums in _of_decays(o, kind).items()

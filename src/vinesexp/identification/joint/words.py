@@ -79,6 +79,25 @@ _SCATTERED = {
 }
 
 
+#: What mountings do to f0 and zeta: in a few words, and as a sentence.
+_MOUNTED = {
+    about: words
+    for name, key in (("f0", "remounting"), ("zeta", "damping"))
+    for about, words in {
+        name: (
+            f"{name} of ring-downs with a separate mounting each",
+            f"{name} of ring-downs with the same load differs as it does after separate mountings. "
+            "Each ring-down counts as its own mounting, and the errors include this scatter",
+        ),
+        f"{name} of mountings": (
+            f"{name} that differs from one mounting to the next by more than stated",
+            f"{name} differs from one mounting to the next by more than `uncertainties: {key}` "
+            "states; the errors include this scatter",
+        ),
+    }.items()
+}
+
+
 def cause_checks(judged: Judged) -> list[Check]:
     """One row for each cause that is named, for rivals, and for what nothing explains."""
     checks = []
@@ -92,11 +111,7 @@ def cause_checks(judged: Judged) -> list[Check]:
         if mounted is not None:  # nothing that contradicts the test log
             kind, outcome, record = "remounting", "ok", ""
             others = [called(c) for c in offered[:4] if c.kind != "remounting"]
-            detail = (
-                f"{mounted} of ring-downs with the same load differs as it does after separate "
-                "mountings. Each ring-down counts as its own mounting, and the errors include this "
-                f"scatter{''.join(f'; or it is {one}' for one in others)}"
-            )
+            detail = _MOUNTED[mounted][1] + "".join(f"; or it is {one}" for one in others)
         elif weighed.slight:
             kind, outcome = "slight", "ok"
             detail = (
@@ -153,7 +168,7 @@ def called(cause: Cause) -> str:
     if cause.kind == "unlike":
         return f"{cause.records[0]} that is unlike the other records"
     if cause.kind == "remounting":
-        return f"{cause.about} of ring-downs with a separate mounting each"
+        return _MOUNTED[cause.about][0]
     if cause.kind == "scatter":
         return f"an unexplained cause ({_SCATTERED[cause.about]})"
     place = _PLACES.get(cause.about, f"the {cause.about}")
