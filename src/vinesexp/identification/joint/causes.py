@@ -1297,6 +1297,8 @@ def _scatters(o: Observed) -> list[Cause]:
     Other modes, or harmonics of the base, disturb the motion between impacts and no decay.
     """
     own = {kind: (kind, list(names)) for kind, names in o.kinds.items() if kind in _SCATTER}
+    if "clearance" in own:  # what they share is no better known than each of them
+        own["clearance"][1].append("clearance offset")
     own["own base"] = "own base", list(_beside_others(o))
     for kind in ("f0", "zeta"):
         decays = _of_decays(o, kind)
