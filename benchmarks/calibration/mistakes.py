@@ -272,6 +272,19 @@ def _rough_base(scene: Scene, rng: np.random.Generator) -> Scene:
     return scene.mapped(shaken, "periodic").with_sensors(base=True)
 
 
+def _rough_mountings(scene: Scene, rng: np.random.Generator) -> Scene:
+    """f0 and damping of each mounting scatter five times as much as anybody stated."""
+    drawn: dict[tuple[float | None, ...], tuple[float, float]] = {}
+
+    def mounted(t: Test) -> Test:
+        key = t.typed.get("added_mass_g"), t.typed.get("clearance_mm")
+        own = float(5e-4 * rng.standard_normal()), float(0.05 * rng.standard_normal())
+        f0, zeta = (1.0 + off for off in drawn.setdefault(key, own))
+        return replace(t, body=replace(t.body, k1=t.body.k1 * f0**2, c1=t.body.c1 * f0 * zeta))
+
+    return scene.mapped(mounted, "ringdown periodic transient")
+
+
 def _unstated(scene: Scene, rng: np.random.Generator) -> Scene:
     """Nobody wrote down how far the base moved, nor from where the mass was let go."""
     left = {"base_amplitude_mm", "release_mm"}
@@ -334,6 +347,7 @@ _ALL = [
     _every("laser aimed anew", "drift of gain", _aimed_anew),
     _every("another base amplitude in one test", "base amplitude", _one_base),
     _every("base amplitude 1 % another in each test", "", _rough_base),
+    _every("mountings five times as rough as stated", "", _rough_mountings),
     _every("added masses exchanged", "added mass", _loads_exchanged),
     _every("base channel five times", "base scale", _gain(base_gain=5.0)),
     _every("base amplitude and release not written down", "", _unstated),
