@@ -11,8 +11,6 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
-import numpy as np
-
 from vinesexp.clearance.levels import (
     PeriodicLevel,
     ReleaseLevel,
@@ -34,7 +32,7 @@ from vinesexp.clearance.predicted import (
     MissingValuesError,
     Predicted,
     RollsInPartError,
-    amplitude_curve,
+    expected_amplitude,
     predicted_b_c,
     predicted_b_t,
     swing_beside_orbit,
@@ -244,7 +242,7 @@ def compare(
         tests = [test for test in level.tests if test not in begun]
         settled = settled_tests(level.tests, own)
         b_c = None if predicted is None else predicted.low
-        lowest = partial(lowest_amplitude, b_c=b_c, expected=_expected(level, own))
+        lowest = partial(lowest_amplitude, b_c=b_c, expected=expected_amplitude(own, level))
         for suffix, kind, find, counted in (
             ("", LOWEST, lowest, settled),
             (END, PERMANENT_END, end_of_permanent, tests),
@@ -275,13 +273,6 @@ def compare(
         for row in rows_of(name, found.parts, unit=1e-3, name_of_unit=" mm")
     ]
     return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)], budget
-
-
-def _expected(level: PeriodicLevel, rig: IdentifiedRig) -> Callable[[float], float] | None:
-    """Clearance, m, to the amplitude of the exact orbit; None where that is not known."""
-    low = min((test.clearance for test in level.tests), default=None)
-    b, swing = amplitude_curve(rig, G=level.G, frequency=level.frequency, low=low)
-    return partial(np.interp, xp=b, fp=swing) if b.size and np.isfinite(swing).all() else None
 
 
 def _base_checks(campaign: Campaign, level: PeriodicLevel, base: Rows) -> list[Check]:

@@ -180,7 +180,7 @@ def lowest_amplitude(
         )
     best = min(points, key=lambda point: point.value)
     like = [point for point in points if point.permanent is best.permanent]
-    scatter = scatter_of(like, expected)
+    scatter = _scatter(like, expected)
     alike = [p for p in like if p.value <= best.value * (1.0 + _TIE * _apart(p, best, scatter))]
     first, last = points.index(alike[0]), points.index(alike[-1])
     below = [point for point in points[:first] if not point.lost]  # the smooth side
@@ -199,8 +199,25 @@ def lowest_amplitude(
     return replace(found, clearance=float(np.clip(vertex, found.low, found.high)))
 
 
-def scatter_of(points: Sequence[_Point], expected: Callable[[float], float] | None = None) -> float:
-    """Relative scatter of mean amplitudes from test to test, of clearances on a smooth curve.
+def scatter_of(tests: Sequence[Tested], expected: Callable[[float], float] | None = None) -> float:
+    """Relative scatter of mean amplitudes from test to test, of two impacts per cycle that last.
+
+    Parameters
+    ----------
+    tests, expected
+        As of `lowest_amplitude`.
+
+    Examples
+    --------
+    >>> tests = [Tested(0.03 + k * 1e-3, 5.0 + 0.1 * (-1) ** k, "two symmetric") for k in range(9)]
+    >>> round(scatter_of(tests), 3), scatter_of(tests[:3])
+    (0.033, 0.002)
+    """
+    return _scatter([p for p in _points(tests, fewest=0) if p.permanent], expected)
+
+
+def _scatter(points: Sequence[_Point], expected: Callable[[float], float] | None) -> float:
+    """The same of the means at clearances on a smooth curve.
 
     Repeated tests show it, and so does what four neighbours leave of a parabola: their third
     divided difference. It is taken of the amplitude over the one that is expected, or over the

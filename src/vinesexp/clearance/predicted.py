@@ -8,15 +8,15 @@ that of k1, known to a few in a thousand.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.levels import LevelBase, Rows
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Rows
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
 from vinesexp.records.campaign.schema import Known
@@ -515,6 +515,16 @@ def amplitude_curve(
     stretch = (1.0 - rig.rolling) * end_over_plain(rig, G=G, frequency=frequency)
     p = Reduced.of_rig(frequency=frequency, **rig.numbers)
     return b, G * orbit_swing(b / stretch / G, p)
+
+
+def expected_amplitude(rig: IdentifiedRig, level: PeriodicLevel) -> Callable[[float], float] | None:
+    """Clearance, m, to the amplitude of the exact orbit, m, over the tests of a level.
+
+    None where it is not known.
+    """
+    low = min((test.clearance for test in level.tests), default=None)
+    b, swing = amplitude_curve(rig, G=level.G, frequency=level.frequency, low=low)
+    return partial(np.interp, xp=b, fp=swing) if b.size and np.isfinite(swing).all() else None
 
 
 def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float | None:

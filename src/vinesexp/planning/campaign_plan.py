@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.arrays import spread_of
 from vinesexp.clearance.comparison import settled_tests
 from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
-from vinesexp.clearance.optimum import amplitudes_of
-from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.clearance.optimum import amplitudes_of, scatter_of
+from vinesexp.clearance.predicted import IdentifiedRig, expected_amplitude
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import TARGET, bracket_of, follow_plan, next_clearance
@@ -24,13 +23,9 @@ from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import read_rows
-from vinesexp.results import CampaignResults, Results
+from vinesexp.results import CampaignResults
 from vinesexp.theory.optimal_clearance import b_t_exact
-from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import Quantity, counted
-
-#: Scatter of mean amplitudes where no two records or replays show one.
-SCATTER = 0.002
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,7 @@ class LevelPlan:
     valley : Valley or None
         Where the identified rig has its minimum; None where the rig is not known.
     scatter : float
-        Relative scatter of the lab's amplitudes.
+        Relative scatter of the amplitudes from test to test.
     target : float
         Relative width of bracket that is aimed at: what was asked, or what the scatter decides.
     next : tuple of float
@@ -85,20 +80,18 @@ def plan_levels(results: CampaignResults, *, target: float = TARGET) -> list[Lev
     TableError
         A table of the results is missing or damaged.
     """
-    scatter = scatter_of(results)
     return [
-        plan_level(results.rig_at(level), level, scatter=scatter, target=target)
+        plan_level(results.rig_at(level), level, target=target)
         for level in results.periodic if results.lasts(level)
     ]  # fmt: skip
 
 
-def plan_level(
-    rig: IdentifiedRig, level: PeriodicLevel, *, scatter: float, target: float = TARGET
-) -> LevelPlan:
+def plan_level(rig: IdentifiedRig, level: PeriodicLevel, *, target: float = TARGET) -> LevelPlan:
     """The tests that bracket the minimum of one level, if the rig is as identified."""
     settled = settled_tests(level.tests, rig)
     tested, left_out = amplitudes_of(settled), len(level.tests) - len(settled)
     valley = expected_valley(rig, G=level.base.G, frequency=level.frequency)
+    scatter = scatter_of(settled, expected_amplitude(rig, level))
     if valley is not None:
         target = max(target, valley.narrowest(scatter))
     ahead, bracket = _ahead(tested, valley, target)
@@ -140,26 +133,6 @@ def _scale(tested: Mapping[float, float], valley: Valley) -> float:
     """Measured over expected amplitude, so that tests done and tests ahead compare."""
     inside = [a / _modelled(valley, b) for b, a in tested.items() if b <= valley.end]
     return float(np.median(inside)) if inside else 1.0
-
-
-def scatter_of(results: Results) -> float:
-    """Relative scatter of the records' mean amplitudes about their replays: the lab's own noise.
-
-    Of records with permanent impacts: others differ from replay to replay, with no noise at all. A
-    share that all have in common (a sensitivity) is no scatter. Too few records: `SCATTER`.
-    """
-    if not ResultPaths(results.folder).replay.is_file():
-        return SCATTER
-    found = [
-        row["deviation"]
-        for row in results.rows("replay")
-        if row["quantity"].startswith("amplitude")
-        and row["deviation"] is not None
-        and results.regime_of.get(row["record"]) in PERMANENT
-    ]
-    if len(found) < 4:
-        return SCATTER
-    return spread_of(found)
 
 
 @dataclass(frozen=True)
