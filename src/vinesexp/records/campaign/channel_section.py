@@ -178,17 +178,17 @@ def _output(entry: Section, key: str, unit: str, quantity: str) -> float | None:
 
     `file_unit` may be a bare unit (``mV``) or carry a number (``10 V``: a WAV's full scale).
     """
-    text = entry.text(key)
-    if text is None:
-        return None
     measured = measured_in(unit, quantity)
-    with entry.at(key):
+
+    def size(given: object) -> float:
+        text = str(given)
         bare = key == "file_unit" and text in UNITS[measured]
         value = parse_quantity(f"1 {text}" if bare else text, measured).value
         if key == "file_unit" and value <= 0.0:
             raise ParameterError(f"found '{text}', expected a unit of {measured}")
         return value / unit_size(unit, measured)
-    return None
+
+    return entry.read(key, size, None)
 
 
 def _accept(entry: Section) -> tuple[str, ...]:
@@ -209,7 +209,5 @@ def read_time(top: Section) -> TimeColumn | None:
     if unit is None:
         section.lacks("unit", "no unit; give the unit of the times, such as s")
         return None
-    with section.at("unit"):
-        size = unit_size(unit, "time")
-        return None if column is None else TimeColumn(column, unit, size)
-    return None
+    size = section.read("unit", lambda _: unit_size(unit, "time"), None)
+    return None if column is None or size is None else TimeColumn(column, unit, size)

@@ -140,10 +140,7 @@ def read_description(folder: Path, problems: Problems) -> tuple[Campaign, bool]:
 def _known(top: Section, uncertainties: Uncertainties) -> Known:
     section = top.under("known")
     section.refuse_unknown(KNOWN_KEYS)
-    mass = None
-    if section.value("mass") is not None:
-        with section.at("mass"):
-            mass = _mass(section.value("mass"))
+    mass = section.read("mass", _mass, None)
     balls: list[Quantity] = []
     for text in section.listed("nes_mass"):
         with section.at("nes_mass"):

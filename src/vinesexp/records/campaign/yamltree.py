@@ -10,14 +10,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from typing import Any, TypedDict, Unpack
+from typing import Any, TypedDict, TypeVar, Unpack
 
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.units import parse_quantity, yes_or_no
+
+T = TypeVar("T")
 
 _LARGEST = 1 << 18  # characters
 _DEEPEST = 20  # levels
@@ -140,15 +142,21 @@ class Section:
         """Turn a ParameterError inside into a mistake noted at `key`, and go on after it."""
         return self.problems.at(self.where(key))
 
+    def read(self, key: str, convert: Callable[[Any], T], default: T) -> T:
+        """What `convert` makes of the value; the default of none, or of a mistake, which is noted.
+
+        A mistake is a ParameterError.
+        """
+        if self.value(key) is not None:
+            with self.at(key):
+                return convert(self.value(key))
+        return default
+
     def quantity(self, key: str, kind: str, **may: Unpack[May]) -> float | None:
         """One number with its unit, in SI; above zero unless `zero` or `signed` allow more."""
-        if self.value(key) is None:
-            if may.get("needed"):
-                self.complain(key, f"is missing; expected a {kind} with its unit")
-            return None
-        with self.at(key):
-            return _checked(self.value(key), kind, may)
-        return None
+        if self.value(key) is None and may.get("needed"):
+            self.complain(key, f"is missing; expected a {kind} with its unit")
+        return self.read(key, lambda value: _checked(value, kind, may), None)
 
     def quantities(self, table: Mapping[str, tuple[str, str]]) -> dict[str, float]:
         """Those numbers of a table that are given, SI: key to kind, and what it may be."""
@@ -181,9 +189,7 @@ class Section:
 
     def answer(self, key: str) -> bool:
         """Yes or no; no where nobody answers."""
-        with self.at(key):
-            return self.value(key) is not None and yes_or_no(self.value(key))
-        return False
+        return self.read(key, yes_or_no, False)
 
 
 def _checked(text: object, kind: str, may: May) -> float:
