@@ -342,8 +342,13 @@ def test_a_column_given_by_its_number_is_never_inherited_by_another_instrument(t
     decay(tmp_path / "other.csv")
     assert main(["init", str(tmp_path)]) == 0
     rows = {row["record"]: row for row in csv.DictReader((tmp_path / "records.csv").open())}
-    assert rows["other"].get("setup") is None
-    assert rows["other"]["exclude"] == "yes"
+    assert [rows[name]["setup"] for name in ("other", "free_1")] == ["", "instrument 2"]
+    assert rows["other"]["test"] == "ringdown"
+    assert not rows["other"]["exclude"]
+    first, second = (tmp_path / "campaign.yaml").read_text().split("setups:")
+    assert 'column: "' in first
+    assert "column: 2" not in first
+    assert "column: 2" in second
 
 
 def test_file_names_that_cannot_stand_in_a_table_are_left_out_and_reported(tmp_path, capsys):

@@ -21,6 +21,7 @@ from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import (
     VELOCITY,
     Guess,
+    are_one,
     guess_roles,
     label_of,
     names_role,
@@ -37,6 +38,9 @@ SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml",
 #: Words of names of decays without a ball.
 _RING_DOWN = re.compile(r"ring|free|bare|no.?ball|without", re.IGNORECASE)
 _CHANNEL_NUMBER = re.compile(r"[\s_-]*(?<![A-Za-z])CH?_?[1-8](?!\d)|(?<=\d)CH[1-8](?!\d)", re.I)
+
+
+_Called = tuple[str, str | None]  # name of a channel, whatever the format, and its unit
 
 
 @dataclass
@@ -161,7 +165,8 @@ def _inherit(setups: Sequence[ProposedSetup]) -> None:
 class _Group:
     """Files that share their columns, the roles of these, and what each file shows.
 
-    `known` counts those whose kind of test it is, `seen` those in which a channel oscillates.
+    `known` counts those whose kind of test it is, `seen` those in which a channel oscillates;
+    `unnamed`: a channel has no name but its number.
     """
 
     def __init__(self, files: Sequence[FileView]) -> None:
@@ -170,6 +175,8 @@ class _Group:
         self.shown = [describe_test(file, self.guesses) for file in files]
         self.known = sum(test != OPEN for test, _, _ in self.shown)
         self.seen = sum(any(map(self._oscillates, file.signals)) for file in files)
+        signals = [c for file in files for c in file.signals if label_of(c) in self.guesses]
+        self.unnamed = any(c.name in ("", str(c.index)) for c in signals)
 
     def _oscillates(self, column: ColumnView) -> bool:
         guess = self.guesses.get(label_of(column))
@@ -177,55 +184,46 @@ class _Group:
 
 
 def _by_instrument(files: Sequence[FileView]) -> list[_Group]:
-    """Files with the roles of their channels: one group, unless these leave some files out.
+    """Files with the roles of their channels: a group for each instrument, the largest first.
 
-    Or unless their times are in different units, or a column of some is given by its number. Then
-    files of the same columns are a group each, the largest first. A group in which nothing
+    Groups without names come last: the others would inherit their numbers. A group in which nothing
     oscillates, and of which no file shows its kind of test, is left to the first one, which says
     what is missing.
     """
-    whole = _Group(files)
-    if len(parts := _by_own_times(whole)) > 1:
-        return [group for part in parts for group in _by_instrument(part)]
-    units = {file.time_unit for file in files if file.time is not None}
-    parts = _of_same_columns(files) if whole.known < len(files) or len(units) > 1 else []
-    groups = list(map(_Group, parts)) if len(parts) > 1 else []
-    if not (groups and _reads_by_number(whole)):
-        groups = [group for group in groups if group.known or group.seen]
-        known, seen = sum(group.known for group in groups), sum(group.seen for group in groups)
-        if known < whole.known or ((known, seen) <= (whole.known, whole.seen) and len(units) < 2):
-            return [whole]
-    return sorted(groups, key=lambda group: (-group.known, -group.seen, -len(group.files)))
-
-
-def _reads_by_number(group: _Group) -> bool:
-    """Whether a channel of some files is given by its number, which is another's in the rest."""
-    numbers = {label for label in group.guesses if label.startswith("#")}
-    return any(numbers - {label_of(column) for column in file.signals} for file in group.files)
-
-
-def _by_own_times(group: _Group) -> list[list[FileView]]:
-    """The files of a group by the column of times beside their channels: one name fits them all."""
-    labels = [label for label, guess in group.guesses.items() if guess.role in ROLES]
-    parts: dict[int | None, list[FileView]] = {}
-    for file in group.files:
-        parts.setdefault(_own_times(file, labels), []).append(file)
-    return list(parts.values())
+    groups = list(map(_Group, _of_same_columns(files)))
+    shown = [group for group in groups if group.known or group.seen]
+    groups = shown or [group for group in groups if group.guesses] or [_Group(files)]
+    return sorted(groups, key=lambda g: (g.unnamed, -g.known, -g.seen, -len(g.files)))
 
 
 def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
-    """Files in groups that share a channel's name and the unit of time with another of theirs."""
-    groups: list[tuple[set[tuple[str, str]], list[FileView]]] = []
-    for file in files:
-        unit = file.time_unit if file.time is not None else ""
-        labels = {(unit, label_of(column)) for column in file.signals}
-        own = [file]
-        for group in [one for one in groups if one[0] & labels]:
+    """Files in groups that share the name of a channel with another of theirs, and its times.
+
+    A file without times, which states its rate, goes with any.
+    """
+    groups: list[tuple[set[_Called], tuple[str, int], list[FileView]]] = []
+    for file in sorted(files, key=lambda one: one.time is None):
+        times = [column for column in file.columns if column.kind == "time"]
+        clock = (file.time_unit, len(times))
+        labels, own = {(label_of(column), column.unit) for column in file.signals}, [file]
+        near = [one for one in groups if _share(one[0], labels)]
+        if file.time is None:
+            near, clock = near[:1], near[0][1] if near else clock
+        for group in [one for one in near if one[1] == clock]:
             labels |= group[0]
-            own = [*group[1], *own]
+            own = [*group[2], *own]
             groups.remove(group)
-        groups.append((labels, own))
-    return [some for _, some in groups]
+        groups.append((labels, clock, own))
+    return [some for _, _, some in groups]
+
+
+def _share(called: set[_Called], others: set[_Called]) -> bool:
+    """Whether two sets of names have one in common, be it cut short in one; then of one unit."""
+    return any(
+        label == other or (unit == its and are_one(label, other))
+        for label, unit in called
+        for other, its in others
+    )
 
 
 def _setup(name: str, group: _Group) -> ProposedSetup:

@@ -447,12 +447,21 @@ def _called(name: str, at: Sequence[tuple[FileView, ColumnView]]) -> str:
 
 
 def _same(label: str, other: str, places: Places) -> bool:
-    """Whether two names are those of one channel: cut short in one file, and never in one file."""
-    short, long = sorted((label, other), key=len)
-    if len(short) < _CUT_SHORT or not long.startswith(short):
-        return False
+    """Whether two names are those of one channel, and never in one file."""
     files = [{file.path for file, _ in places[one]} for one in (label, other)]
-    return not files[0] & files[1]
+    return are_one(label, other) and not files[0] & files[1]
+
+
+def are_one(label: str, other: str) -> bool:
+    """Whether two names may be those of one channel: the same, or cut short in one file.
+
+    Examples
+    --------
+    >>> are_one("Acceleratio", "Acceleration"), are_one("Acc", "Acceleration")
+    (True, False)
+    """
+    short, long = sorted((label, other), key=len)
+    return label == other or (len(short) >= _CUT_SHORT and long.startswith(short))
 
 
 def label_of(column: ColumnView) -> str:
