@@ -22,10 +22,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
+from itertools import count
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn
 
 from vinesexp.arrays import FloatArray
 from vinesexp.environment import THREAD_VARIABLES
@@ -69,13 +70,13 @@ def serve_reader(reader: Any, path: Path, limits: Limits, line: Connection) -> N
             try:
                 if what == "open":
                     source = reader.open_file(path)
-                    value: Any = _facts(source)
-                elif what == "blocks":
-                    stream, columns, rows = given
-                    streams[stream] = iter(source.blocks(columns, rows))
-                    value = None
+                    names = [one.name for one in fields(Source) if one.name != "path"]
+                    value: Any = {name: getattr(source, name) for name in names}
                 elif what == "next":
-                    value = next(streams[given[0]], None)
+                    stream, columns, rows = given
+                    if stream not in streams:
+                        streams[stream] = iter(source.blocks(columns, rows))
+                    value = next(streams[stream], None)
                 else:
                     value = source.locate(given[0])
                 line.send(("ok", value))
@@ -89,10 +90,6 @@ def refusal(error: Exception, name: str) -> tuple[str, str | None]:
     """Problem and place of what went wrong in a reader, as a `RecordError` states them."""
     told = error if isinstance(error, RecordError) else unreadable(name, error)
     return told.problem, told.where
-
-
-def _facts(source: Any) -> dict[str, Any]:
-    return {one.name: getattr(source, one.name) for one in fields(Source) if one.name != "path"}
 
 
 def _limit(seconds: int, memory: int) -> None:
@@ -115,16 +112,6 @@ def serve_in_new_process() -> None:
     line = Connection(int(sys.argv[1]))
     module, path, limits = line.recv()
     serve_reader(import_module(module), path, limits, line)
-
-
-class Reader(Protocol):
-    """A module among the readers."""
-
-    __name__: str
-    NAME: str
-
-    def open_file(self, path: Path) -> Any:
-        """Open the file as a source."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +165,7 @@ class GuardedSource(Source):
         What the reader reports; or that it crashed, took too long, or failed otherwise.
     """
 
-    def __init__(self, path: Path, reader: Reader, limits: Limits | None = None) -> None:
+    def __init__(self, path: Path, reader: Any, limits: Limits | None = None) -> None:
         self.path = path
         self._name = reader.NAME
         found = limits or limits_for(file_of(path).stat().st_size)
@@ -186,15 +173,13 @@ class GuardedSource(Source):
         self._child = _start(reader, path, self._limits)
         self._end = weakref.finalize(self, _finish, self._child, os.getpid())
         self._dead: RecordError | None = None
-        self._streams = 0
+        self._streams = count()
         vars(self).update(self._ask(("open",)))
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
-        self._streams += 1
-        stream = self._streams
-        self._ask(("blocks", stream, [int(column) for column in columns], rows))
-        while (block := self._ask(("next", stream))) is not None:
+        request = ("next", next(self._streams), [int(column) for column in columns], rows)
+        while (block := self._ask(request)) is not None:
             yield block
 
     def locate(self, row: int) -> str:
@@ -258,7 +243,7 @@ def threads() -> int:
     return len(os.listdir("/proc/self/task"))
 
 
-def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
+def _start(reader: Any, path: Path, limits: Limits) -> _Child:
     ours, theirs = Pipe()
     with theirs:
         if _may_fork(reader):
@@ -278,7 +263,7 @@ def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
     return _Child(process.pid, ours, process.wait)
 
 
-def _may_fork(reader: Reader) -> bool:
+def _may_fork(reader: Any) -> bool:
     if sys.platform != "linux" or threads() > 1:
         return False
     for library in getattr(reader, "LIBRARIES", ()):
