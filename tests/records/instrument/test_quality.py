@@ -191,6 +191,14 @@ def test_a_quiet_sensor_between_shocks_is_not_frozen(stored):
         assert findings.frozen(view, "acceleration", period=None) == []
 
 
+def test_a_ringing_that_dies_out_before_the_next_impact_is_not_frozen(stored):
+    """An impact leaps away from the rest before it, which passed for a sensor that was stuck."""
+    n = np.arange(200)
+    ringing = np.round(40.0 * np.exp(-n / 15.0) * np.cos(2.0 * np.pi * n / 7.0))
+    with stored(np.tile(ringing, 12), 1000.0, "acceleration") as view:
+        assert findings.frozen(view, "acceleration", period=None) == []
+
+
 def test_frozen_noise_is_found_without_knowing_a_period(stored):
     values = np.round(np.random.default_rng(2).standard_normal(50_000) * 5.0)
     values[30_000:30_200] = values[30_000]

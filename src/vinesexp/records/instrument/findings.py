@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -59,7 +58,7 @@ _NEAR_END = 0.02  # of the range
 _FALL = 8.0  # quanta: twice what a parabola falls by
 _LONG = 16  # samples: a clipped parabola falls by 0.75 n quanta or more, 12 here
 _REST = 0.03  # of the range: what is left of a motion that comes to rest
-_SHRINKS = 0.85  # of the quarter before: a motion that dies out
+_SHRINKS = 0.85  # of the half before: a motion that dies out
 _MIDST = 0.2  # of its range that a motion's place of rest is away from its ends
 _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
 _EQUAL, _HELD = 3, 3  # samples: a gap is as long, and as so many values of a slow sensor
@@ -116,6 +115,10 @@ class _Levels:
     fine: float
     usual: float
 
+    @property
+    def reach(self) -> float:
+        return self.high - self.low
+
 
 def saturated(view: RecordView, role: str) -> list[Stretch]:
     """Stretches in which a channel stands at the end of its range, clipped."""
@@ -151,7 +154,7 @@ def _clipped(
     Three equal samples are three in a row by chance as often anywhere else. And at a thousand
     levels or more, even two of them far above their neighbours happen once, not twice.
     """
-    if levels.high - levels.low > 1000.0 * levels.fine and (
+    if levels.reach > 1000.0 * levels.fine and (
         len(steep) > 1 or any(end - first > 2 for first, end in steep)
     ):
         return steep
@@ -165,7 +168,7 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     Either every second sample changed just before (noise does not stop), or, given the `period`
     of the oscillator in samples, its motion stops dead: half a period or more without change,
     after a period in which it travelled eight times its usual step. A motion that shrinks towards
-    the value it then keeps, and does not leap away from it, has come to rest, and is no defect.
+    the value it then keeps has come to rest, and is no defect.
     A shorter one shows a value that was kept: the noise stopped, and the motion bends at an end.
     """
     levels = _levels(view, role)
@@ -187,14 +190,11 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
             value = float(view.read(role, first, first + 1)[0])
             changes = np.mean(np.diff(before) != 0.0)
             # A slow decay without noise comes to rest from one or two quanta, noise from several.
-            leaps = _leaps_away(view, role, end, value, levels)  # nothing at rest does
             still = end - first >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
-            still = still and (leaps or not _came_to_rest(before, value, levels))
             if period is not None and end - first >= 0.5 * period:
                 last = view.read(role, max(first - round(period), 0), first)
-                moved = np.ptp(last) > _FALL * levels.usual
-                still = still or bool(moved and (leaps or not _came_to_rest(last, value, levels)))
-            if still and (leaps or not _dies_out(view, role, first, value, period, levels)):
+                still = still or bool(np.ptp(last) > _FALL * levels.usual)
+            if still and not _came_to_rest(view, role, first, value, period, levels):
                 found.append((first, end))
     return found
 
@@ -221,35 +221,20 @@ def _keeps_its_value(view: RecordView, role: str, first: int, end: int, levels: 
     return bool(leaps and kept not in (levels.low, levels.high))
 
 
-def _leaps_away(view: RecordView, role: str, end: int, value: float, levels: _Levels) -> bool:
-    """Whether the first sample after a stretch is farther from its value than steps usually are."""
-    after = view.read(role, end, min(end + 1, view.n))
-    return bool((np.abs(after - value) > _FALL * max(levels.usual, levels.least)).any())
-
-
-def _came_to_rest(before: FloatArray, value: float, levels: _Levels) -> bool:
-    """Whether the samples before a stretch shrink towards its value, as a decay does at its end."""
-    distance = np.abs(before - value)
-    half = len(distance) // 2
-    early, late = float(distance[:half].max()), float(distance[half:].max())
-    return late <= 0.7 * early and late <= _REST * (levels.high - levels.low)
-
-
-def _dies_out(
+def _came_to_rest(
     view: RecordView, role: str, first: int, value: float, period: float | None, levels: _Levels
 ) -> bool:
-    """Whether a motion of few quanta dies out into a stretch: strong damping, a coarse converter.
+    """Whether a motion dies out into a stretch, whose value it then keeps.
 
-    It shrinks from quarter to quarter (over a period and a half, of which a part may approach any
-    value), its last eighth is within two quanta, and the value that it then keeps is no turning
-    point but lies in the midst of the motion.
+    Over a period and a half, of which a part may approach any value, it shrinks towards that value;
+    at the end little of it is left, or two quanta of a coarse converter; and the value is no
+    turning point but lies in the midst of the motion.
     """
     length = max(_ALIVE, round(1.5 * (period or 0.0)))
     before = view.read(role, max(first - length, 0), first)
-    distance = np.abs(before - value)
-    tops = [float(part.max()) for part in np.array_split(distance, 4)]
-    shrinks = all(b <= _SHRINKS * a for a, b in itertools.pairwise(tops))
-    if not shrinks or distance[-len(distance) // 8 :].max() > 2.0 * levels.least:
+    early, late = (float(np.abs(half - value).max()) for half in np.array_split(before, 2))
+    left = float(np.abs(before[-len(before) // 4 :] - value).max())
+    if late > _SHRINKS * early or left > max(2.0 * levels.least, _REST * levels.reach):
         return False
     motion = view.read(role, max(first - 4 * length, 0), first)
     low, high = float(motion.min()), float(motion.max())
@@ -317,7 +302,7 @@ def _levels_at(view: RecordView, role: str, levels: _Levels, end: float) -> _Lev
     A file of three digits has steps of 0.01 below 10 and of 0.1 above. The quantum there is the
     smallest difference of any two values; where hardly any are, that of the record.
     """
-    near = _NEAR_END * (levels.high - levels.low)
+    near = _NEAR_END * (levels.reach)
     parts = [np.unique(x[np.abs(x - end) <= near]) for _, x in view.blocks(role)]
     values = np.unique(np.concatenate(parts))
     if len(values) < 3:
@@ -496,7 +481,7 @@ def starts_anew(view: RecordView, role: str) -> IntArray:
     array([ 34, 281, 349])
     """
     levels = _levels(view, role)
-    least = _ACROSS * (levels.high - levels.low)
+    least = _ACROSS * (levels.reach)
     found: list[IntArray] = [np.empty(0, dtype=np.int64)]
     large, rest = 0, 0.0
     around = view.blocks(role, size=_BLOCK, before=_BESIDE, more=1 + _BESIDE)
@@ -540,7 +525,7 @@ def staircase(view: RecordView, role: str) -> str:
     'displacement moves over 14 steps of 0.1 mm of the recorder without noise across them'
     """
     levels = _levels(view, role)
-    reach = levels.high - levels.low
+    reach = levels.reach
     if not 0.0 < levels.least < np.inf or reach > _LEVELS * levels.least:
         return ""
     back = moves = 0
