@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -280,6 +281,7 @@ def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
         yield Runs(*last, block=np.empty(0), begin=view.n)
 
 
+@lru_cache(maxsize=4)  # each check of a channel asks for them, by a pass over the record
 def _levels(view: RecordView, role: str) -> _Levels:
     low, high, least = np.inf, -np.inf, np.inf
     fine, usual = [], []
