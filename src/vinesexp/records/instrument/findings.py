@@ -125,7 +125,7 @@ def saturated(view: RecordView, role: str) -> list[Stretch]:
     """Stretches in which a channel stands at the end of its range, clipped."""
     levels = _levels(view, role)
     ends = {end: _levels_at(view, role, levels, end) for end in {levels.low, levels.high}}
-    short: dict[float, tuple[list[Stretch], list[Stretch]]] = {end: ([], []) for end in ends}
+    short: dict[float, list[Stretch]] = {end: [] for end in ends}
     found: list[Stretch] = []
     elsewhere = 0
     for runs in equal_runs(view, role, least=2):
@@ -139,27 +139,21 @@ def saturated(view: RecordView, role: str) -> list[Stretch]:
         found += runs.stretches(candidate & is_long & (far >= _FALL * near))
         for end, own in ends.items():
             here = candidate & ~is_long & (runs.values == end) & (far > _FALL * own.least)
-            steep = far > _FALL * own.fine
-            short[end][0].extend(runs.stretches(here & steep))
-            short[end][1].extend(runs.stretches(here & ~steep))
+            short[end] += runs.stretches(here)
     for end, own in ends.items():
-        found += _clipped(*short[end], own, elsewhere)
+        found += _clipped(short[end], own, elsewhere)
     return sorted(found)
 
 
-def _clipped(
-    steep: list[Stretch], gentle: list[Stretch], levels: _Levels, elsewhere: int
-) -> list[Stretch]:
+def _clipped(short: list[Stretch], levels: _Levels, elsewhere: int) -> list[Stretch]:
     """Which stretches too short to show their shape are clipped, by their number.
 
     Three equal samples are three in a row by chance as often anywhere else. And at a thousand
     levels or more, even two of them far above their neighbours happen once, not twice.
     """
-    if levels.reach > 1000.0 * levels.fine and (
-        len(steep) > 1 or any(end - first > 2 for first, end in steep)
-    ):
-        return steep
-    flat = [(first, end) for first, end in (*steep, *gentle) if end - first > 2]
+    flat = [(first, end) for first, end in short if end - first > 2]
+    if levels.reach > 1000.0 * levels.fine and (len(short) > 1 or flat):
+        return short
     return flat if len(flat) > 2 and len(flat) > 10 * elsewhere else []
 
 
