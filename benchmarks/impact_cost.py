@@ -19,14 +19,13 @@ import numpy as np
 from benchmarks.impact_problems import TABLE_2, G
 
 from vinesexp import NES, Harmonic, Measured, Release, Rig, simulate
-from vinesexp.arrays import FloatArray
 from vinesexp.excitation import WeakDamping
 from vinesexp.solver.arrays import ball_table, closed_form, drive_table, parameters
 from vinesexp.solver.events import REMAINDER
 from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import amplitudes
 from vinesexp.solver.series import ORDER
-from vinesexp.solver.state import IMPACT, LOGGED, WORK, Given, empty_log
+from vinesexp.solver.state import BALL, IMPACT, STATE, WORK, Given, empty_log
 
 CELLS = 14
 BASE = Harmonic(amplitude=G, frequency=TABLE_2.f0)
@@ -58,17 +57,18 @@ def compiled_loop(clearances: tuple[float, ...]) -> tuple[float, float]:
     """ns and evaluations of the motion per impact, 1000 s, compiled loop with its log only."""
     b = [1e-3 * one for one in clearances]
     rig = Rig(TABLE_2, nes=[NES(m=0.032 / len(b), b=one, r=0.6) for one in b])
-    response, (kind, table) = closed_form(rig, BASE, WeakDamping()), drive_table(BASE)
-    given = Given(response, parameters(rig, WeakDamping()), kind, table, 1000.0, REMAINDER)
+    response, (kind, table) = closed_form(rig, BASE), drive_table(BASE)
     log, work = empty_log(200000), np.zeros((WORK, ORDER + 1))
+    par = parameters(rig, WeakDamping())
+    given = Given(response, work[0], par, kind, table, 1000.0, REMAINDER)
     best, used, hits = math.inf, 0, 1
     for _ in range(400):
         start = Release(y0=[0.99 * one * (-1) ** i for i, one in enumerate(b)])
-        balls, state = ball_table(rig, start)[0], np.zeros(5)
+        balls, state = ball_table(rig, start)[0], np.zeros(1, STATE)
         work[:] = 0.0
         begin = time.process_time_ns()
         used = run(given, True, state, balls, log, work, None)
-        hits = int((log.labels[: int(state[LOGGED]), 0] == IMPACT).sum())
+        hits = int((log.labels[: int(state["logged"][0]), 0] == IMPACT).sum())
         best = min(best, (time.process_time_ns() - begin) / hits)
     return best, used / hits
 
@@ -78,17 +78,21 @@ def in_lanes(rigs: Callable[[], list[tuple[Rig, Harmonic, Release]]]) -> float:
     best = math.inf
     for _ in range(12):
         begin = time.process_time_ns()
-        runs, balls = zip(*(_given(*one) for one in rigs()), strict=True)
-        hits = float(amplitudes(np.array(runs), np.array(balls)).impacts.sum())
+        every = rigs()
+        balls = np.zeros((len(every), 1), BALL)
+        for place, (rig, _, start) in zip(balls, every, strict=True):
+            place[:] = ball_table(rig, start)[0]
+        runs = np.array([_given(*one) for one in every])
+        hits = float(amplitudes(runs, balls).impacts.sum())
         best = min(best, (time.process_time_ns() - begin) / hits)
     return best
 
 
-def _given(rig: Rig, base: Harmonic, start: Release) -> tuple[list[float], FloatArray]:
-    """A run of 200 s, and its ball, as the lanes are given them."""
+def _given(rig: Rig, base: Harmonic, start: Release) -> list[float]:
+    """A run of 200 s as the lanes are given it."""
     o = rig.oscillator
     run = [o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase, start.x0, start.v0]
-    return [*run, 0.0, 200.0], ball_table(rig, start)[0]
+    return [*run, 0.0, 200.0]
 
 
 def whole_map() -> float:

@@ -411,7 +411,7 @@ def test_heavy_balls_of_unequal_restitution_gain_no_energy():
     import numba
 
     from vinesexp.solver.events import impact
-    from vinesexp.solver.state import COLUMNS, HIT, MASS, RESTITUTION, RHO, SIDE
+    from vinesexp.solver.state import BALL
 
     @numba.njit
     def collision(balls, M):
@@ -419,20 +419,20 @@ def test_heavy_balls_of_unequal_restitution_gain_no_energy():
 
     rng = np.random.default_rng(5)
     for _ in range(2000):
-        balls = np.zeros((3, COLUMNS))
-        balls[:, MASS] = 10.0 ** rng.uniform(-2, 2, 3)
-        balls[:, RESTITUTION] = rng.uniform(0, 1, 3).round()
-        balls[:, SIDE] = rng.choice([-1.0, 1.0], 3)
-        balls[:, RHO] = balls[:, SIDE] * rng.uniform(0, 1, 3)
-        balls[:, HIT] = 1.0
-        v, m = rng.normal(), balls[:, MASS].copy()
-        u = v - balls[:, RHO]
+        balls = np.zeros(3, BALL)
+        balls["mass"] = 10.0 ** rng.uniform(-2, 2, 3)
+        balls["r"] = rng.uniform(0, 1, 3).round()
+        balls["side"] = rng.choice([-1.0, 1.0], 3)
+        balls["rho"] = balls["side"] * rng.uniform(0, 1, 3)
+        balls["hit"] = 1.0
+        v, m = rng.normal(), balls["mass"].copy()
+        u = v - balls["rho"]
         dv = collision(balls, 1.0)
-        u_after = v + dv - balls[:, RHO]
+        u_after = v + dv - balls["rho"]
         assert dv + (m * (u_after - u)).sum() == pytest.approx(0.0, abs=1e-12 * (1 + m.sum()))
         before = v**2 + (m * u**2).sum()
         assert (v + dv) ** 2 + (m * u_after**2).sum() <= before * (1 + 1e-12)
-        assert (balls[:, SIDE] * balls[:, RHO] <= 1e-12).all()
+        assert (balls["side"] * balls["rho"] <= 1e-12).all()
 
 
 def test_balls_resting_when_another_hits():

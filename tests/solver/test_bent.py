@@ -16,7 +16,7 @@ from vinesexp.solver import bent
 from vinesexp.solver.arrays import ball_table
 from vinesexp.solver.response import phasor, prepare
 from vinesexp.solver.simulation import _loop_of
-from vinesexp.solver.state import LOGGED, WORK, Parameters, empty_log
+from vinesexp.solver.state import STATE, WORK, Parameters, empty_log
 
 TABLE2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 DRIVE = Harmonic(amplitude=0.25e-3, frequency=1.02 * TABLE2.f0, phase=0.4)
@@ -24,25 +24,25 @@ X0, V0 = 4e-3, 0.15
 
 
 @njit
-def bend(response, par, c, xh, vh, way, work):
-    return bent.bend(response, par, c, xh, vh, 0.0, way, work, 7)
+def bend(response, table, par, c, xh, vh, way, work):
+    return bent.bend(response[0], table, par, c, xh, vh, 0.0, way, work, 7)
 
 
 @njit
 def start(response):
-    return phasor(response, 0.0, 0.0)
+    return phasor(response[0], 0.0, 0.0)
 
 
 def bent_by(k3: float, quadratic: float, way: float):
     """Whether there is a bend from (X0, V0) under DRIVE, and what it is."""
     o = TABLE2
     response = prepare(o.M, o.c1, o.k1, DRIVE.amplitude, DRIVE.frequency, DRIVE.phase)
-    response, work = bent.bent_table(response), np.zeros((WORK, 31))
+    table, work = bent.bent_table(response), np.zeros((WORK, 31))
     par = Parameters(o.M, o.c1, o.k1, quadratic, 0.0, k3)
     c = np.array(start(response))
     w = 2.0 * math.pi * DRIVE.frequency
-    found = bend(response, par, c, X0 - c[0], V0 + w * c[1], way, work)
-    return found, work[10], response[bent.START]
+    found = bend(response, table, par, c, X0 - c[0], V0 + w * c[1], way, work)
+    return found, work[10], table[0]
 
 
 @pytest.mark.parametrize("k3", [3e5, 1e6, -1e6])
@@ -113,8 +113,8 @@ def test_a_steady_motion_needs_the_power_series_seldom():
     for general in (False, True):
         loop = _loop_of(rig, Harmonic(0.25e-3, TABLE2.f0), damping, 100.0, None, general)
         balls, _ = ball_table(rig, Release(y0=[0.0279]))
-        state = np.zeros(5)
+        state = np.zeros(1, STATE)
         turns[general] = loop(state, balls, empty_log(4096))
-        rows = state[LOGGED]
+        rows = state["logged"][0]
         assert 1500 < rows < 1700
     assert turns[False] < 1.3 * rows < 3.0 * rows < turns[True]

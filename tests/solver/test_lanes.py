@@ -15,6 +15,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.solver import lanes
 from vinesexp.solver.arrays import ball_table, balls_at
 from vinesexp.solver.lanes import R_DURATION, R_SETTLE, amplitudes, amplitudes_in_turn
+from vinesexp.solver.state import BALL
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 
@@ -36,7 +37,7 @@ def random_case(number):
 
 def row_of(rig, base, release, *, settle, duration):
     """A run and its ball as the loops are given them, one behind the other."""
-    o, (ball, *_) = rig.oscillator, ball_table(rig, release)[0]
+    o, ball = rig.oscillator, ball_table(rig, release)[0][:1].view(np.float64)
     run = (o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
     return np.concatenate([run, [release.x0, release.v0, settle, duration], ball])
 
@@ -60,7 +61,7 @@ def rows_of(cases, settle, cycles):
 def in_lanes(rows):
     """The runs of some rows side by side."""
     runs, balls = np.split(rows, [R_DURATION + 1], axis=1)
-    return amplitudes(runs.copy(), balls[:, np.newaxis].copy())
+    return amplitudes(runs.copy(), balls.copy().view(BALL))
 
 
 def found(rows):

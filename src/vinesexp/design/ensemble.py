@@ -27,6 +27,7 @@ from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.arrays import balls_at, gap_of
 from vinesexp.solver.lanes import Amplitudes, amplitudes, amplitudes_in_turn
 from vinesexp.solver.simulation import simulate
+from vinesexp.solver.state import Records
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
@@ -472,7 +473,7 @@ def _on_all_cores(
     return out
 
 
-def _starts_of(runs: Runs) -> FloatArray:
+def _starts_of(runs: Runs) -> Records:
     """Every ball as the loops have it (`arrays.balls_at`); refused where it starts outside."""
     m, b, r, y0 = np.moveaxis(runs.balls, 2, 0)
     x0 = runs.values[:, V_X0, np.newaxis]
@@ -488,7 +489,7 @@ def _starts_of(runs: Runs) -> FloatArray:
 
 
 def _settled(
-    runs: Runs, starts: FloatArray, spans: FloatArray, stop: Callable[[], bool]
+    runs: Runs, starts: Records, spans: FloatArray, stop: Callable[[], bool]
 ) -> Amplitudes:
     """What plain runs, all in lanes or none, settle to."""
     whole = np.column_stack([runs.values, spans])

@@ -20,30 +20,21 @@ from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, SteppedSweep, Sweep, WeakDamping
 from vinesexp.rig import NES, Rig
 from vinesexp.solver.state import (
-    B_PLUS,
+    BALL,
     CHIRP,
-    CLEARANCE,
-    COLUMNS,
-    MASS,
     POLYNOMIAL,
-    R_MINUS,
-    R_PLUS,
-    R_SLOPE,
-    RESTITUTION,
-    RHO,
-    RUB,
-    SIDE,
-    TAU,
-    TILT,
     UNSET,
-    WAY,
     WORK,
-    D,
     Parameters,
-    U,
+    Records,
 )
 
 LINEAR = WeakDamping()
+#: Of a ball: what a start fills in, all but its state.
+PLACED = [
+    *("mass", "half", "b_plus", "r", "r_plus", "r_minus", "r_slope", "rub", "tilt", "tau"),
+    *("gap", "side", "rho", "u", "way"),
+]
 
 
 def is_plain(rig: Rig, damping: WeakDamping = LINEAR) -> bool:
@@ -64,31 +55,28 @@ def parameters(rig: Rig, damping: WeakDamping) -> Parameters:
     return Parameters(o.M, o.c1, o.k1, damping.quadratic, damping.coulomb, o.k3)
 
 
-def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
-    """Table of balls at the start (`state.py`) and their places y0, refused where outside."""
+def ball_table(rig: Rig, release: Release) -> tuple[Records, FloatArray]:
+    """Balls at the start (`state.BALL`) and their places y0, refused where outside."""
     y0, vy0 = starts_of(rig, release)
-    table = np.zeros((len(rig.nes), COLUMNS))
+    table = np.zeros(len(rig.nes), BALL)
     for i, nes in enumerate(rig.nes):
         gap, side = gap_of(nes, i, release.x0, y0[i])
-        half, row = 0.5 * (nes.b + nes.clearance(-1)), table[i]
-        row[:] = balls_at(m=nes.m, b=half, r=nes.r, gap=gap, side=side, v=release.v0 - vy0[i])
-        row[RESTITUTION], row[B_PLUS], row[U] = nes.restitution(side), nes.b, vy0[i]
-        row[R_MINUS], row[R_SLOPE] = nes.restitution(-1), nes.r_slope
-        row[RUB], row[TILT], row[TAU] = nes.friction, nes.tilt, nes.contact_time
-        row[WAY] = UNSET if nes.rubs else 0.0
+        table[PLACED][i] = (
+            nes.m, 0.5 * (nes.b + nes.clearance(-1)), nes.b, nes.restitution(side), nes.r,
+            nes.restitution(-1), nes.r_slope, nes.friction, nes.tilt, nes.contact_time, gap, side,
+            release.v0 - vy0[i], vy0[i], UNSET if nes.rubs else 0.0,
+        )  # fmt: skip
     return table, np.array(y0, dtype=np.float64)
 
 
 def balls_at(
     *, m: ArrayLike, b: ArrayLike, r: ArrayLike, gap: ArrayLike, side: ArrayLike, v: ArrayLike
-) -> FloatArray:
-    """Balls of plain rigs at rest as rows of `state.py`: m, b, r; gap to a wall, its side; x'."""
-    table = np.zeros((*np.broadcast(m, b, r, gap, side, v).shape, COLUMNS))
-    for column, values in (
-        (MASS, m), (CLEARANCE, b), (B_PLUS, b), (RESTITUTION, r), (R_PLUS, r), (R_MINUS, r),
-        (D, gap), (SIDE, side), (RHO, v),
-    ):  # fmt: skip
-        table[..., column] = values
+) -> Records:
+    """Balls of plain rigs at rest (`state.BALL`): m, b, r; gap to a wall, its side; x'."""
+    table = np.zeros(np.broadcast(m, b, r, gap, side, v).shape, BALL)
+    table["mass"], table["gap"], table["side"], table["rho"] = m, gap, side, v
+    table["half"] = table["b_plus"] = b
+    table["r"] = table["r_plus"] = table["r_minus"] = r
     return table
 
 
@@ -129,12 +117,11 @@ def has_closed_form(
     return np.asarray((zeta <= 0.9) & ~sharp & (w > 1e-2 * w0) & (w < 1e2 * w0))
 
 
-def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
-    """Table of the closed form where there is a good one, else None: power series then.
+def closed_form(rig: Rig, base: Base | None) -> Records | None:
+    """The closed form where there is a good one, else None: power series then.
 
     Not for a base that is not harmonic, an oscillator near or beyond critical damping, or a
-    resonance so sharp that the particular response would dwarf the motion. For quadratic damping
-    or cubic stiffness with what `bent.py` needs.
+    resonance so sharp that the particular response would dwarf the motion.
     """
     from vinesexp.solver.response import prepare
 
@@ -147,12 +134,7 @@ def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray
     rates = (np.array(one) for one in (o.w0, o.zeta, 2.0 * math.pi * frequency, amplitude > 0.0))
     if not has_closed_form(*rates):
         return None
-    table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
-    if damping.quadratic != 0.0 or o.k3 != 0.0:
-        from vinesexp.solver.bent import bent_table
-
-        table = bent_table(table)
-    return table
+    return prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
 
 
 def scratch(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray:

@@ -31,18 +31,12 @@ from numpy.polynomial import chebyshev
 
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, fused
-from vinesexp.solver.response import (
-    ENTRIES,
-    H_P,
-    H_RATE,
-    H_TWOALPHA,
-    H_W,
-    H_W0SQ,
-    HEADER,
-    WIDTH,
-    base_at,
+from vinesexp.solver.response import base_at
+from vinesexp.solver.state import (
+    Parameters,
+    Record,
+    Records,
 )
-from vinesexp.solver.state import Parameters
 
 NODES = 24
 REACH = 3.45  # rad, h: half a cycle and a tenth
@@ -52,12 +46,11 @@ MOST, SHRINKS = 12, 0.1
 #: those that are cut off are thirty times as small.
 LEFT_OUT, LAST = 1e-17, 1e-16
 
-# Behind the table of a response: h, then at the nodes cos, sin, C and S, then the matrices by
+# Table of a rig: h, then at the nodes cos, sin, C and S, then the matrices by
 # columns that take N to u and u' at the nodes and to the coefficients of u in polynomials of
 # Chebyshev, those to coefficients of powers, and the largest fourth and fifth derivatives of these
 # polynomials: T_n is steepest at the ends.
-START = HEADER + WIDTH * ENTRIES
-AT_NODES = START + 1
+AT_NODES = 1
 TO_U, TO_V, TO_C, TO_POWERS, STEEP = (AT_NODES + NODES * (4 + NODES * i) for i in range(5))
 
 # What `bend` finds: coefficients of u in powers of 2 s/h - 1, then 2/h, bounds on the fourth and
@@ -105,10 +98,9 @@ def _matrices(w: float, w0_squared: float, two_alpha: float, rate: float) -> Flo
     return np.concatenate([[2.0 * half], *at, *matrices, steep[0] / half**4, steep[1] / half**5])
 
 
-def bent_table(response: FloatArray) -> FloatArray:
-    """The response with what `bend` needs behind it."""
-    of = (float(response[i]) for i in (H_W, H_W0SQ, H_TWOALPHA, H_RATE))
-    return np.concatenate([response, _matrices(*of)])
+def bent_table(responses: Records) -> FloatArray:
+    """What `bend` needs besides the response of an oscillator."""
+    return _matrices(*(float(responses[name][0]) for name in ("w", "w0sq", "two_alpha", "rate")))
 
 
 def _multiply(typing: Any, table: Any, offset: Any, vector: Any, out: Any) -> Any:
@@ -179,8 +171,8 @@ def forget(N: FloatArray, U: FloatArray, V: FloatArray, bent: FloatArray) -> boo
 
 @apart
 def bend(
-    response: FloatArray, par: Parameters, c: FloatArray, xh: float, vh: float, shift: float,
-    way: float, work: FloatArray, like: int,
+    response: Record, table: FloatArray, par: Parameters, c: FloatArray, xh: float, vh: float,
+    shift: float, way: float, work: FloatArray, like: int,
 ) -> bool:  # fmt: skip
     """Find u from a phasor and a free motion, into work[like + 3]; False: it is no such flight.
 
@@ -190,16 +182,16 @@ def bend(
     """
     Z, W, N, U, V = work[0], work[1], work[like], work[like + 1], work[like + 2]
     F, bent = work[5], work[like + 3]
-    w, two_alpha, w0sq = response[H_W], response[H_TWOALPHA], response[H_W0SQ]
-    size = response[H_P] + math.sqrt(xh * xh + vh * vh / w0sq) + abs(shift)
+    w, two_alpha, w0sq = response.w, response.two_alpha, response.w0sq
+    size = response.p + math.sqrt(xh * xh + vh * vh / w0sq) + abs(shift)
     c0, c1 = c[0], c[1]
     cubic, quadratic = -par.cubic / par.mass, -way * par.quadratic / par.mass
     base_x, base_v, _ = base_at(response, c0, c1)
     z, u = shift + (c0 + xh) - base_x, vh - w * c1 - base_v
     bent[SECOND] = fused(cubic * z, z * z, quadratic * u * u)
     for j in range(NODES):
-        cosine, sine = response[AT_NODES + j], response[AT_NODES + NODES + j]
-        C, S = response[AT_NODES + 2 * NODES + j], response[AT_NODES + 3 * NODES + j]
+        cosine, sine = table[AT_NODES + j], table[AT_NODES + NODES + j]
+        C, S = table[AT_NODES + 2 * NODES + j], table[AT_NODES + 3 * NODES + j]
         re, im = fused(c0, cosine, -c1 * sine), fused(c0, sine, c1 * cosine)
         base_x, base_v, _ = base_at(response, re, im)
         Z[j] = shift + (re + fused(C, xh, S * vh)) - base_x
@@ -220,18 +212,18 @@ def bend(
         if last < math.inf and change > SHRINKS * last:
             return forget(N, U, V, bent)
         last = change
-        multiply(response, TO_U, N, U)
+        multiply(table, TO_U, N, U)
         if quadratic != 0.0:
-            multiply(response, TO_V, N, V)
+            multiply(table, TO_V, N, V)
     C = Z
-    multiply(response, TO_C, N, C)
+    multiply(table, TO_C, N, C)
     if not abs(C[NODES - 1]) + abs(C[NODES - 2]) <= LAST * size:
         return forget(N, U, V, bent)
-    multiply(response, TO_POWERS, C, bent)
-    bent[PER_HALF], bent[FOURTH], bent[FIFTH] = 2.0 / response[START], 0.0, 0.0
+    multiply(table, TO_POWERS, C, bent)
+    bent[PER_HALF], bent[FOURTH], bent[FIFTH] = 2.0 / table[0], 0.0, 0.0
     for j in range(NODES):
-        bent[FOURTH] += abs(C[j]) * response[STEEP + j]
-        bent[FIFTH] += abs(C[j]) * response[STEEP + NODES + j]
+        bent[FOURTH] += abs(C[j]) * table[STEEP + j]
+        bent[FIFTH] += abs(C[j]) * table[STEEP + NODES + j]
     return True
 
 

@@ -11,13 +11,14 @@ import math
 from contextlib import suppress
 from pathlib import Path
 
-import numpy as np
-
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, SteppedSweep, Sweep, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.solver.state import CLEARANCE, MASS, RESTITUTION
+from vinesexp.solver.state import (
+    Record,
+    Records,
+)
 
 #: Evaluations of one radian of the motion after which it is given up.
 STALL = 300_000
@@ -99,7 +100,7 @@ class Effort:
         self.pace = 1.0 / fastest_of(rig, base)
         self.spent, self.since = 0, 0.0
 
-    def add(self, state: FloatArray, used: int) -> None:
+    def add(self, state: Record, used: int) -> None:
         """Count what one call of a loop has used.
 
         Raises
@@ -107,8 +108,8 @@ class Effort:
         AnalysisError
             The motion stands still, or has left all bounds.
         """
-        now = float(state[0])
-        if not np.isfinite(state).all():
+        now = float(state["t"])
+        if not all(map(math.isfinite, state.item())):
             raise self.unbounded(now)
         self.spent += used
         if now > self.since + self.pace:
@@ -147,9 +148,9 @@ class Effort:
         return ", ".join(words)
 
 
-def stalled_run(run: FloatArray, balls: FloatArray) -> AnalysisError:
+def stalled_run(run: FloatArray, balls: Records) -> AnalysisError:
     """`Effort.stalled` of a run as `lanes.amplitudes` is given it, and its balls (`state.py`)."""
     M, c1, k1, G, f, phase, *_, duration = run.tolist()
-    nes = [NES(m=m, b=b, r=r) for m, b, r in balls[:, [MASS, CLEARANCE, RESTITUTION]].tolist()]
+    nes = [NES(m=m, b=b, r=r) for m, b, r in balls[["mass", "half", "r"]].tolist()]
     rig = Rig(Oscillator(M=M, c1=c1, k1=k1), nes)
     return Effort(rig, Harmonic(G, f, phase), WeakDamping(), duration).stalled(0.0)

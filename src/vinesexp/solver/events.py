@@ -4,8 +4,8 @@ State between events: time as a sum of two floats (so that 1e7 flights add up wi
 and the table of balls (`state.py`). One turn of the loop expands the motion at the present state
 (`series.py`), finds the first event on the segment (`search.py`), moves everything there and
 carries out what happens: a ball meets a wall, a ball that slides comes to rest on its floor
-(`next_stop`), a held ball slips (`next_slip`). A ball that slides has the constant acceleration A =
-tilt + mu g d, d = `WAY` the sign of x' - y': the floor drags it along, and it drags the oscillator
+(`next_stop`), a held ball slips (`next_slip`). A ball that slides has the constant acceleration a =
+tilt + mu g d, d = `way` the sign of x' - y': the floor drags it along, and it drags the oscillator
 back with m mu g d. No segment holds more than one direction of any force, so its gap is a power
 series with another second coefficient than x, whose first root `search.py` finds: no impact is
 missed. Before each segment `decide` settles who is held.
@@ -95,59 +95,27 @@ from vinesexp.solver.series import (
     spring_force,
 )
 from vinesexp.solver.state import (
-    AFTER,
-    BEFORE,
-    CLEARANCE,
-    EXPECTED,
     FREE,
-    HEADING,
-    HIT,
     IMPACT,
-    JUMP,
     L_A,
     L_APART,
     L_FORCE,
     L_MASS,
     LEAVING,
-    LEFT,
-    LOGGED,
-    MASS,
-    PERIOD,
-    R_MINUS,
-    R_PLUS,
-    R_SLOPE,
     RELEASED,
     REMEMBERED,
     REST_END,
     REST_START,
     RESTING,
-    RESTITUTION,
-    RHO,
-    ROOT,
-    RUB,
-    SIDE,
-    SIDES,
     SLIDE,
-    STATE,
     STUCK,
-    T_HIGH,
-    T_LOW,
-    TAU,
-    TILT,
-    TIMES,
     TOUCHED,
-    TURN,
     UNSET,
-    V_NOW,
-    WALL,
-    WAY,
-    X_NOW,
-    A,
-    D,
     Given,
     Log,
     Parameters,
-    U,
+    Record,
+    Records,
     advance_clock,
     carry,
     write_event,
@@ -158,7 +126,7 @@ NEGLIGIBLE = 1e-17  # relative speed over speed: a tenth of what rounding leaves
 
 
 @compiled
-def closing_now(balls: FloatArray, v: float) -> int:
+def closing_now(balls: Records, v: float) -> int:
     """Mark the balls that touch a wall and close on it; their number.
 
     Two balls at opposite walls can pass an impulse to and fro infinitely often in one instant, each
@@ -167,45 +135,45 @@ def closing_now(balls: FloatArray, v: float) -> int:
     """
     count = 0
     for i in range(balls.shape[0]):
-        balls[i, HIT] = 0.0
-        held = balls[i, STATE] == RESTING or balls[i, STATE] >= TOUCHED
-        if not held and balls[i, D] <= 0.0:
-            if abs(balls[i, RHO]) <= NEGLIGIBLE * (abs(v) + abs(balls[i, U])) + 1e-300:
-                balls[i, RHO] = 0.0
-            elif balls[i, SIDE] * balls[i, RHO] > 0.0:
-                balls[i, HIT] = 1.0
+        balls[i].hit = 0.0
+        held = balls[i].state == RESTING or balls[i].state >= TOUCHED
+        if not held and balls[i].gap <= 0.0:
+            if abs(balls[i].rho) <= NEGLIGIBLE * (abs(v) + abs(balls[i].u)) + 1e-300:
+                balls[i].rho = 0.0
+            elif balls[i].side * balls[i].rho > 0.0:
+                balls[i].hit = 1.0
                 count += 1
     return count
 
 
 @compiled
-def velocity_jump(balls: FloatArray, M: float, scale: float) -> float:
+def velocity_jump(balls: Records, M: float, scale: float) -> float:
     """Velocity jump of the oscillator for the marked balls, all r times `scale`."""
     momentum, mass = 0.0, M
     for i in range(balls.shape[0]):
-        if balls[i, HIT] == 1.0:
-            momentum += balls[i, MASS] * (1.0 + scale * balls[i, RESTITUTION]) * balls[i, RHO]
-            mass += balls[i, MASS]
+        if balls[i].hit == 1.0:
+            momentum += balls[i].mass * (1.0 + scale * balls[i].r) * balls[i].rho
+            mass += balls[i].mass
     for i in range(balls.shape[0]):
-        if balls[i, STATE] == RESTING and -balls[i, SIDE] * momentum > 0.0:
-            mass += balls[i, MASS]
+        if balls[i].state == RESTING and -balls[i].side * momentum > 0.0:
+            mass += balls[i].mass
     return -momentum / mass
 
 
 @compiled
-def energy_scale(balls: FloatArray, M: float, dv: float) -> float:
+def energy_scale(balls: Records, M: float, dv: float) -> float:
     """Factor on all r that keeps the kinetic energy from rising (1 where it does not rise)."""
     mass, p, p_r, e, e_r = M, 0.0, 0.0, 0.0, 0.0
     for i in range(balls.shape[0]):
-        if balls[i, HIT] == 1.0:
-            m, rho, back = balls[i, MASS], balls[i, RHO], balls[i, RESTITUTION] * balls[i, RHO]
+        if balls[i].hit == 1.0:
+            m, rho, back = balls[i].mass, balls[i].rho, balls[i].r * balls[i].rho
             mass += m
             p += m * rho
             e += m * rho * rho
             p_r += m * back
             e_r += m * back * back
-        elif balls[i, STATE] == RESTING and balls[i, SIDE] * dv > 0.0:
-            mass += balls[i, MASS]
+        elif balls[i].state == RESTING and balls[i].side * dv > 0.0:
+            mass += balls[i].mass
     # Twice the kinetic energy in the frame of the common centre of mass.
     before, after = e - p * p / mass, e_r - p_r * p_r / mass
     if after > before:
@@ -214,7 +182,7 @@ def energy_scale(balls: FloatArray, M: float, dv: float) -> float:
 
 
 @compiled
-def impact(balls: FloatArray, M: float) -> float:
+def impact(balls: Records, M: float) -> float:
     """Carry out the impact of the marked balls; the velocity jump of the oscillator.
 
     Marks that are still set afterwards say which balls were pushed.
@@ -225,12 +193,12 @@ def impact(balls: FloatArray, M: float) -> float:
         dv = velocity_jump(balls, M, 1.0)
         count, pulled = 0, 0
         for i in range(n):
-            if balls[i, HIT] == 1.0:
+            if balls[i].hit == 1.0:
                 count += 1
-                bounce = (1.0 + balls[i, RESTITUTION]) * balls[i, RHO]
+                bounce = (1.0 + balls[i].r) * balls[i].rho
                 # A ball far heavier than the oscillator takes dv = -bounce: no pull but rounding.
-                if balls[i, SIDE] * (dv + bounce) < -1e-14 * abs(bounce):
-                    balls[i, HIT] = 0.0
+                if balls[i].side * (dv + bounce) < -1e-14 * abs(bounce):
+                    balls[i].hit = 0.0
                     pulled += 1
         if pulled == 0:
             break
@@ -240,25 +208,25 @@ def impact(balls: FloatArray, M: float) -> float:
         if scale < 1.0:
             dv = velocity_jump(balls, M, scale)
     for i in range(n):
-        if balls[i, HIT] == 1.0:
-            balls[i, RHO] *= -scale * balls[i, RESTITUTION]
-            balls[i, D] = 0.0
-            balls[i, STATE] = FREE
-        elif balls[i, STATE] != RESTING:
-            balls[i, RHO] += dv
-        elif balls[i, SIDE] * dv <= 0.0:  # the wall draws back from the ball
-            balls[i, RHO] = dv
-            balls[i, STATE] = FREE
+        if balls[i].hit == 1.0:
+            balls[i].rho *= -scale * balls[i].r
+            balls[i].gap = 0.0
+            balls[i].state = FREE
+        elif balls[i].state != RESTING:
+            balls[i].rho += dv
+        elif balls[i].side * dv <= 0.0:  # the wall draws back from the ball
+            balls[i].rho = dv
+            balls[i].state = FREE
     return dv
 
 
 @compiled
-def resting_mass(balls: FloatArray) -> float:
+def resting_mass(balls: Records) -> float:
     """Mass of the balls that rest on a wall and move with the oscillator, kg."""
     mass = 0.0
     for i in range(balls.shape[0]):
-        if balls[i, STATE] == RESTING:
-            mass += balls[i, MASS]
+        if balls[i].state == RESTING:
+            mass += balls[i].mass
     return mass
 
 
@@ -267,16 +235,14 @@ UNSEEN = 1e-15  # rad
 
 
 @compiled
-def set_restitution(balls: FloatArray, i: int, speed: float) -> None:
-    """Fill in RESTITUTION of ball i for an impact at the wall SIDE with a closing speed."""
-    r = balls[i, R_PLUS] if balls[i, SIDE] > 0.0 else balls[i, R_MINUS]
-    balls[i, RESTITUTION] = min(max(r + balls[i, R_SLOPE] * abs(speed), 0.0), 1.0)
+def set_restitution(balls: Records, i: int, speed: float) -> None:
+    """Fill in `r` of ball i for an impact at the wall `side` with a closing speed."""
+    r = balls[i].r_plus if balls[i].side > 0.0 else balls[i].r_minus
+    balls[i].r = min(max(r + balls[i].r_slope * abs(speed), 0.0), 1.0)
 
 
 @compiled
-def remaining(
-    balls: FloatArray, i: int, a: float, M: float, own_rate: float
-) -> tuple[float, float]:
+def remaining(balls: Records, i: int, a: float, M: float, own_rate: float) -> tuple[float, float]:
     """Time to the accumulation point of one ball's chatter, s, and the acceleration `back`.
 
     `a` is S (x'' - y'') as it is now. The time is no less than that in which the wall gains the
@@ -284,16 +250,16 @@ def remaining(
     (with r = 0 it would be the only one). Bounces that last less than UNSEEN are rest for any r, 1
     included: no clock resolves them.
     """
-    away, r = -balls[i, SIDE] * balls[i, RHO], balls[i, RESTITUTION]
-    turned = 2.0 * balls[i, RUB] * (1.0 + balls[i, MASS] / M)
+    away, r = -balls[i].side * balls[i].rho, balls[i].r
+    turned = 2.0 * balls[i].rub * (1.0 + balls[i].mass / M)
     out, back = (a, a - turned) if away > 0.0 else (a + turned, a)
     if back <= 0.0:
         return math.inf, back
     if away > 0.0:
-        speed = math.sqrt(2.0 * back * (balls[i, D] + 0.5 * away * away / out))
+        speed = math.sqrt(2.0 * back * (balls[i].gap + 0.5 * away * away / out))
         last = away / out + speed / back
     else:
-        speed = math.sqrt(away * away + 2.0 * back * balls[i, D])
+        speed = math.sqrt(away * away + 2.0 * back * balls[i].gap)
         last = (away + speed) / back
     if speed * own_rate <= UNSEEN * back:
         return last, back
@@ -305,37 +271,37 @@ def remaining(
 
 
 @compiled
-def fading(balls: FloatArray, i: int, a: float) -> float:
+def fading(balls: Records, i: int, a: float) -> float:
     """Rate at which r changes over a chatter, 1/s.
 
-    A change of r by R_SLOPE times the speed of an impact, at most a T, changes the geometric sum
-    by 2 R_SLOPE a T/(1 - r)^2 of itself.
+    A change of r by `r_slope` times the speed of an impact, at most a T, changes the geometric sum
+    by 2 `r_slope` a T/(1 - r)^2 of itself.
     """
-    if balls[i, R_SLOPE] == 0.0 or balls[i, RESTITUTION] >= 1.0:
+    if balls[i].r_slope == 0.0 or balls[i].r >= 1.0:
         return 0.0
-    left: float = 1.0 - balls[i, RESTITUTION]
-    rate: float = 2.0 * abs(balls[i, R_SLOPE]) * a / (left * left)
+    left: float = 1.0 - balls[i].r
+    rate: float = 2.0 * abs(balls[i].r_slope) * a / (left * left)
     return rate
 
 
 @compiled
-def may_pass(balls: FloatArray, x2: float, T: float) -> bool:
+def may_pass(balls: Records, x2: float, T: float) -> bool:
     """Whether no ball but the marked ones meets a wall, or stops on its floor, within T."""
     for i in range(balls.shape[0]):
-        if balls[i, HIT] == 1.0 or balls[i, STATE] == RESTING or balls[i, STATE] == STUCK:
+        if balls[i].hit == 1.0 or balls[i].state == RESTING or balls[i].state == STUCK:
             continue
-        gain = (abs(x2) + abs(balls[i, A])) * T
-        reach = (abs(balls[i, RHO]) + gain) * T
-        if balls[i, D] <= reach or 2.0 * balls[i, CLEARANCE] - balls[i, D] <= reach:
+        gain = (abs(x2) + abs(balls[i].a)) * T
+        reach = (abs(balls[i].rho) + gain) * T
+        if balls[i].gap <= reach or 2.0 * balls[i].half - balls[i].gap <= reach:
             return False
-        if balls[i, RUB] > 0.0 and abs(balls[i, RHO]) <= gain:
+        if balls[i].rub > 0.0 and abs(balls[i].rho) <= gain:
             return False
     return True
 
 
 @compiled
 def close_chatter(
-    balls: FloatArray, mass: float, rate: float, x2: float, x3: float, v: float,
+    balls: Records, mass: float, rate: float, x2: float, x3: float, v: float,
     remainder: float,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Carry every chatter at its end to rest at once: duration T, change of x, change of v.
@@ -346,34 +312,34 @@ def close_chatter(
     n = balls.shape[0]
     T, momentum, offset, push, total = -1.0, 0.0, 0.0, mass * x2, mass
     for i in range(n):
-        balls[i, HIT] = 0.0
-        if balls[i, STATE] == FREE and balls[i, TAU] == 0.0:
+        balls[i].hit = 0.0
+        if balls[i].state == FREE and balls[i].tau == 0.0:
             set_restitution(balls, i, 0.0)
-            a = balls[i, SIDE] * (x2 - balls[i, A])
+            a = balls[i].side * (x2 - balls[i].a)
             left, back = remaining(balls, i, a, mass, rate)
             if left * max(rate, abs(x3) / back, fading(balls, i, back)) <= remainder:
-                balls[i, HIT] = 1.0
+                balls[i].hit = 1.0
                 T = max(T, left)
-                momentum += balls[i, MASS] * balls[i, RHO]
-                offset += balls[i, MASS] * balls[i, SIDE] * balls[i, D]
-                push += balls[i, MASS] * balls[i, A]
-                total += balls[i, MASS]
+                momentum += balls[i].mass * balls[i].rho
+                offset += balls[i].mass * balls[i].side * balls[i].gap
+                push += balls[i].mass * balls[i].a
+                total += balls[i].mass
     if T < 0.0 or not may_pass(balls, x2, T):
         return -1.0, 0.0, 0.0
     # Friction within the group is internal: momentum fixes where it is and how fast after T.
     dv = (-momentum + push * T) / total
     shift = (-momentum * T + 0.5 * push * T * T + offset) / total
     for i in range(n):
-        if balls[i, HIT] == 1.0:
-            balls[i, STATE] = RESTING
-            balls[i, RHO] = 0.0
-            balls[i, D] = 0.0
-        elif balls[i, STATE] != RESTING and balls[i, STATE] != STUCK:
-            bend = shift - 0.5 * balls[i, A] * T * T
-            balls[i, D] -= balls[i, SIDE] * (balls[i, RHO] * T + bend)
-            balls[i, RHO] += dv - balls[i, A] * T
-            balls[i, U] += balls[i, A] * T
-            balls[i, STATE] = FREE
+        if balls[i].hit == 1.0:
+            balls[i].state = RESTING
+            balls[i].rho = 0.0
+            balls[i].gap = 0.0
+        elif balls[i].state != RESTING and balls[i].state != STUCK:
+            bend = shift - 0.5 * balls[i].a * T * T
+            balls[i].gap -= balls[i].side * (balls[i].rho * T + bend)
+            balls[i].rho += dv - balls[i].a * T
+            balls[i].u += balls[i].a * T
+            balls[i].state = FREE
     return T, v * T + shift, dv
 
 
@@ -383,30 +349,30 @@ BRIEF = 0.05  # of a period: 0.3 rad, the reach of `kernel.hop`
 
 
 @compiled
-def expect(balls: FloatArray, k: int, now: float) -> None:
+def expect(balls: Records, k: int, now: float) -> None:
     """Guess the next contact of ball k, which meets a wall now.
 
     What followed a period ago, when the ball met the same wall, follows again; without such a
     contact, or where flights are alike, the next goes across and lasts as long as the last. A
     return to the same wall within BRIEF is left to `hop`, which needs no guess.
     """
-    period, side = balls[k, PERIOD], balls[k, SIDE]
+    period, side = balls[k].period, balls[k].side
     flight, heading = 0.0, -side
-    if balls[k, SIDES] == -side:
-        flight = now - balls[k, TIMES]
+    if balls[k].sides[0] == -side:
+        flight = now - balls[k].times[0]
     for j in range(1, REMEMBERED):
-        past = balls[k, TIMES + j]
-        if balls[k, SIDES + j] == side and abs(now - past - period) < ALIKE * period:
-            then, heading = balls[k, TIMES + j - 1] - past, balls[k, SIDES + j - 1]
+        past = balls[k].times[j]
+        if balls[k].sides[j] == side and abs(now - past - period) < ALIKE * period:
+            then, heading = balls[k].times[j - 1] - past, balls[k].sides[j - 1]
             if heading == side or abs(then - flight) > STEADY * period:
                 flight = then
             break
     if heading == side and flight < BRIEF * period:
         flight = 0.0
-    balls[k, EXPECTED], balls[k, HEADING] = now + flight, heading
+    balls[k].expected, balls[k].heading = now + flight, heading
     for j in range(REMEMBERED - 1, 0, -1):
-        balls[k, TIMES + j], balls[k, SIDES + j] = balls[k, TIMES + j - 1], balls[k, SIDES + j - 1]
-    balls[k, TIMES], balls[k, SIDES] = now, side
+        balls[k].times[j], balls[k].sides[j] = balls[k].times[j - 1], balls[k].sides[j - 1]
+    balls[k].times[0], balls[k].sides[0] = now, side
 
 
 #: Least restitution: a contact without any rebound would last for ever.
@@ -459,63 +425,63 @@ def touch(rho: float, g: float, r: float, tau: float) -> tuple[float, float, flo
 
 
 @apart
-def lasts(balls: FloatArray, i: int, x2: float, now: float) -> bool:
+def lasts(balls: Records, i: int, x2: float, now: float) -> bool:
     """Solve the contact that ball i begins under x''; False: it stays at the wall (r = 0)."""
-    side = balls[i, SIDE]
+    side = balls[i].side
     duration, centre, jump = touch(
-        side * balls[i, RHO], side * (x2 - balls[i, TILT]), balls[i, RESTITUTION], balls[i, TAU]
+        side * balls[i].rho, side * (x2 - balls[i].tilt), balls[i].r, balls[i].tau
     )
     if duration == math.inf:
-        balls[i, RESTITUTION] = 0.0
+        balls[i].r = 0.0
         return False
     expect(balls, i, now)
-    balls[i, STATE], balls[i, JUMP] = TOUCHED, jump
-    balls[i, LEFT], balls[i, AFTER] = centre, duration - centre
+    balls[i].state, balls[i].jump = TOUCHED, jump
+    balls[i].left, balls[i].after = centre, duration - centre
     return True
 
 
 @apart
-def go_through(balls: FloatArray, M: float, state: FloatArray, log: Log) -> None:
+def go_through(balls: Records, M: float, state: Record, log: Log) -> None:
     """Exchange the momentum of contacts that are in their middle, end those at their end."""
     for i in range(balls.shape[0]):
-        if balls[i, STATE] == TOUCHED and balls[i, LEFT] <= 0.0:
+        if balls[i].state == TOUCHED and balls[i].left <= 0.0:
             exchange(balls, i, M, state, log)
-            balls[i, STATE], balls[i, LEFT] = LEAVING, balls[i, AFTER]
-        elif balls[i, STATE] == LEAVING and balls[i, LEFT] <= 0.0:
-            balls[i, STATE], balls[i, D] = FREE, 0.0
+            balls[i].state, balls[i].left = LEAVING, balls[i].after
+        elif balls[i].state == LEAVING and balls[i].left <= 0.0:
+            balls[i].state, balls[i].gap = FREE, 0.0
 
 
 @compiled
-def exchange(balls: FloatArray, i: int, M: float, state: FloatArray, log: Log) -> None:
+def exchange(balls: Records, i: int, M: float, state: Record, log: Log) -> None:
     """Give ball i and the oscillator the momentum of their contact; balls at rest are let go."""
-    v, u = state[V_NOW], balls[i, U]
-    dv = -balls[i, SIDE] * balls[i, JUMP] * balls[i, MASS] / (balls[i, MASS] + M)
+    v, u = state.v, balls[i].u
+    dv = -balls[i].side * balls[i].jump * balls[i].mass / (balls[i].mass + M)
     now = v + dv
-    state[V_NOW] = now
+    state.v = now
     for j in range(balls.shape[0]):
         if j != i:
-            balls[j, RHO] += dv
-        if balls[j, STATE] == RESTING:
-            balls[j, STATE], balls[j, U] = FREE, v
-            write_event(state, log, REST_END, j, balls[j, SIDE], v, now, v, v)
-    balls[i, RHO] -= balls[i, SIDE] * balls[i, JUMP]
-    balls[i, U] = now - balls[i, RHO]
-    write_event(state, log, IMPACT, i, balls[i, SIDE], v, now, u, balls[i, U])
+            balls[j].rho += dv
+        if balls[j].state == RESTING:
+            balls[j].state, balls[j].u = FREE, v
+            write_event(state, log, REST_END, j, balls[j].side, v, now, v, v)
+    balls[i].rho -= balls[i].side * balls[i].jump
+    balls[i].u = now - balls[i].rho
+    write_event(state, log, IMPACT, i, balls[i].side, v, now, u, balls[i].u)
 
 
 @compiled
-def is_held(balls: FloatArray, i: int) -> bool:
+def is_held(balls: Records, i: int) -> bool:
     """Whether the ball moves with the oscillator."""
-    held: bool = balls[i, STATE] == RESTING or balls[i, STATE] == STUCK
+    held: bool = balls[i].state == RESTING or balls[i].state == STUCK
     return held
 
 
 @compiled
 def next_hit(
-    balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, h: float, bend: float,
+    balls: Records, X: FloatArray, P: FloatArray, limit: float, h: float, bend: float,
     gain: float,
 ) -> float:  # fmt: skip
-    """First contact of any ball in (0, limit], or stage of one that lasts; ROOT and WALL of each.
+    """First contact of any ball in (0, limit], or stage of one that lasts; `root`, `wall` of each.
 
     `bend` and `gain` are x - x0 - v0 h and v - v0 after h seconds, h >= `limit`.
     """
@@ -523,147 +489,145 @@ def next_hit(
     for i in range(balls.shape[0]):
         if is_held(balls, i):
             continue
-        balls[i, ROOT] = math.inf
-        if balls[i, STATE] >= TOUCHED:
-            balls[i, ROOT] = balls[i, LEFT]
+        balls[i].root = math.inf
+        if balls[i].state >= TOUCHED:
+            balls[i].root = balls[i].left
         else:
             search_walls(balls, i, X, P, limit, h, bend, gain, S)
-        first = min(first, balls[i, ROOT])
+        first = min(first, balls[i].root)
     return first
 
 
 @compiled
 def search_walls(
-    balls: FloatArray, i: int, X: FloatArray, P: FloatArray, limit: float, h: float, bend: float,
+    balls: Records, i: int, X: FloatArray, P: FloatArray, limit: float, h: float, bend: float,
     gain: float, S: float,
 ) -> None:  # fmt: skip
-    """First contact of ball i in (0, limit] with either wall, into ROOT and WALL.
+    """First contact of ball i in (0, limit] with either wall, into `root` and `wall`.
 
     From both ends of the h seconds alone it mostly shows that a wall is out of reach.
     """
-    side, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
-    drift = balls[i, A] * h
+    side, d, r, full = balls[i].side, balls[i].gap, balls[i].rho, 2.0 * balls[i].half
+    drift = balls[i].a * h
     g, rate = d - side * (r * h + (bend - 0.5 * drift * h)), side * (r + (gain - drift))
     for wall in (side, -side):
         z = wall * side
         if wall != side:
             d, g = full - d, full - g
-        free = balls[i, STATE] == FREE and g > 0.0
+        free = balls[i].state == FREE and g > 0.0
         if free and clear_between(d, -wall * r, g, -z * rate, h, S):
             continue
         for n in range(2, X.shape[0]):
             P[n] = -wall * X[n]
         P[0], P[1], lead = d, -wall * r, 0
-        P[2] += 0.5 * wall * balls[i, A]
-        if balls[i, STATE] == RELEASED:  # x' - y' and x'' - y'' are zero by definition
+        P[2] += 0.5 * wall * balls[i].a
+        if balls[i].state == RELEASED:  # x' - y' and x'' - y'' are zero by definition
             P[1] = P[2] = 0.0
             lead = 3 if d <= 0.0 else 0
-        root = first_root(P, lead, min(limit, balls[i, ROOT]))
-        if root < balls[i, ROOT]:
-            balls[i, ROOT], balls[i, WALL] = root, wall
+        root = first_root(P, lead, min(limit, balls[i].root))
+        if root < balls[i].root:
+            balls[i].root, balls[i].wall = root, wall
 
 
 @compiled
-def move(
-    balls: FloatArray, X: FloatArray, state: FloatArray, s: float, bend: float, gain: float
-) -> float:
+def move(balls: Records, X: FloatArray, state: Record, s: float, bend: float, gain: float) -> float:
     """Carry clock, oscillator and balls s seconds on; until when what happens is one event."""
     advance_clock(state, s)
-    state[X_NOW], state[V_NOW] = X[0] + fused(X[1], s, bend), X[1] + gain
-    tie: float = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
+    state.x, state.v = X[0] + fused(X[1], s, bend), X[1] + gain
+    tie: float = s + max(4.0 * EPS * s, 0.5 * EPS * state.t)
     for i in range(balls.shape[0]):
         if is_held(balls, i):
             continue
-        if balls[i, STATE] >= TOUCHED:
-            balls[i, D] = carry(balls, i, state[V_NOW], s, bend, gain)
-            balls[i, LEFT] = balls[i, LEFT] - s if balls[i, ROOT] > tie else 0.0
+        if balls[i].state >= TOUCHED:
+            balls[i].gap = carry(balls, i, state.v, s, bend, gain)
+            balls[i].left = balls[i].left - s if balls[i].root > tie else 0.0
             continue
-        if balls[i, STATE] == RELEASED:
-            balls[i, U] += balls[i, A] * s
-            way, balls[i, RHO] = from_power(X, s, 3)
-            gap = balls[i, D] - balls[i, SIDE] * way
+        if balls[i].state == RELEASED:
+            balls[i].u += balls[i].a * s
+            way, balls[i].rho = from_power(X, s, 3)
+            gap = balls[i].gap - balls[i].side * way
         else:
-            gap = carry(balls, i, state[V_NOW], s, bend, gain)
+            gap = carry(balls, i, state.v, s, bend, gain)
         if s > 0.0:
-            balls[i, STATE] = FREE
+            balls[i].state = FREE
             # A ball that slides changes its direction through rest only.
-            turned = balls[i, TURN] <= tie or balls[i, WAY] * balls[i, RHO] <= 0.0
-            if balls[i, RUB] > 0.0 and turned:
-                balls[i, RHO] = 0.0
-        left = gap if balls[i, WALL] == balls[i, SIDE] else 2.0 * balls[i, CLEARANCE] - gap
-        met = balls[i, ROOT] < math.inf and left <= 4.0 * EPS * balls[i, CLEARANCE]
-        if met or balls[i, ROOT] <= tie:
-            balls[i, SIDE], gap = balls[i, WALL], 0.0
-        balls[i, D] = max(gap, 0.0)
+            turned = balls[i].turn <= tie or balls[i].way * balls[i].rho <= 0.0
+            if balls[i].rub > 0.0 and turned:
+                balls[i].rho = 0.0
+        left = gap if balls[i].wall == balls[i].side else 2.0 * balls[i].half - gap
+        met = balls[i].root < math.inf and left <= 4.0 * EPS * balls[i].half
+        if met or balls[i].root <= tie:
+            balls[i].side, gap = balls[i].wall, 0.0
+        balls[i].gap = max(gap, 0.0)
     return tie
 
 
 @apart
-def carry_out(balls: FloatArray, M: float, state: FloatArray, log: Log) -> None:
+def carry_out(balls: Records, M: float, state: Record, log: Log) -> None:
     """Carry out the impact of the marked balls and log it; rests that it ends are logged too.
 
     Rows of one instant hand the oscillator's velocity on from ball to ball (`Motion.impacts`).
     """
-    n, v = balls.shape[0], state[V_NOW]
+    n, v = balls.shape[0], state.v
     for i in range(n):
-        balls[i, BEFORE] = balls[i, RHO] if balls[i, STATE] != RESTING else math.inf
+        balls[i].before = balls[i].rho if balls[i].state != RESTING else math.inf
     dv = impact(balls, M)
-    state[V_NOW] = v + dv
-    now, moving, count, handed = state[T_HIGH], M + resting_mass(balls), 0, v
+    state.v = v + dv
+    now, moving, count, handed = state.t, M + resting_mass(balls), 0, v
     for i in range(n):
-        count += int(balls[i, HIT] == 1.0)
+        count += int(balls[i].hit == 1.0)
     for i in range(n):
-        if balls[i, HIT] == 1.0:
+        if balls[i].hit == 1.0:
             expect(balls, i, now)
-            if balls[i, MASS] > M and n == 1:
+            if balls[i].mass > M and n == 1:
                 # The lighter body takes the rounding: here the oscillator, of a wall-like ball.
-                push = (1.0 + balls[i, RESTITUTION]) * balls[i, BEFORE] * (M / (M + balls[i, MASS]))
-                balls[i, U] += push
-                state[V_NOW] = balls[i, U] + balls[i, RHO]
+                push = (1.0 + balls[i].r) * balls[i].before * (M / (M + balls[i].mass))
+                balls[i].u += push
+                state.v = balls[i].u + balls[i].rho
             else:
-                balls[i, U] = state[V_NOW] - balls[i, RHO]
+                balls[i].u = state.v - balls[i].rho
             count -= 1
-            share = balls[i, MASS] * (balls[i, RHO] - balls[i, BEFORE] - dv) / moving
-            left = handed + share if count > 0 else state[V_NOW]
-            before = v - balls[i, BEFORE]
-            write_event(state, log, IMPACT, i, balls[i, SIDE], handed, left, before, balls[i, U])
+            share = balls[i].mass * (balls[i].rho - balls[i].before - dv) / moving
+            left = handed + share if count > 0 else state.v
+            before = v - balls[i].before
+            write_event(state, log, IMPACT, i, balls[i].side, handed, left, before, balls[i].u)
             handed = left
-        elif balls[i, BEFORE] == math.inf and balls[i, STATE] != RESTING:
-            balls[i, U] = v
-            write_event(state, log, REST_END, i, balls[i, SIDE], v, state[V_NOW], v, v)
+        elif balls[i].before == math.inf and balls[i].state != RESTING:
+            balls[i].u = v
+            write_event(state, log, REST_END, i, balls[i].side, v, state.v, v, v)
 
 
 @compiled
 def end_of_step(
-    table: FloatArray, piece: int, duration: float, state: FloatArray, reach: float
+    table: FloatArray, piece: int, duration: float, state: Record, reach: float
 ) -> tuple[float, float]:
     """Length of a step without an event, which ends with the series, the base's piece or the run;
     where it is not the series, the time that the clock then shows, else inf."""
     stop = duration
     if piece + 1 < table.shape[0]:
         stop = min(stop, table[piece + 1, 0])
-    left = (stop - state[T_HIGH]) - state[T_LOW]
+    left = (stop - state.t) - state.t_low
     if left <= reach:
         return max(left, 0.0), stop
     return reach, math.inf
 
 
 @compiled
-def may_hold(balls: FloatArray, i: int) -> bool:
+def may_hold(balls: Records, i: int) -> bool:
     """Whether the ball is at rest on its floor or at a wall, so that it may be held there."""
     if is_held(balls, i):
         return True
-    at_rest = balls[i, STATE] == FREE and balls[i, RHO] == 0.0
-    waits: bool = at_rest and (balls[i, D] <= 0.0 or balls[i, RUB] > 0.0)
+    at_rest = balls[i].state == FREE and balls[i].rho == 0.0
+    waits: bool = at_rest and (balls[i].gap <= 0.0 or balls[i].rub > 0.0)
     return waits
 
 
 @compiled
-def bounds(balls: FloatArray, i: int) -> tuple[float, float]:
+def bounds(balls: Records, i: int) -> tuple[float, float]:
     """Least and largest p = x'' - tilt at which the ball is held."""
-    low, high = -balls[i, RUB], balls[i, RUB]
-    if balls[i, D] <= 0.0:
-        if balls[i, SIDE] > 0.0:
+    low, high = -balls[i].rub, balls[i].rub
+    if balls[i].gap <= 0.0:
+        if balls[i].side > 0.0:
             high = math.inf
         else:
             low = -math.inf
@@ -671,25 +635,25 @@ def bounds(balls: FloatArray, i: int) -> tuple[float, float]:
 
 
 @compiled
-def holding_force(balls: FloatArray, a: float) -> float:
+def holding_force(balls: Records, a: float) -> float:
     """Sum of m clip(p, low, high) over the balls that may be held, at x'' = a."""
     total = 0.0
     for i in range(balls.shape[0]):
         if may_hold(balls, i):
             low, high = bounds(balls, i)
-            total += balls[i, MASS] * min(max(a - balls[i, TILT], low), high)
+            total += balls[i].mass * min(max(a - balls[i].tilt, low), high)
     return total
 
 
 @apart
-def acceleration(balls: FloatArray, M: float, force: float) -> float:
+def acceleration(balls: Records, M: float, force: float) -> float:
     """x'' under a force, with every ball at rest held or giving way as its bounds say."""
     below, above = -math.inf, math.inf
     for i in range(balls.shape[0]):
         if may_hold(balls, i):
             low, high = bounds(balls, i)
             for bound in (low, high):
-                a = balls[i, TILT] + bound
+                a = balls[i].tilt + bound
                 if math.isinf(a):
                     continue
                 if M * a + holding_force(balls, a) <= force:
@@ -701,59 +665,59 @@ def acceleration(balls: FloatArray, M: float, force: float) -> float:
     for i in range(balls.shape[0]):
         if may_hold(balls, i):
             low, high = bounds(balls, i)
-            if balls[i, TILT] + low >= above:
-                rest -= balls[i, MASS] * low
-            elif balls[i, TILT] + high <= below:
-                rest -= balls[i, MASS] * high
+            if balls[i].tilt + low >= above:
+                rest -= balls[i].mass * low
+            elif balls[i].tilt + high <= below:
+                rest -= balls[i].mass * high
             else:
-                mass += balls[i, MASS]
-                rest += balls[i, MASS] * balls[i, TILT]
+                mass += balls[i].mass
+                rest += balls[i].mass * balls[i].tilt
     return rest / mass
 
 
 @compiled
-def loads(balls: FloatArray) -> tuple[float, float]:
-    """Force of the balls on the oscillator and mass of those held; fills in A of all others."""
+def loads(balls: Records) -> tuple[float, float]:
+    """Force of the balls on the oscillator and mass of those held; fills in `a` of all others."""
     force, mass = 0.0, 0.0
     for i in range(balls.shape[0]):
         if is_held(balls, i):
-            mass += balls[i, MASS]
-            force += balls[i, MASS] * balls[i, TILT]
-            balls[i, A] = 0.0
+            mass += balls[i].mass
+            force += balls[i].mass * balls[i].tilt
+            balls[i].a = 0.0
         else:
-            drag = balls[i, RUB] * balls[i, WAY]
-            balls[i, A] = balls[i, TILT] + drag
-            force -= balls[i, MASS] * drag
+            drag = balls[i].rub * balls[i].way
+            balls[i].a = balls[i].tilt + drag
+            force -= balls[i].mass * drag
     return force, mass
 
 
 @compiled
-def next_stop(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
-    """First time in (0, limit] at which a sliding ball comes to rest on its floor; fills TURN."""
+def next_stop(balls: Records, X: FloatArray, P: FloatArray, limit: float) -> float:
+    """First time in (0, limit] at which a sliding ball comes to rest on its floor; fills `turn`."""
     first, top = math.inf, X.shape[0] - 1
     for i in range(balls.shape[0]):
-        balls[i, TURN] = math.inf
-        if is_held(balls, i) or balls[i, RUB] == 0.0:
+        balls[i].turn = math.inf
+        if is_held(balls, i) or balls[i].rub == 0.0:
             continue
-        way = balls[i, WAY]
+        way = balls[i].way
         for n in range(1, top):
             P[n] = way * (n + 1) * X[n + 1]
-        P[0], P[top] = way * balls[i, RHO], 0.0
-        P[1] -= way * balls[i, A]
+        P[0], P[top] = way * balls[i].rho, 0.0
+        P[1] -= way * balls[i].a
         lead = 0
-        if balls[i, STATE] == RELEASED:  # x' - y' and x'' - y'' are zero by definition
+        if balls[i].state == RELEASED:  # x' - y' and x'' - y'' are zero by definition
             P[0] = P[1] = 0.0
             lead = 2
-        elif balls[i, RHO] == 0.0:
+        elif balls[i].rho == 0.0:
             lead = 1
-        balls[i, TURN] = first_root(P, lead, limit)
-        first = min(first, balls[i, TURN])
+        balls[i].turn = first_root(P, lead, limit)
+        first = min(first, balls[i].turn)
     return first
 
 
 @compiled
-def next_slip(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noise: float) -> float:
-    """First time in (0, limit] at which a held ball reaches a bound; fills ROOT, and WALL with +-1.
+def next_slip(balls: Records, X: FloatArray, P: FloatArray, limit: float, noise: float) -> float:
+    """First time in (0, limit] at which a held ball reaches a bound: `root`, `wall` (+-1).
 
     `noise` is the rounding error of x''. Where p is that close to a bound and moves away from it,
     the ball has just been caught.
@@ -762,7 +726,7 @@ def next_slip(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noi
     for i in range(balls.shape[0]):
         if not is_held(balls, i):
             continue
-        balls[i, ROOT] = math.inf
+        balls[i].root = math.inf
         low, high = bounds(balls, i)
         for end in (-1.0, 1.0):
             bound = low if end < 0.0 else high
@@ -771,37 +735,37 @@ def next_slip(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noi
             for n in range(top - 1):
                 P[n] = -end * (n + 1) * (n + 2) * X[n + 2]
             P[top - 1] = P[top] = 0.0
-            P[0] += end * (bound + balls[i, TILT])
+            P[0] += end * (bound + balls[i].tilt)
             if abs(P[0]) <= noise:
                 P[0] = 0.0
             root = first_root(P, 0, limit)
-            if root < balls[i, ROOT]:
-                balls[i, ROOT], balls[i, WALL] = root, end
-        first = min(first, balls[i, ROOT])
+            if root < balls[i].root:
+                balls[i].root, balls[i].wall = root, end
+        first = min(first, balls[i].root)
     return first
 
 
 @apart
-def write(balls: FloatArray, i: int, what: int, state: FloatArray, log: Log) -> None:
+def write(balls: Records, i: int, what: int, state: Record, log: Log) -> None:
     """A row about ball i at this instant, all but what `complete` knows."""
-    side = balls[i, SIDE] if balls[i, D] <= 0.0 else 0.0
-    v, vy = state[V_NOW], state[V_NOW] - balls[i, RHO]
+    side = balls[i].side if balls[i].gap <= 0.0 else 0.0
+    v, vy = state.v, state.v - balls[i].rho
     write_event(state, log, what, i, side, v, v, vy, vy)
 
 
 @apart
-def complete(balls: FloatArray, M: float, state: FloatArray, log: Log, first: int) -> None:
+def complete(balls: Records, M: float, state: Record, log: Log, first: int) -> None:
     """Fill in, in the rows from `first` on, where their balls are and what acts after the event."""
     numbers, (force, held) = log.numbers, loads(balls)
-    for row in range(first, int(state[LOGGED])):
+    for row in range(first, int(state.logged)):
         i = log.labels[row, 1]
-        numbers[row, L_APART], numbers[row, L_A] = x_minus_y(balls, i), balls[i, A]
+        numbers[row, L_APART], numbers[row, L_A] = x_minus_y(balls, i), balls[i].a
         numbers[row, L_FORCE], numbers[row, L_MASS] = force, M + held
 
 
 @compiled
 def free_acceleration(
-    par: Parameters, balls: FloatArray, x: float, v: float, E: FloatArray, X: FloatArray
+    par: Parameters, balls: Records, x: float, v: float, E: FloatArray, X: FloatArray
 ) -> float:
     """x'' now, with all that may be held held or giving way."""
     X[0], X[1] = x, v
@@ -809,7 +773,7 @@ def free_acceleration(
     force -= z1 * (par.damping + par.quadratic * abs(z1))
     for i in range(balls.shape[0]):
         if not may_hold(balls, i):
-            force -= balls[i, MASS] * balls[i, RUB] * balls[i, WAY]
+            force -= balls[i].mass * balls[i].rub * balls[i].way
     if not is_at_rest(par, par.mass, E, X):
         force -= math.copysign(par.coulomb, z1) if par.coulomb != 0.0 else 0.0
         a: float = acceleration(balls, par.mass, force)
@@ -823,43 +787,43 @@ def free_acceleration(
 
 @compiled
 def decide(
-    par: Parameters, state: FloatArray, balls: FloatArray, E: FloatArray, X: FloatArray, log: Log
+    par: Parameters, state: Record, balls: Records, E: FloatArray, X: FloatArray, log: Log
 ) -> None:
     """Settle who is held and which way friction acts; what has changed is logged."""
-    n, v, waiting = balls.shape[0], state[V_NOW], False
+    n, v, waiting = balls.shape[0], state.v, False
     for i in range(n):
         waiting = waiting or may_hold(balls, i)
-        if balls[i, STATE] == FREE and (balls[i, RHO] != 0.0 or balls[i, WAY] == UNSET):
-            way = math.copysign(1.0, balls[i, RHO])
-            if way != balls[i, WAY] and not may_hold(balls, i):
-                new = balls[i, WAY] == UNSET or balls[i, RUB] != 0.0
-                balls[i, WAY] = way
+        if balls[i].state == FREE and (balls[i].rho != 0.0 or balls[i].way == UNSET):
+            way = math.copysign(1.0, balls[i].rho)
+            if way != balls[i].way and not may_hold(balls, i):
+                new = balls[i].way == UNSET or balls[i].rub != 0.0
+                balls[i].way = way
                 if new:
                     write(balls, i, SLIDE, state, log)
     if not waiting:
         return
-    a = free_acceleration(par, balls, state[X_NOW], v, E, X)
-    noise = par.stiffness * (abs(E[0]) + abs(state[X_NOW])) + par.damping * (abs(E[1]) + abs(v))
+    a = free_acceleration(par, balls, state.x, v, E, X)
+    noise = par.stiffness * (abs(E[0]) + abs(state.x)) + par.damping * (abs(E[1]) + abs(v))
     for i in range(n):
         if not may_hold(balls, i):
             continue
         low, high = bounds(balls, i)
-        p, was = a - balls[i, TILT], is_held(balls, i)
-        slack = 4.0 * EPS * (noise / par.mass + abs(balls[i, TILT]) + balls[i, RUB])
+        p, was = a - balls[i].tilt, is_held(balls, i)
+        slack = 4.0 * EPS * (noise / par.mass + abs(balls[i].tilt) + balls[i].rub)
         if low - slack <= p <= high + slack:
-            balls[i, STATE] = RESTING if balls[i, D] <= 0.0 else STUCK
-            balls[i, RHO], balls[i, WAY] = 0.0, 0.0
+            balls[i].state = RESTING if balls[i].gap <= 0.0 else STUCK
+            balls[i].rho, balls[i].way = 0.0, 0.0
             if not was:
                 write(balls, i, REST_START, state, log)
         else:
             way = math.copysign(1.0, p)
-            if was or way != balls[i, WAY]:
+            if was or way != balls[i].way:
                 write(balls, i, REST_END if was else SLIDE, state, log)
-            balls[i, STATE], balls[i, U], balls[i, WAY] = FREE, v, way
+            balls[i].state, balls[i].u, balls[i].way = FREE, v, way
 
 
 @compiled
-def collide(balls: FloatArray, M: float, x2: float, state: FloatArray, log: Log) -> None:
+def collide(balls: Records, M: float, x2: float, state: Record, log: Log) -> None:
     """The impact of the marked balls, with r of the wall and the speed; friction holds none in it.
 
     A contact that lasts begins, under x'' = `x2`; only where the wall holds the ball it is one
@@ -867,67 +831,68 @@ def collide(balls: FloatArray, M: float, x2: float, state: FloatArray, log: Log)
     """
     struck = False
     for i in range(balls.shape[0]):
-        if balls[i, HIT] == 1.0:
-            set_restitution(balls, i, balls[i, RHO])
-            if balls[i, TAU] > 0.0 and lasts(balls, i, x2, state[T_HIGH]):
-                balls[i, HIT] = 0.0
-            struck = struck or balls[i, HIT] == 1.0
-        elif balls[i, STATE] == STUCK:
+        if balls[i].hit == 1.0:
+            set_restitution(balls, i, balls[i].rho)
+            if balls[i].tau > 0.0 and lasts(balls, i, x2, state.t):
+                balls[i].hit = 0.0
+            struck = struck or balls[i].hit == 1.0
+        elif balls[i].state == STUCK:
             write(balls, i, REST_END, state, log)
-            balls[i, STATE], balls[i, U] = FREE, state[V_NOW]
-        elif balls[i, STATE] == RELEASED:
-            balls[i, STATE] = FREE
+            balls[i].state, balls[i].u = FREE, state.v
+        elif balls[i].state == RELEASED:
+            balls[i].state = FREE
     if struck:
         carry_out(balls, M, state, log)
 
 
 @compiled
-def slip(balls: FloatArray, state: FloatArray, tie: float, log: Log) -> None:
+def slip(balls: Records, state: Record, tie: float, log: Log) -> None:
     """Let the held balls go that have reached a bound."""
     for i in range(balls.shape[0]):
-        if is_held(balls, i) and balls[i, ROOT] <= tie:
+        if is_held(balls, i) and balls[i].root <= tie:
             write(balls, i, REST_END, state, log)
-            balls[i, STATE], balls[i, WAY] = RELEASED, balls[i, WALL]
-            balls[i, U] = state[V_NOW]
+            balls[i].state, balls[i].way = RELEASED, balls[i].wall
+            balls[i].u = state.v
 
 
 @apart
 def turn(
-    given: Given, piece: int, state: FloatArray, balls: FloatArray, log: Log, work: FloatArray,
+    given: Given, piece: int, state: Record, balls: Records, log: Log, work: FloatArray,
     weak: FloatArray | None,
 ) -> None:  # fmt: skip
     """One turn of the loop: up to the next event, or as far as the series holds.
 
     `weak` is scratch space for what a plain rig has not; None leaves that out of what is compiled.
     """
-    E, X, P, first, par = work[0], work[1], work[2], int(state[LOGGED]), given.par
-    since = (state[T_HIGH] - given.table[piece, 0]) + state[T_LOW]
+    E, X, P, first, par = work[0], work[1], work[2], int(state.logged), given.par
+    since = (state.t - given.table[piece, 0]) + state.t_low
     base_rate = expand_base(given.kind, given.table[piece], since, E)
-    if closing_now(balls, state[V_NOW]) > 0:
+    if closing_now(balls, state.v) > 0:
         x2 = 0.0
-        if weak is not None and balls[:, TAU].any():
-            x2 = free_acceleration(par, balls, state[X_NOW], state[V_NOW], E, X)
+        for i in range(balls.shape[0]):
+            if weak is not None and balls[i].tau > 0.0:
+                x2 = free_acceleration(par, balls, state.x, state.v, E, X)
         collide(balls, par.mass, x2, state, log)
         if weak is None:  # ends at the impact, from where samples of the amplitude count
             complete(balls, par.mass, state, log, first)
             return
     decide(par, state, balls, E, X, log)
     complete(balls, par.mass, state, log, first)
-    first = int(state[LOGGED])
+    first = int(state.logged)
     force, held = loads(balls)
-    mass, x, v = par.mass + held, state[X_NOW], state[V_NOW]
+    mass, x, v = par.mass + held, state.x, state.v
     reach = expand(par, mass, force, base_rate, x, v, E, X, weak)
-    state[V_NOW] = X[1]
+    state.v = X[1]
     rate = max(own_rate(mass, par.damping, par.stiffness), 1.0 / given.duration)
     T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], X[1], given.remainder)
     if T >= 0.0:  # it may be too short for the clock to show
         advance_clock(state, T)
-        state[X_NOW] += dx
-        state[V_NOW] += dv
+        state.x += dx
+        state.v += dv
         for i in range(balls.shape[0]):
-            if balls[i, HIT] == 1.0:
+            if balls[i].hit == 1.0:
                 write(balls, i, REST_START, state, log)
-                balls[i, WAY] = 0.0
+                balls[i].way = 0.0
         complete(balls, par.mass, state, log, first)
         return
     step, goal = end_of_step(given.table, piece, given.duration, state, reach)
@@ -946,7 +911,7 @@ def turn(
         bend, gain = from_power(X, soon, 2)
     tie = move(balls, X, state, min(soon, step), bend, gain)
     if soon >= step and goal < math.inf:
-        state[T_HIGH], state[T_LOW] = goal, 0.0
+        state.t, state.t_low = goal, 0.0
     slip(balls, state, tie, log)
     if weak is not None:
         go_through(balls, par.mass, state, log)

@@ -16,7 +16,7 @@ their rates known there, and a bound on the fourth derivative in between, a cubi
 gap stays open (`search.clear_between`). A flight is one stretch, or several where one does not do.
 
 A constant force on the oscillator moves its place of rest by `shift`, and a ball may have a
-constant acceleration A: so balls that rub and floors that are not level (`events.py`) fly by the
+constant acceleration a: so balls that rub and floors that are not level (`events.py`) fly by the
 same rules (`glide`). A ball that rubs keeps its direction if its rate relative to the floor, whose
 fourth derivative is that of x's rate, stays clear of zero in the same way. So does an oscillator
 with Coulomb friction: z' = x' - x_e' keeps its sign `way` (0: there is no such friction), or the
@@ -47,7 +47,6 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.bent import FIFTH, FOURTH, SECOND, TURN_OFF, bend, bent_at
-from vinesexp.solver.bent import START as BENT
 from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.events import (
     closing_now,
@@ -61,64 +60,24 @@ from vinesexp.solver.events import (
     turn,
     write,
 )
-from vinesexp.solver.response import (
-    ENTRIES,
-    H_BASE,
-    H_BASE_C,
-    H_BASE_S,
-    H_FREQUENCY,
-    H_MISFIT,
-    H_P,
-    H_RATE,
-    H_SPACING,
-    H_TWOALPHA,
-    H_W,
-    H_W0SQ,
-    after,
-    base_at,
-    free_derivatives,
-    phasor,
-    turned,
-)
+from vinesexp.solver.response import ENTRIES, after, base_at, free_derivatives, phasor, turned
 from vinesexp.solver.search import EPS, clear_between, open_until, root_of_cubic
 from vinesexp.solver.series import PER, moving_way, piece_at, spring_force
 from vinesexp.solver.state import (
     ALIKE_ROWS,
     ALLOWANCE,
-    CLEARANCE,
-    EXPECTED,
     FREE,
-    GAP,
-    HEADING,
-    HIT,
     IMPACT,
     L_APART,
     L_MASS,
-    LEFT,
-    LOGGED,
-    MASS,
-    PERIOD,
     PHASOR,
-    RATE,
-    RESTITUTION,
-    RHO,
-    RUB,
-    SIDE,
     SLIDE,
-    STATE,
-    T_HIGH,
-    T_LOW,
-    TAU,
     TOUCHED,
-    V_NOW,
-    WAY,
-    X_NOW,
-    A,
-    D,
     Given,
     Log,
     Parameters,
-    U,
+    Record,
+    Records,
     advance_clock,
     carry,
     write_event,
@@ -130,22 +89,22 @@ PARTS = 8
 
 
 @compiled
-def bound(response: FloatArray, c0: float, c1: float, xh: float, vh: float, T: float) -> float:
+def bound(response: Record, c0: float, c1: float, xh: float, vh: float, T: float) -> float:
     """S, no less than the fourth derivative within T seconds from there (`search.py`)."""
-    w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
+    w, w0sq, two_alpha = response.w, response.w0sq, response.two_alpha
     w4 = w * w * w * w
     _, _, fh, gh = free_derivatives(two_alpha, w0sq, xh, vh)
     f, df = fused(w4, c0, fh), gh / w - w4 * c1
     free = math.sqrt(fused(fh, fh, gh * gh / w0sq))
     return min(
-        fused(T * free, response[H_MISFIT], math.sqrt(fused(f, f, df * df))),
-        fused(w4, response[H_P], free),
+        fused(T * free, response.misfit, math.sqrt(fused(f, f, df * df))),
+        fused(w4, response.p, free),
     )
 
 
 @compiled
 def nothing_before(
-    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
+    response: Record, state: Record, balls: Records, c: FloatArray, x: float, v: float,
     cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
     bent: FloatArray | None,
 ) -> bool:  # fmt: skip
@@ -156,7 +115,7 @@ def nothing_before(
     is evaluated.
     """
     parts = 1
-    if T * response[H_RATE] > LONG:
+    if T * response.rate > LONG:
         parts = 2
     while parts <= PARTS:
         found = parts_are_clear(
@@ -169,22 +128,22 @@ def nothing_before(
 
 
 @compiled
-def second(response: FloatArray, cr: float, xh: float, vh: float) -> float:
+def second(response: Record, cr: float, xh: float, vh: float) -> float:
     """Second derivative of x, of the phasor and the free motion together."""
-    w = response[H_W]
-    free = fused(-response[H_TWOALPHA], vh, -response[H_W0SQ] * xh)
+    w = response.w
+    free = fused(-response.two_alpha, vh, -response.w0sq * xh)
     a: float = fused(-w * w, cr, free)
     return a
 
 
 @compiled
 def parts_are_clear(
-    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
+    response: Record, state: Record, balls: Records, c: FloatArray, x: float, v: float,
     cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float, way: float,
     parts: int, bent: FloatArray | None,
 ) -> int:  # fmt: skip
     """1: no ball meets a wall before; -1: one is beyond a wall; 0: more parts are needed."""
-    w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
+    w, x0, v0 = response.w, state.x, state.v
     xh0, vh0, h = x0 - shift - c[0], v0 + w * c[1], T / parts
     s0, bend0, gain0, a0 = 0.0, 0.0, 0.0, second(response, c[0], xh0, vh0)
     if bent is not None:
@@ -215,14 +174,14 @@ def parts_are_clear(
                 u1 = 0.0
             elif not u1 > 0.0:
                 return -1
-            S1 = response[H_RATE] * (S + w * w * w * w * response[H_BASE])
+            S1 = response.rate * (S + w * w * w * w * response.base)
             S1 += 0.0 if bent is None else bent[FIFTH]
             if not clear_between(u0, b0, u1, b1, h, S1):
                 return 0
             u0, b0 = u1, b1
-        rate = S * response[H_RATE] + (0.0 if bent is None else bent[FIFTH])
+        rate = S * response.rate + (0.0 if bent is None else bent[FIFTH])
         for i in range(balls.shape[0]):
-            landed, now = last and i == k, state[T_HIGH] + T if last else -1.0
+            landed, now = last and i == k, state.t + T if last else -1.0
             clear = ball_is_clear(
                 balls, i, s0, bend0, gain0, a0, s, bend, gain, a, S, rate, landed, to, now
             )
@@ -234,7 +193,7 @@ def parts_are_clear(
 
 @compiled
 def ball_is_clear(
-    balls: FloatArray, i: int, s0: float, bend0: float, gain0: float, a0: float, s: float,
+    balls: Records, i: int, s0: float, bend0: float, gain0: float, a0: float, s: float,
     bend: float, gain: float, a: float, S: float, rate: float, landed: bool, to: float, now: float,
 ) -> int:  # fmt: skip
     """`parts_are_clear` for one ball, from s0 to s.
@@ -242,8 +201,8 @@ def ball_is_clear(
     `rate` is a bound on the fifth derivative of x; `landed`: it is at the wall `to` in the end;
     `now` is the time there, below zero where the flight goes on.
     """
-    z, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
-    own, h = balls[i, A], s - s0
+    z, d, r, full = balls[i].side, balls[i].gap, balls[i].rho, 2.0 * balls[i].half
+    own, h = balls[i].a, s - s0
     g0 = d - z * (r * s0 + (bend0 - 0.5 * own * s0 * s0))
     g1 = d - z * (r * s + (bend - 0.5 * own * s * s))
     if landed:  # exactly at the wall it was heading for
@@ -254,8 +213,8 @@ def ball_is_clear(
     proved = clear_between(g0, -z * r0, g1, -z * r1, h, S) & clear_between(
         full - g0, z * r0, full - g1, z * r1, h, S
     )
-    if balls[i, RUB] > 0.0:
-        z = balls[i, WAY]
+    if balls[i].rub > 0.0:
+        z = balls[i].way
         slides = (z * r0 > 0.0) & (z * r1 > 0.0)
         proved = (
             proved
@@ -276,23 +235,23 @@ ROUNDED = 0.01 * EPS  # share of the lengths that a gap counts as zero by: well 
 
 
 @compiled
-def first_expected(balls: FloatArray, now: float) -> int:
+def first_expected(balls: Records, now: float) -> int:
     """The ball whose contact is expected first after `now`; -1 if one is overdue or unknown."""
     first = 0
     for i in range(balls.shape[0]):
-        if balls[i, EXPECTED] <= now or balls[i, STATE] != FREE:
+        if balls[i].expected <= now or balls[i].state != FREE:
             return -1
-        if balls[i, EXPECTED] < balls[first, EXPECTED]:
+        if balls[i].expected < balls[first].expected:
             first = i
     return first
 
 
 @compiled
 def forced_derivatives(
-    response: FloatArray, cr: float, ci: float, xh: float, vh: float
+    response: Record, cr: float, ci: float, xh: float, vh: float
 ) -> tuple[float, float, float, float, float]:
     """Second to sixth derivative of x, of the phasor and the free motion together."""
-    w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
+    w, w0sq, two_alpha = response.w, response.w0sq, response.two_alpha
     w2 = w * w
     ah, jh, fh, gh = free_derivatives(two_alpha, w0sq, xh, vh)
     hh = fused(-two_alpha, gh, -w0sq * fh)
@@ -302,12 +261,12 @@ def forced_derivatives(
 
 @compiled
 def until_it_turns(
-    response: FloatArray, cr: float, ci: float, xh: float, vh: float, s: float, v: float,
+    response: Record, cr: float, ci: float, xh: float, vh: float, s: float, v: float,
     way: float, bent: FloatArray | None,
 ) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
     """z' in the direction `way` and its derivatives to the fifth; the speeds it is between."""
     base_v = base_at(response, cr, ci)[1]
-    less, lag = 1.0 - response[H_BASE_C], response[H_BASE_S]
+    less, lag = 1.0 - response.base_c, response.base_s
     a, j, f, p, q = forced_derivatives(response, less * cr - lag * ci, less * ci + lag * cr, xh, vh)
     if bent is not None:
         _, _, u2, u3, u4, u5, u6 = bent_at(bent, s)
@@ -329,7 +288,7 @@ def a_little_later(
 
 @compiled
 def cross(
-    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int, s: float,
+    response: Record, state: Record, balls: Records, c: FloatArray, k: int, s: float,
     longest: float, shift: float, way: float, bent: FloatArray | None,
 ) -> tuple[float, int]:  # fmt: skip
     """Carry everything to the next contact, thought to be of ball k in s seconds.
@@ -339,14 +298,14 @@ def cross(
     Returns the duration (0: not proved, and nothing is changed) and the evaluations used. On
     success clock, oscillator, phasor `c` and balls are there.
     """
-    w, rate, one = response[H_W], response[H_RATE], max(k, 0)
+    w, rate, one = response.w, response.rate, max(k, 0)
     near = CLOSE if k >= 0 else 0.25 * CLOSE  # a derivative less is known
-    rho, to, own = balls[one, RHO], balls[one, HEADING], balls[one, A]
+    rho, to, own = balls[one].rho, balls[one].heading, balls[one].a
     # The gap to the wall for which the ball is heading, in the direction `to`.
-    far = balls[one, D]
-    if to != balls[one, SIDE]:
-        far = 2.0 * balls[one, CLEARANCE] - far
-    x0, v0, c0, c1 = state[X_NOW], state[V_NOW], c[0], c[1]
+    far = balls[one].gap
+    if to != balls[one].side:
+        far = 2.0 * balls[one].half - far
+    x0, v0, c0, c1 = state.x, state.v, c[0], c[1]
     xh0, vh0, tries = x0 - shift - c0, v0 + w * c1, 0
     while True:
         if not (0.0 < s < longest) or tries == TRIES:
@@ -399,20 +358,20 @@ LOOK = 1.0  # rad: so far apart is looked at a motion that resembles no other
 
 @apart
 def look_and_cross(
-    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, longest: float
+    response: Record, state: Record, balls: Records, c: FloatArray, longest: float
 ) -> int:
     """Carry everything to the first contact, or `longest` seconds on; 0: nothing is changed.
 
     The contact is looked for at points a radian apart; then it is found, and proved, as others.
     """
-    w, w0sq, h = response[H_W], response[H_W0SQ], LOOK / response[H_RATE]
-    x0, v0, n = state[X_NOW], state[V_NOW], balls.shape[0]
+    w, w0sq, h = response.w, response.w0sq, LOOK / response.rate
+    x0, v0, n = state.x, state.v, balls.shape[0]
     xh0, vh0, s, count = x0 - c[0], v0 + w * c[1], 0.0, 0
     free = math.sqrt(xh0 * xh0 + vh0 * vh0 / w0sq)
-    near = math.sqrt(x0 * x0 + v0 * v0 / (w * w)) + longest * free * response[H_MISFIT]
-    most = min(response[H_P] + free, near)
+    near = math.sqrt(x0 * x0 + v0 * v0 / (w * w)) + longest * free * response.misfit
+    most = min(response.p + free, near)
     for i in range(n):
-        balls[i, GAP], balls[i, RATE] = balls[i, D], -balls[i, SIDE] * balls[i, RHO]
+        balls[i].last_gap, balls[i].last_rate = balls[i].gap, -balls[i].side * balls[i].rho
     while True:
         skip = longest
         for i in range(n):
@@ -424,7 +383,7 @@ def look_and_cross(
         for i in range(n):
             when, heading = seen(balls, i, last, s, (x - x0) - v0 * s, v - v0, skip <= h)
             if when < soon:
-                k, soon, balls[i, HEADING] = i, when, heading
+                k, soon, balls[i].heading = i, when, heading
         if k >= 0:
             T, tries = cross(response, state, balls, c, k, soon, longest, 0.0, 0.0, None)
             return count + tries if T > 0.0 else 0
@@ -440,16 +399,16 @@ def look_and_cross(
 
 @compiled
 def seen(
-    balls: FloatArray, i: int, last: float, s: float, bend: float, gain: float, close: bool
+    balls: Records, i: int, last: float, s: float, bend: float, gain: float, close: bool
 ) -> tuple[float, float]:
-    """About when ball i meets a wall before s (inf: not), and which; fills in GAP and RATE.
+    """About when ball i meets a wall before s (inf: not), and which; fills in the last gap, rate.
 
-    `bend` is x - x0 - v0 s and `gain` v - v0; GAP and RATE are those at `last`. `close`: so near
+    `bend` is x - x0 - v0 s and `gain` v - v0; these are those at `last`. `close`: so near
     that a gap that opens again is seen in the cubic between.
     """
-    z, wide, g0, r0 = balls[i, SIDE], 2.0 * balls[i, CLEARANCE], balls[i, GAP], balls[i, RATE]
-    g, r = balls[i, D] - z * (balls[i, RHO] * s + bend), -z * (balls[i, RHO] + gain)
-    balls[i, GAP], balls[i, RATE], h = g, r, s - last
+    z, wide, g0, r0 = balls[i].side, 2.0 * balls[i].half, balls[i].last_gap, balls[i].last_rate
+    g, r = balls[i].gap - z * (balls[i].rho * s + bend), -z * (balls[i].rho + gain)
+    balls[i].last_gap, balls[i].last_rate, h = g, r, s - last
     if g <= 0.0:
         return last + closing(g0, r0, g, r, h), z
     if g >= wide:
@@ -472,13 +431,13 @@ def closing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 
 
 @compiled
-def out_of_reach(balls: FloatArray, i: int, x0: float, most: float, s: float) -> float:
+def out_of_reach(balls: Records, i: int, x0: float, most: float, s: float) -> float:
     """How long from s on no wall can reach ball i, with |x| <= `most`, s."""
-    ahead = balls[i, CLEARANCE] - most
-    place = x0 - balls[i, SIDE] * (balls[i, CLEARANCE] - balls[i, D]) + balls[i, U] * s
+    ahead = balls[i].half - most
+    place = x0 - balls[i].side * (balls[i].half - balls[i].gap) + balls[i].u * s
     if abs(place) >= ahead:
         return 0.0
-    left: float = (ahead - math.copysign(1.0, balls[i, U]) * place) / abs(balls[i, U])
+    left: float = (ahead - math.copysign(1.0, balls[i].u) * place) / abs(balls[i].u)
     return left
 
 
@@ -511,7 +470,7 @@ def nearest_root(
 
 @compiled
 def arrive(
-    state: FloatArray, balls: FloatArray, x: float, v: float, T: float, bend: float, gain: float,
+    state: Record, balls: Records, x: float, v: float, T: float, bend: float, gain: float,
     k: int, to: float,
 ) -> None:  # fmt: skip
     """Set clock, oscillator and balls to T seconds on, ball k at the wall `to`.
@@ -519,31 +478,31 @@ def arrive(
     `bend` is x - x0 - v0 T, `gain` is v - v0.
     """
     advance_clock(state, T)
-    state[X_NOW], state[V_NOW] = x, v
+    state.x, state.v = x, v
     for i in range(balls.shape[0]):
         gap = carry(balls, i, v, T, bend, gain)
         if i == k:
-            balls[i, SIDE], gap = to, 0.0
-        elif gap > balls[i, CLEARANCE]:
-            balls[i, SIDE] = -balls[i, SIDE]
-            gap = 2.0 * balls[i, CLEARANCE] - gap
-        balls[i, D] = max(gap, 0.0)
+            balls[i].side, gap = to, 0.0
+        elif gap > balls[i].half:
+            balls[i].side = -balls[i].side
+            gap = 2.0 * balls[i].half - gap
+        balls[i].gap = max(gap, 0.0)
 
 
 @compiled
-def bounce(state: FloatArray, balls: FloatArray, k: int, M: float, log: Log) -> None:
+def bounce(state: Record, balls: Records, k: int, M: float, log: Log) -> None:
     """The impact of ball k alone, lighter than the oscillator, none resting (`events.impact`)."""
-    m, r, rho, v = balls[k, MASS], balls[k, RESTITUTION], balls[k, RHO], state[V_NOW]
+    m, r, rho, v = balls[k].mass, balls[k].r, balls[k].rho, state.v
     dv = -m * (1.0 + r) * rho / (M + m)
     for i in range(balls.shape[0]):
-        balls[i, RHO] += dv
-    balls[k, RHO] = -r * rho
-    state[V_NOW] = v + dv
-    balls[k, U] = state[V_NOW] + r * rho
-    expect(balls, k, state[T_HIGH])
-    row = np.uint64(state[LOGGED])
+        balls[i].rho += dv
+    balls[k].rho = -r * rho
+    state.v = v + dv
+    balls[k].u = state.v + r * rho
+    expect(balls, k, state.t)
+    row = np.uint64(state.logged)
     log.numbers[row, L_APART], log.numbers[row, L_MASS] = x_minus_y(balls, k), M
-    write_event(state, log, IMPACT, k, balls[k, SIDE], v, state[V_NOW], v - rho, balls[k, U])
+    write_event(state, log, IMPACT, k, balls[k].side, v, state.v, v - rho, balls[k].u)
 
 
 SHORT = 0.3  # rad: flights shorter than this are hops
@@ -555,10 +514,10 @@ HOP_TRIES, SETTLED = 10, 1e-9
 
 @compiled
 def expand_motion(
-    head: FloatArray, cr: float, ci: float, xh: float, vh: float, top: int, X: FloatArray
+    response: Record, cr: float, ci: float, xh: float, vh: float, top: int, X: FloatArray
 ) -> None:
     """Taylor coefficients of x, of the phasor (cr, ci) and the free motion (xh, vh) together."""
-    w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
+    w, w0sq, two_alpha = response.w, response.w0sq, response.two_alpha
     xp, vp, w2, scale = cr, -w * ci, w * w, 1.0
     X[0], X[1] = xp + xh, vp + vh
     for n in range(2, top + 1):
@@ -570,14 +529,14 @@ def expand_motion(
 
 
 @compiled
-def returning(balls: FloatArray, a: float, rate: float) -> int:
+def returning(balls: Records, a: float, rate: float) -> int:
     """The ball that comes back first to the wall it is leaving, within SHORT; -1 if none does."""
     first, soonest = -1, SHORT
     for i in range(balls.shape[0]):
-        if balls[i, STATE] != FREE:
+        if balls[i].state != FREE:
             return -1
-        away, push = -balls[i, SIDE] * balls[i, RHO], balls[i, SIDE] * a
-        if balls[i, D] <= 0.0 and away > 0.0 and push > 0.0:
+        away, push = -balls[i].side * balls[i].rho, balls[i].side * a
+        if balls[i].gap <= 0.0 and away > 0.0 and push > 0.0:
             back = 2.0 * away * rate / push
             if back < soonest:
                 first, soonest = i, back
@@ -586,7 +545,7 @@ def returning(balls: FloatArray, a: float, rate: float) -> int:
 
 @apart
 def hop(
-    head: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray,
+    response: Record, state: Record, balls: Records, c: FloatArray, X: FloatArray,
     a: float, longest: float, slowest: float, remainder: float,
 ) -> bool:  # fmt: skip
     """Carry everything to the end of a short flight; False: nothing is changed.
@@ -595,14 +554,14 @@ def hop(
     A chatter whose rest of bounces is to be summed (`events.close_chatter`) is left alone;
     `slowest` is the least rate it is measured by.
     """
-    w, w0sq, rate = head[H_W], head[H_W0SQ], head[H_RATE]
+    w, w0sq, rate = response.w, response.w0sq, response.rate
     k = returning(balls, a, rate)
     if k < 0:
         return False
-    xh, vh = state[X_NOW] - c[0], state[V_NOW] + w * c[1]
-    top = HOP_BRIEF_TOP if 2.0 * abs(balls[k, RHO]) * rate < HOP_BRIEF * abs(a) else TOP
-    expand_motion(head, c[0], c[1], xh, vh, top, X)
-    z, away = balls[k, SIDE], -balls[k, SIDE] * balls[k, RHO]
+    xh, vh = state.x - c[0], state.v + w * c[1]
+    top = HOP_BRIEF_TOP if 2.0 * abs(balls[k].rho) * rate < HOP_BRIEF * abs(a) else TOP
+    expand_motion(response, c[0], c[1], xh, vh, top, X)
+    z, away = balls[k].side, -balls[k].side * balls[k].rho
     own = math.sqrt(w0sq)
     measure = max(max(own, slowest), abs(3.0 * X[3] / X[2]))
     if remaining(balls, k, 2.0 * z * X[2], 1.0, own)[0] * measure <= 2.0 * remainder:
@@ -623,7 +582,7 @@ def hop(
         fall = fused(n - 1, abs(X[n]), fall) * s
     if not (0.0 < s < longest and s * rate < 1.2 * SHORT and fall < 0.999 * z * X[2]):
         return False
-    if away * s >= balls[k, CLEARANCE] or not others_stay_clear(head, balls, c, X, xh, vh, k, s):
+    if away * s >= balls[k].half or not others_stay_clear(response, balls, c, X, xh, vh, k, s):
         return False
     return_to_wall(state, balls, c, X, top, w, k, s)
     return True
@@ -631,21 +590,21 @@ def hop(
 
 @compiled
 def others_stay_clear(
-    head: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray, xh: float, vh: float,
+    response: Record, balls: Records, c: FloatArray, X: FloatArray, xh: float, vh: float,
     k: int, s: float,
 ) -> bool:  # fmt: skip
     """Whether no ball but k meets a wall within s seconds, or a moment after."""
     if balls.shape[0] == 1:
         return True
-    w0sq = head[H_W0SQ]
+    w0sq = response.w0sq
     a, j = 2.0 * X[2], 6.0 * X[3]
     # The free motion's fourth derivative and its rate, which never grows together.
-    _, _, fh, gh = free_derivatives(head[H_TWOALPHA], w0sq, xh, vh)
-    S = head[H_W] ** 4 * head[H_P] + math.sqrt(fh * fh + gh * gh / w0sq)
+    _, _, fh, gh = free_derivatives(response.two_alpha, w0sq, xh, vh)
+    S = response.w**4 * response.p + math.sqrt(fh * fh + gh * gh / w0sq)
     until = 1.001 * s  # impacts within the resolution of time are one event, for the general rule
     for i in range(balls.shape[0]):
-        z, g, wide = balls[i, SIDE], balls[i, D], 2.0 * balls[i, CLEARANCE] - balls[i, D]
-        r = balls[i, RHO]
+        z, g, wide = balls[i].side, balls[i].gap, 2.0 * balls[i].half - balls[i].gap
+        r = balls[i].rho
         clear = open_until(g, -z * r, -z * a, -z * j, S, until)
         clear = clear and open_until(wide, z * r, z * a, z * j, S, until)
         if i != k and not clear:
@@ -655,7 +614,7 @@ def others_stay_clear(
 
 @compiled
 def return_to_wall(
-    state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray, top: int, w: float,
+    state: Record, balls: Records, c: FloatArray, X: FloatArray, top: int, w: float,
     k: int, s: float,
 ) -> None:  # fmt: skip
     """Set clock, oscillator, phasor and balls to s seconds on, ball k back at its wall."""
@@ -663,13 +622,13 @@ def return_to_wall(
     for n in range(top - 1, 1, -1):
         bend, gain = fused(bend, s, X[n]), fused(gain, s, n * X[n])
     bend, gain = bend * s * s, gain * s
-    x, v = state[X_NOW] + (state[V_NOW] * s + bend), state[V_NOW] + gain
+    x, v = state.x + (state.v * s + bend), state.v + gain
     if w * s < HOP_BRIEF:
         c[0], c[1] = turned(c[0], c[1], w * s)
     else:
         cosine, sine = math.cos(w * s), math.sin(w * s)
         c[0], c[1] = c[0] * cosine - c[1] * sine, c[0] * sine + c[1] * cosine
-    arrive(state, balls, x, v, s, bend, gain, k, balls[k, SIDE])
+    arrive(state, balls, x, v, s, bend, gain, k, balls[k].side)
 
 
 TURNED = 64.0 * EPS  # z' over the speeds it is the difference of, where it has just come to zero
@@ -677,17 +636,17 @@ REFRESH = 64  # flights after which the turned phasor, which gathers rounding, i
 
 
 @compiled
-def is_flight(balls: FloatArray, acceleration: float, rate: float, least: float) -> bool:
+def is_flight(balls: Records, acceleration: float, rate: float, least: float) -> bool:
     """Whether every ball flies, and none is back at the wall it left within `least` over `rate`."""
     for i in range(balls.shape[0]):
-        if balls[i, STATE] != FREE:
+        if balls[i].state != FREE:
             return False
-        a = balls[i, SIDE] * acceleration
-        away = -balls[i, SIDE] * balls[i, RHO]
-        if balls[i, D] <= 0.0 and away <= 0.0:
+        a = balls[i].side * acceleration
+        away = -balls[i].side * balls[i].rho
+        if balls[i].gap <= 0.0 and away <= 0.0:
             return False
         if a > 0.0:
-            back = away + math.sqrt(away * away + 2.0 * a * balls[i, D])
+            back = away + math.sqrt(away * away + 2.0 * a * balls[i].gap)
             if back * rate < least * a:
                 return False
     return True
@@ -695,53 +654,54 @@ def is_flight(balls: FloatArray, acceleration: float, rate: float, least: float)
 
 @compiled
 def next_turn(
-    response: FloatArray, par: Parameters, state: FloatArray, c: FloatArray, force: float,
+    response: Record, par: Parameters, state: Record, c: FloatArray, force: float,
     E: FloatArray, X: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
     """Sign of z' by which friction acts (0: it holds), and a guess how long it keeps it, s."""
     E[0], E[1], a = base_at(response, c[0], c[1])
-    E[2], X[0], X[1] = 0.5 * a, state[X_NOW], state[V_NOW]
+    E[2], X[0], X[1] = 0.5 * a, state.x, state.v
     way, rests = moving_way(par, par.mass, force, E, X)
     if abs(X[1] - E[1]) <= TURNED * (abs(X[1]) + abs(E[1])) and not rests:
         way, rests = math.copysign(1.0, force + spring_force(par, E, X) - par.mass * a), True
     u = 0.0 if rests else X[1] - E[1]
     pull = force - way * par.coulomb + spring_force(par, E, X) - par.damping * u
     # As if z' were a sine of the base's frequency.
-    ahead = math.atan2(way * (pull / par.mass - a), way * u * response[H_W])
-    return way, (ahead + 0.5 * math.pi) / response[H_W]
+    ahead = math.atan2(way * (pull / par.mass - a), way * u * response.w)
+    return way, (ahead + 0.5 * math.pi) / response.w
 
 
 @compiled
 def coast(
-    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, T: float,
+    response: Record, state: Record, balls: Records, c: FloatArray, T: float,
     shift: float,
 ) -> None:  # fmt: skip
     """Carry everything, one ball in contact, to the next stage of its contact in T seconds."""
-    w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
+    w, x0, v0 = response.w, state.x, state.v
     c[0], c[1], xh, vh = after(response, c[0], c[1], x0 - shift - c[0], v0 + w * c[1], T)
     advance_clock(state, T)
-    state[X_NOW], state[V_NOW] = shift + (c[0] + xh), vh - w * c[1]
-    bend, gain = state[X_NOW] - x0 - v0 * T, state[V_NOW] - v0
-    balls[0, D] = carry(balls, 0, state[V_NOW], T, bend, gain)
-    balls[0, LEFT] = 0.0
+    state.x, state.v = shift + (c[0] + xh), vh - w * c[1]
+    bend, gain = state.x - x0 - v0 * T, state.v - v0
+    balls[0].gap = carry(balls, 0, state.v, T, bend, gain)
+    balls[0].left = 0.0
 
 
 @apart
 def cross_bent(
-    response: FloatArray, par: Parameters, state: FloatArray, balls: FloatArray, c: FloatArray,
-    k: int, s: float, longest: float, shift: float, way: float, turns: float, work: FloatArray,
+    given: Given, state: Record, balls: Records, c: FloatArray, k: int, s: float, longest: float,
+    shift: float, way: float, turns: float, work: FloatArray,
 ) -> tuple[bool, bool]:  # fmt: skip
     """`cross` of an oscillator that is not linear: whether it is at the contact, or turned.
 
     `turns` is when it may turn before the contact.
     """
-    xh, vh = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1]
-    like = ALIKE_ROWS + 8 * int(way + 1.0) + (4 if balls[k, HEADING] > 0.0 else 0)
+    response = given.response[0]
+    xh, vh = state.x - shift - c[0], state.v + response.w * c[1]
+    like = ALIKE_ROWS + 8 * int(way + 1.0) + (4 if balls[k].heading > 0.0 else 0)
     bent = work[like + 3]
-    if not bend(response, par, c, xh, vh, shift, way, work, like):
+    if not bend(response, given.bent, given.par, c, xh, vh, shift, way, work, like):
         return False, False
     guess = turns * (1.0 + bent[TURN_OFF])
-    turned, ends = guess < s, min(longest, response[BENT])
+    turned, ends = guess < s, min(longest, given.bent[0])
     for _ in range(2):
         ball, soon = (-1, guess) if turned else (k, s)
         T, _ = cross(response, state, balls, c, ball, soon, ends, shift, way, bent)
@@ -757,32 +717,32 @@ def cross_bent(
 
 @apart
 def glide(
-    given: Given, state: FloatArray, balls: FloatArray, longest: float, log: Log, work: FloatArray
+    given: Given, state: Record, balls: Records, longest: float, log: Log, work: FloatArray
 ) -> bool:
     """One flight in closed form, all balls sliding, and the impact after it.
 
     Or up to where the oscillator turns, if Coulomb friction acts on it. Whether it is proved: if
     not, nothing is changed.
     """
-    response, par, c = given.response, given.par, work[PHASOR]
-    n, first, k = balls.shape[0], int(state[LOGGED]), first_expected(balls, state[T_HIGH])
-    if n == 1 and balls[0, STATE] >= TOUCHED and balls[0, LEFT] < longest:
+    response, par, c = given.response[0], given.par, work[PHASOR]
+    n, first, k = balls.shape[0], int(state.logged), first_expected(balls, state.t)
+    if n == 1 and balls[0].state >= TOUCHED and balls[0].left < longest:
         if par.coulomb != 0.0 or par.cubic != 0.0 or par.quadratic != 0.0:
             return False
         force, _ = loads(balls)
-        coast(response, state, balls, c, balls[0, LEFT], force / par.stiffness)
+        coast(response, state, balls, c, balls[0].left, force / par.stiffness)
         go_through(balls, par.mass, state, log)
         complete(balls, par.mass, state, log, first)
         return True
     if n == 0 or k < 0:
         return False
     for i in range(n):
-        if may_hold(balls, i) or (balls[i, RUB] > 0.0 and balls[i, WAY] * balls[i, RHO] <= 0.0):
+        if may_hold(balls, i) or (balls[i].rub > 0.0 and balls[i].way * balls[i].rho <= 0.0):
             return False
-    if balls[k, TAU] > 0.0 and (par.cubic != 0.0 or par.quadratic != 0.0):
+    if balls[k].tau > 0.0 and (par.cubic != 0.0 or par.quadratic != 0.0):
         return False
     force, _ = loads(balls)
-    soon, way, turns = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0.0, math.inf
+    soon, way, turns = (balls[k].expected - state.t) - state.t_low, 0.0, math.inf
     if par.coulomb != 0.0 or par.quadratic != 0.0:
         way, turns = next_turn(response, par, state, c, force, work[0], work[1])
         if way == 0.0:
@@ -790,7 +750,7 @@ def glide(
     shift = (force - way * par.coulomb) / par.stiffness
     if par.cubic != 0.0 or par.quadratic != 0.0:
         landed, turned = cross_bent(
-            response, par, state, balls, c, k, soon, longest, shift, way, turns, work
+            given, state, balls, c, k, soon, longest, shift, way, turns, work
         )
         if not landed:
             return turned
@@ -802,15 +762,15 @@ def glide(
     elif cross(response, state, balls, c, k, soon, longest, shift, way, None)[0] == 0.0:
         return False
     for i in range(n):
-        balls[i, HIT] = 1.0 if i == k else 0.0
-    xh, vh = state[X_NOW] - shift - c[0], state[V_NOW] + response[H_W] * c[1]
+        balls[i].hit = 1.0 if i == k else 0.0
+    xh, vh = state.x - shift - c[0], state.v + response.w * c[1]
     x2 = second(response, c[0], xh, vh)
     collide(balls, par.mass, x2, state, log)
     for i in range(n):
-        way = math.copysign(1.0, balls[i, RHO])
-        if way != balls[i, WAY] and not may_hold(balls, i):
-            balls[i, WAY] = way
-            if balls[i, RUB] != 0.0:
+        way = math.copysign(1.0, balls[i].rho)
+        if way != balls[i].way and not may_hold(balls, i):
+            balls[i].way = way
+            if balls[i].rub != 0.0:
                 write(balls, i, SLIDE, state, log)
     complete(balls, par.mass, state, log, first)
     return True
@@ -818,32 +778,34 @@ def glide(
 
 @compiled
 def plain_turn(
-    given: Given, closed: bool, piece: int, state: FloatArray, balls: FloatArray, log: Log,
+    given: Given, closed: bool, piece: int, state: Record, balls: Records, log: Log,
     work: FloatArray,
 ) -> int:  # fmt: skip
     """One flight and the impact after it, one bounce, or one turn of the general loop: evaluations.
 
     The phasor in work[PHASOR] is carried along.
     """
-    head, duration, c = given.response, given.duration, work[PHASOR]
-    left, span = (duration - state[T_HIGH]) - state[T_LOW], (ENTRIES - 2) * head[H_SPACING]
-    if closed and closing_now(balls, state[V_NOW]) == 0:
-        xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
-        a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
+    response, duration, c = given.response[0], given.duration, work[PHASOR]
+    left, span = (duration - state.t) - state.t_low, (ENTRIES - 2) * response.spacing
+    if closed and closing_now(balls, state.v) == 0:
+        xh, vh = state.x - c[0], state.v + response.w * c[1]
+        a = -(response.w**2) * c[0] - response.w0sq * xh - response.two_alpha * vh
         flown = 0
-        if is_flight(balls, a, head[H_RATE], SHORT):
-            flown = look_and_cross(head, state, balls, c, min(left, span))
-        elif hop(head, state, balls, c, work[1], a, left, 1.0 / duration, given.remainder):
+        if is_flight(balls, a, response.rate, SHORT):
+            flown = look_and_cross(response, state, balls, c, min(left, span))
+        elif hop(response, state, balls, c, work[1], a, left, 1.0 / duration, given.remainder):
             flown = 1
         if flown > 0:
-            if state[T_HIGH] >= duration or left <= EPS * duration:
-                state[T_HIGH], state[T_LOW] = duration, 0.0
-            elif closing_now(balls, state[V_NOW]) == 1:
-                bounce(state, balls, int(balls[:, HIT].argmax()), given.par.mass, log)
+            if state.t >= duration or left <= EPS * duration:
+                state.t, state.t_low = duration, 0.0
+            elif closing_now(balls, state.v) == 1:
+                for k in range(balls.shape[0]):
+                    if balls[k].hit == 1.0:
+                        bounce(state, balls, k, given.par.mass, log)
             return flown
     turn(given, piece, state, balls, log, work, None)
     if closed:
-        c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
+        c[0], c[1] = phasor(response, state.t, state.t_low)
     return 1
 
 
@@ -857,18 +819,18 @@ def next_piece(table: FloatArray, piece: int, t: float) -> int:
 
 @compiled
 def fly_on(
-    given: Given, closed: bool, state: FloatArray, balls: FloatArray, c: FloatArray, log: Log,
+    given: Given, closed: bool, state: Record, balls: Records, c: FloatArray, log: Log,
     room: int, age: int,
 ) -> tuple[int, int]:  # fmt: skip
     """The fast way, from contact to contact as long as its proofs hold: evaluations, age."""
-    response = given.response
-    evaluations, span = 0, (ENTRIES - 2) * response[H_SPACING]
-    while closed and balls.shape[0] > 0 and state[LOGGED] < room:
-        k = first_expected(balls, state[T_HIGH])
+    response = given.response[0]
+    evaluations, span = 0, (ENTRIES - 2) * response.spacing
+    while closed and balls.shape[0] > 0 and state.logged < room:
+        k = first_expected(balls, state.t)
         if k < 0:
             break
-        left = (given.duration - state[T_HIGH]) - state[T_LOW]
-        soon = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW]
+        left = (given.duration - state.t) - state.t_low
+        soon = (balls[k].expected - state.t) - state.t_low
         T, tries = cross(response, state, balls, c, k, soon, min(left, span), 0.0, 0.0, None)
         evaluations += tries
         if T == 0.0:
@@ -876,50 +838,51 @@ def fly_on(
         bounce(state, balls, k, given.par.mass, log)
         age += 1
         if age >= REFRESH:
-            c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+            c[0], c[1] = phasor(response, state.t, state.t_low)
             age = 0
     return evaluations, age
 
 
 @entry
 def run(
-    given: Given, closed: bool, state: FloatArray, balls: FloatArray, log: Log, work: FloatArray,
+    given: Given, closed: bool, states: Records, balls: Records, log: Log, work: FloatArray,
     weak: FloatArray | None,
 ) -> int:  # fmt: skip
     """Run to the end, until the log is full or ALLOWANCE is used; evaluations.
 
-    Resume with the same arrays: the log is filled from its first row on, state[LOGGED] is their
-    number. `closed` says that there is a closed form of the motion; without it every turn is one of
-    the general loop. The log and `work` (WORK, order + 1), which is scratch space, are zeros at the
-    start. `weak` is a row of it; None for a plain rig with light balls, whose loop is compiled
-    without all others.
+    Resume with the same arrays: the log is filled from its first row on, `logged` of the state is
+    their number. `closed` says that there is a closed form of the motion; without it every turn is
+    one of the general loop. The log and `work` (WORK, order + 1), which is scratch space, are zeros
+    at the start. `weak` is a row of it; None for a plain rig with light balls, whose loop is
+    compiled without all others.
     """
-    response, table, duration = given.response, given.table, given.duration
-    evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
+    response, state = given.response[0], states[0]
+    table, duration = given.table, given.duration
+    evaluations, age, piece = 0, 0, piece_at(table, state.t)
     room = log.numbers.shape[0] - 6 * balls.shape[0] - 4
-    c, span = work[PHASOR], (ENTRIES - 2) * response[H_SPACING]
+    c, span = work[PHASOR], (ENTRIES - 2) * response.spacing
     for i in range(balls.shape[0]):
-        balls[i, PERIOD] = 1.0 / response[H_FREQUENCY] if closed else 0.0
-    c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
-    state[LOGGED] = 0.0
-    while state[LOGGED] < room and state[T_HIGH] < duration and evaluations < ALLOWANCE:
+        balls[i].period = 1.0 / response.frequency if closed else 0.0
+    c[0], c[1] = phasor(response, state.t, state.t_low)
+    state.logged = 0.0
+    while state.logged < room and state.t < duration and evaluations < ALLOWANCE:
         used, flown = 1, False
         if weak is None:
             tries, age = fly_on(given, closed, state, balls, c, log, room, age)
             evaluations += tries
-            piece = next_piece(table, piece, state[T_HIGH])
+            piece = next_piece(table, piece, state.t)
             used = plain_turn(given, closed, piece, state, balls, log, work)
         else:
             if closed:
-                left = (duration - state[T_HIGH]) - state[T_LOW]
+                left = (duration - state.t) - state.t_low
                 flown = glide(given, state, balls, min(left, span), log, work)
             if not flown:
-                piece = next_piece(table, piece, state[T_HIGH])
+                piece = next_piece(table, piece, state.t)
                 turn(given, piece, state, balls, log, work, weak)
                 age = REFRESH
         evaluations += used
         age += 1
         if closed and age >= REFRESH:
-            c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+            c[0], c[1] = phasor(response, state.t, state.t_low)
             age = 0
     return evaluations

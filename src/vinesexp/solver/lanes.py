@@ -37,15 +37,7 @@ from vinesexp.solver.effort import STALL, stalled_run
 from vinesexp.solver.events import REMAINDER
 from vinesexp.solver.kernel import is_flight, plain_turn, run
 from vinesexp.solver.response import (
-    ENTRIES,
-    H_MISFIT,
-    H_P,
-    H_RATE,
-    H_TWOALPHA,
-    H_W,
-    H_W0SQ,
-    HEADER,
-    WIDTH,
+    RESPONSE,
     after,
     fill_in,
     free_derivatives,
@@ -54,29 +46,20 @@ from vinesexp.solver.response import (
 )
 from vinesexp.solver.series import ORDER as SERIES_ORDER
 from vinesexp.solver.state import (
+    BALL,
     CHIRP,
-    CLEARANCE,
-    COLUMNS,
     IMPACT,
-    LOGGED,
-    MASS,
     PHASOR,
     REST_END,
     REST_START,
-    RESTITUTION,
-    RHO,
-    SIDE,
-    T_HIGH,
-    T_LOW,
-    V_NOW,
+    STATE,
     WORK,
-    X_NOW,
-    D,
     Given,
     IntArray,
     Log,
     Parameters,
-    U,
+    Record,
+    Records,
     empty_log,
 )
 
@@ -88,7 +71,7 @@ REBASE = PER_CYCLE  # pieces: at most two cycles of the base, within the table o
 
 @apart
 def sum_amplitudes(
-    response: FloatArray, log: Log, state: FloatArray, node: FloatArray, shares: FloatArray,
+    response: Record, log: Log, state: Record, node: FloatArray, shares: FloatArray,
     settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, the last one (s).
@@ -98,15 +81,15 @@ def sum_amplitudes(
     `settle` on, A is taken every `spacing_of` seconds after an event, of the oscillator with the
     balls that rest on it.
     """
-    w0, w, rows = math.sqrt(response[H_W0SQ]), response[H_W], int(state[LOGGED])
+    w0, w, rows = math.sqrt(response.w0sq), response.w, int(state.logged)
     h, (numbers, labels) = spacing_of(response), log
     # Turned from event to event: what rounding gathers over one log is far below any use of it.
     cr, ci, known = 0.0, 0.0, False
     old = amplitude(node[1], node[2], 1.0 / w0)
     for row in range(rows + 1):
         last = row == rows
-        t1 = state[0] if last else numbers[row, 0]
-        x1, v1 = (state[2], state[3]) if last else (numbers[row, 1], numbers[row, 2])
+        t1 = state.t if last else numbers[row, 0]
+        x1, v1 = (state.x, state.v) if last else (numbers[row, 1], numbers[row, 2])
         if t1 > node[0]:
             pieces, at_rest = max(math.ceil((t1 - node[0]) / h), 1), node[3]
             counts = t1 > settle
@@ -155,9 +138,9 @@ def sum_amplitudes(
 
 
 @compiled
-def heavier(response: FloatArray, share: float, cr: float, ci: float) -> tuple[float, float]:
+def heavier(response: Record, share: float, cr: float, ci: float) -> tuple[float, float]:
     """The phasor (cr, ci) of the oscillator, with a mass of `share` times M at rest on it."""
-    w, w0sq, push = response[H_W], response[H_W0SQ], response[H_W] * response[H_TWOALPHA]
+    w, w0sq, push = response.w, response.w0sq, response.w * response.two_alpha
     below = w0sq - (1.0 + share) * w * w
     if abs(below) < 1e-9 * w0sq:  # undamped in resonance: any phasor so near serves
         below = 1e-9 * w0sq
@@ -167,14 +150,14 @@ def heavier(response: FloatArray, share: float, cr: float, ci: float) -> tuple[f
 
 @compiled
 def after_at_rest(
-    response: FloatArray, share: float, cr: float, ci: float, xh: float, vh: float, s: float
+    response: Record, share: float, cr: float, ci: float, xh: float, vh: float, s: float
 ) -> tuple[float, float, float, float]:
     """(cr, ci, xh, vh) `s` seconds later with a mass of `share` times M at rest on the oscillator.
 
     `response.after` has the table of the oscillator alone.
     """
-    w, w0sq = response[H_W], response[H_W0SQ] / (1.0 + share)
-    alpha = 0.5 * response[H_TWOALPHA] / (1.0 + share)
+    w, w0sq = response.w, response.w0sq / (1.0 + share)
+    alpha = 0.5 * response.two_alpha / (1.0 + share)
     wd, decay = math.sqrt(w0sq - alpha * alpha), math.exp(-alpha * s)
     S = decay * math.sin(wd * s) / wd
     C = decay * math.cos(wd * s) + alpha * S
@@ -183,9 +166,9 @@ def after_at_rest(
 
 
 @compiled
-def spacing_of(response: FloatArray) -> float:
+def spacing_of(response: Record) -> float:
     """Between two samples of the amplitude, s: by the cycle of oscillator or base, the faster."""
-    return float(2.0 * math.pi / (PER_CYCLE * response[H_RATE]))
+    return float(2.0 * math.pi / (PER_CYCLE * response.rate))
 
 
 @compiled
@@ -229,7 +212,7 @@ SETTLED = 3e-6 / STEP_RATE  # of flight or step: the last step, whose error is i
 BRIEF = 1e-7
 WORTH = 10  # steps that a landing of a lane costs, and as many may be missed before it
 
-# Columns of a run, as it is given; its balls are rows of their own (`state.py`).
+# Columns of a run, as it is given; its balls are rows of their own (`state.BALL`).
 R_M, R_C, R_K, R_G, R_F, R_PHASE, R_X0, R_V0, R_SETTLE, R_DURATION = range(10)
 # and what is found: time, integral of A, largest A, impacts, the last one; 1 if it stands still;
 # evaluations of the scalar loop.
@@ -540,26 +523,24 @@ def strike(
 
 
 @compiled
-def start_flight(
-    P: FloatArray, i: int, state: FloatArray, ball: FloatArray, head: FloatArray
-) -> None:
+def start_flight(P: FloatArray, i: int, state: Record, ball: Record, response: Record) -> None:
     """Put the motion of the scalar loop into lane i, its ball in flight."""
-    c0, c1 = phasor(head, state[T_HIGH], state[T_LOW])
+    c0, c1 = phasor(response, state.t, state.t_low)
     h, w, full = P[H * LANES + i], P[W * LANES + i], P[FULL * LANES + i]
-    xh, vh = state[X_NOW] - c0, state[V_NOW] * h + w * c1
+    xh, vh = state.x - c0, state.v * h + w * c1
     P[BOUND * LANES + i], F = fourth_after(P, i, c0, c1, xh, vh)
     P[C_RE * LANES + i], P[C_IM * LANES + i] = c0, c1
     P[X_FREE * LANES + i], P[V_FREE * LANES + i] = xh, vh
-    P[WAY * LANES + i], P[RATE * LANES + i] = -ball[SIDE] * ball[D], ball[RHO] * h
-    P[LOW * LANES + i] = -full if ball[SIDE] > 0.0 else 0.0
-    P[HIGH * LANES + i] = 0.0 if ball[SIDE] > 0.0 else full
-    P[SPEED * LANES + i], P[STEPS * LANES + i] = ball[U] * h, 0.0
+    P[WAY * LANES + i], P[RATE * LANES + i] = -ball.side * ball.gap, ball.rho * h
+    P[LOW * LANES + i] = -full if ball.side > 0.0 else 0.0
+    P[HIGH * LANES + i] = 0.0 if ball.side > 0.0 else full
+    P[SPEED * LANES + i], P[STEPS * LANES + i] = ball.u * h, 0.0
     P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i]
     P[CAP * LANES + i] = P[W4P * LANES + i] + F
-    P[TIME * LANES + i], P[TIME_LOW * LANES + i] = state[T_HIGH], state[T_LOW]
-    P[DUE * LANES + i] = (P[SETTLE * LANES + i] - state[T_HIGH]) / h
-    P[LEFT * LANES + i] = (P[LAST * LANES + i] - state[T_HIGH]) / h
-    P[OLD * LANES + i] = amplitude(state[X_NOW], state[V_NOW] * h, P[PER_W0 * LANES + i])
+    P[TIME * LANES + i], P[TIME_LOW * LANES + i] = state.t, state.t_low
+    P[DUE * LANES + i] = (P[SETTLE * LANES + i] - state.t) / h
+    P[LEFT * LANES + i] = (P[LAST * LANES + i] - state.t) / h
+    P[OLD * LANES + i] = amplitude(state.x, state.v * h, P[PER_W0 * LANES + i])
     P[MODE * LANES + i], P[AGE * LANES + i] = FLYING, 0.0
 
 
@@ -572,10 +553,10 @@ def time_of(P: FloatArray, i: int) -> tuple[float, float]:
 
 
 @compiled
-def refresh(P: FloatArray, i: int, head: FloatArray) -> None:
+def refresh(P: FloatArray, i: int, response: Record) -> None:
     """The phasor afresh, and the free motion so that x and x' stay."""
     high, low = time_of(P, i)
-    c0, c1 = phasor(head, high, low)
+    c0, c1 = phasor(response, high, low)
     P[X_FREE * LANES + i] += P[C_RE * LANES + i] - c0
     P[V_FREE * LANES + i] += P[W * LANES + i] * (c1 - P[C_IM * LANES + i])
     P[C_RE * LANES + i], P[C_IM * LANES + i] = c0, c1
@@ -584,11 +565,11 @@ def refresh(P: FloatArray, i: int, head: FloatArray) -> None:
 
 @apart
 def load(
-    P: FloatArray, i: int, run: FloatArray, ball: FloatArray, head: FloatArray
+    P: FloatArray, i: int, run: FloatArray, ball: Record, response: Record
 ) -> None:  # fmt: skip
     """Put all that stays the same during a run into lane i."""
-    h = spacing_of(head)
-    w, w0sq, two_alpha = head[H_W] * h, head[H_W0SQ] * h * h, head[H_TWOALPHA] * h
+    h = spacing_of(response)
+    w, w0sq, two_alpha = response.w * h, response.w0sq * h * h, response.two_alpha * h
     # By their series: what is left of S - 1 and C - 1 in a difference would carry its rounding on.
     before, last, odd = 0.0, 1.0, w
     s1, c1, sine1 = 0.0, -0.5 * w0sq, 0.0
@@ -607,20 +588,20 @@ def load(
     P[SINE1 * LANES + i], P[FREE_S1 * LANES + i] = sine1, s1
     P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i] = w, w0sq, two_alpha
     P[PER_W * LANES + i], P[PER_W0 * LANES + i] = 1.0 / w, 1.0 / math.sqrt(w0sq)
-    P[MISFIT * LANES + i] = head[H_MISFIT] * h
-    P[W4P * LANES + i], P[FULL * LANES + i] = w * w * w * w * head[H_P], 2.0 * ball[CLEARANCE]
-    P[PUSH * LANES + i] = ball[MASS] * (1.0 + ball[RESTITUTION]) / (run[R_M] + ball[MASS])
-    P[BOUNCE * LANES + i], P[SETTLE * LANES + i] = ball[RESTITUTION], run[R_SETTLE]
+    P[MISFIT * LANES + i] = response.misfit * h
+    P[W4P * LANES + i], P[FULL * LANES + i] = w * w * w * w * response.p, 2.0 * ball.half
+    P[PUSH * LANES + i] = ball.mass * (1.0 + ball.r) / (run[R_M] + ball.mass)
+    P[BOUNCE * LANES + i], P[SETTLE * LANES + i] = ball.r, run[R_SETTLE]
     P[LAST * LANES + i] = (run[R_DURATION] - (1.0 + 2.0 * OVER) * h) * (1.0 - 1e-12)
     for row in range(TIME, LATEST + 1):
         P[row * LANES + i] = 0.0
 
 
 @compiled
-def is_calm(balls: FloatArray, state: FloatArray, head: FloatArray, c: FloatArray) -> bool:
+def is_calm(balls: Records, state: Record, response: Record, c: FloatArray) -> bool:
     """Whether the flight that begins is one for a lane; `c` is the phasor."""
-    w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
-    xh, vh = state[X_NOW] - c[0], state[V_NOW] + w * c[1]
+    w, w0sq, two_alpha = response.w, response.w0sq, response.two_alpha
+    xh, vh = state.x - c[0], state.v + w * c[1]
     a = -(w * w * c[0] + two_alpha * vh + w0sq * xh)
     return bool(is_flight(balls, a, math.sqrt(w0sq), BRIEF))
 
@@ -628,11 +609,12 @@ def is_calm(balls: FloatArray, state: FloatArray, head: FloatArray, c: FloatArra
 class Room(NamedTuple):
     """Scratch space of the scalar loop in which the lanes are carried on, one after the other.
 
-    Its balls, log, `work` (`kernel.run`) and base; `rows` are its state and what `sum_amplitudes`
-    is given.
+    Its state, balls, log, `work` (`kernel.run`) and base; `rows` are what `sum_amplitudes` is
+    given.
     """
 
-    balls: FloatArray
+    states: Records
+    balls: Records
     log: Log
     work: FloatArray
     table: FloatArray
@@ -641,73 +623,72 @@ class Room(NamedTuple):
 
 @compiled
 def leave(
-    P: FloatArray, i: int, run: FloatArray, start: FloatArray, response: FloatArray,
-    room: Room, begin: bool,
+    P: FloatArray, i: int, run: FloatArray, start: Record,
+    responses: Records, room: Room, begin: bool,
 ) -> int:  # fmt: skip
     """Carry lane i on by the scalar loop, until it flies again or ends; evaluations used.
 
     `start` is the ball as it starts; `begin`: from the start of the run.
     """
-    balls, log, work, table, rows = room
-    state, node, sums, shares = rows[0], rows[1], rows[2], rows[3]
+    states, balls, log, work, table, rows = room
+    response, state, node, sums, shares = responses[0], states[0], rows[0], rows[1], rows[2]
     c, ball, duration, settle = work[PHASOR], balls[0], run[R_DURATION], P[SETTLE * LANES + i]
     par = Parameters(run[R_M], run[R_C], run[R_K], 0.0, 0.0, 0.0)
-    given = Given(response, par, int(np.int64(CHIRP)), table, duration, REMAINDER)
+    given = Given(responses, rows[0], par, int(np.int64(CHIRP)), table, duration, REMAINDER)
+    state.t = state.t_low = state.logged = node[3] = 0.0
     for k in range(5):
-        state[k] = node[k] = sums[k] = 0.0
-    shares[0] = start[MASS] / run[R_M]
+        sums[k] = 0.0
+    shares[0] = start.mass / run[R_M]
     table[0, 1], table[0, 2], table[0, 3] = run[R_G], run[R_PHASE], 2.0 * math.pi * run[R_F]
-    for k in range(COLUMNS):
-        ball[k] = start[k]
+    balls[0] = start
     if begin:
-        state[X_NOW], state[V_NOW] = run[R_X0], run[R_V0]
+        state.x, state.v = run[R_X0], run[R_V0]
     else:
         h, v = P[H * LANES + i], P[V_FREE * LANES + i] - P[W * LANES + i] * P[C_IM * LANES + i]
-        state[T_HIGH], state[T_LOW] = time_of(P, i)
-        state[X_NOW], state[V_NOW] = P[C_RE * LANES + i] + P[X_FREE * LANES + i], v / h
-        ball[D], ball[SIDE] = abs(P[WAY * LANES + i]), 1.0 if P[HIGH * LANES + i] == 0.0 else -1.0
-        if ball[D] > ball[CLEARANCE]:
-            ball[SIDE], ball[D] = -ball[SIDE], 2.0 * ball[CLEARANCE] - ball[D]
-        ball[RHO], ball[U] = P[RATE * LANES + i] / h, P[SPEED * LANES + i] / h
+        state.t, state.t_low = time_of(P, i)
+        state.x, state.v = P[C_RE * LANES + i] + P[X_FREE * LANES + i], v / h
+        ball.gap, ball.side = abs(P[WAY * LANES + i]), 1.0 if P[HIGH * LANES + i] == 0.0 else -1.0
+        if ball.gap > ball.half:
+            ball.side, ball.gap = -ball.side, 2.0 * ball.half - ball.gap
+        ball.rho, ball.u = P[RATE * LANES + i] / h, P[SPEED * LANES + i] / h
         sums[0], sums[1] = P[SUM_TIME * LANES + i] * h, 0.5 * P[SUM * LANES + i] * h
         sums[2], sums[3] = P[LARGEST * LANES + i], P[HITS * LANES + i]
         sums[4] = P[LATEST * LANES + i]
-    node[0], node[1], node[2] = state[T_HIGH], state[X_NOW], state[V_NOW]
-    c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+    node[0], node[1], node[2] = state.t, state.x, state.v
+    c[0], c[1] = phasor(response, state.t, state.t_low)
     spent = int(np.int64(0))
     calm = begin and is_calm(balls, state, response, c)
-    while not calm and state[T_HIGH] < duration and spent < STALL:
-        had = state[LOGGED]
+    while not calm and state.t < duration and spent < STALL:
+        had = state.logged
         spent += plain_turn(given, True, 0, state, balls, log, work)
-        if state[LOGGED] > had:
+        if state.logged > had:
             calm = is_calm(balls, state, response, c)
-        if state[LOGGED] > log.numbers.shape[0] - 10 or calm:
+        if state.logged > log.numbers.shape[0] - 10 or calm:
             sum_amplitudes(response, log, state, node, shares, settle, sums)
-            state[LOGGED] = 0.0
+            state.logged = 0.0
     sum_amplitudes(response, log, state, node, shares, settle, sums)
     start_flight(P, i, state, ball, response)
     h = P[H * LANES + i]
     P[SUM_TIME * LANES + i], P[SUM * LANES + i] = sums[0] / h, 2.0 * sums[1] / h
     P[LARGEST * LANES + i], P[HITS * LANES + i] = sums[2], sums[3]
     P[LATEST * LANES + i] = sums[4]
-    if state[T_HIGH] >= duration or spent >= STALL:
+    if state.t >= duration or spent >= STALL:
         P[MODE * LANES + i] = IDLE
     return spent
 
 
 @compiled
-def move_lane(P: FloatArray, responses: FloatArray, old: int, new: int) -> None:
+def move_lane(P: FloatArray, responses: Records, old: int, new: int) -> None:
     """Put the lane `old` in the place of `new`, and nothing in its own."""
     for row in range(ROWS):
         P[row * LANES + new] = P[row * LANES + old]
-    for j in range(responses.shape[1]):
-        responses[new, j] = responses[old, j]
+    responses[new] = responses[old]
     P[MODE * LANES + old] = IDLE
 
 
 @apart
 def attend_to(
-    P: FloatArray, i: int, runs: FloatArray, starts: FloatArray, responses: FloatArray,
+    P: FloatArray, i: int, runs: FloatArray, starts: Records, responses: Records,
     found: FloatArray, progress: IntArray, room: Room,
 ) -> None:  # fmt: skip
     """Carry a lane on that has left, give one that is idle its next run."""
@@ -719,16 +700,15 @@ def attend_to(
             progress[0] += 1
             P[OWNER * LANES + i] = k + 1.0
             latest = responses[progress[2]]
-            if response[H_W] != latest[H_W] or response[H_W0SQ] != latest[H_W0SQ]:
-                for j in range(response.shape[0]):
-                    response[j] = latest[j]
+            if response.w != latest.w or response.w0sq != latest.w0sq:
+                responses[i] = latest
             prepare_into(
                 response, runs[k, R_M], runs[k, R_C], runs[k, R_K], runs[k, R_G], runs[k, R_F],
                 runs[k, R_PHASE],
             )  # fmt: skip
             progress[2] = i
             load(P, i, runs[k], starts[k, 0], response)
-        spent = leave(P, i, runs[k], starts[k, 0], response, room, begin)
+        spent = leave(P, i, runs[k], starts[k, 0], responses[i : i + 1], room, begin)
         found[k, O_SPENT] += spent
         if P[MODE * LANES + i] != IDLE:
             return
@@ -749,7 +729,7 @@ def whole_vectors(n: int) -> int:
 
 @entry
 def carry_on(
-    runs: FloatArray, starts: FloatArray, P: FloatArray, responses: FloatArray,
+    runs: FloatArray, starts: Records, P: FloatArray, responses: Records,
     found: FloatArray, progress: IntArray, room: Room, steps: int,
 ) -> None:  # fmt: skip
     """Run every row of `runs` in lanes, or as far as so many steps of all lanes come.
@@ -813,7 +793,7 @@ def amplitudes_from(found: FloatArray) -> Amplitudes:
 
 
 def amplitudes(
-    runs: FloatArray, starts: FloatArray, *, stop: Callable[[], bool] = lambda: False
+    runs: FloatArray, starts: Records, *, stop: Callable[[], bool] = lambda: False
 ) -> Amplitudes:
     """Mean and largest amplitude of every run with one ball, from its `settle` to its `duration`.
 
@@ -821,7 +801,7 @@ def amplitudes(
     ----------
     runs : ndarray of shape (runs, 10)
         M, c1, k1; amplitude, frequency, phase of the base; x0, v0; settle, duration. SI.
-    starts : ndarray of shape (runs, 1, COLUMNS)
+    starts : ndarray of shape (runs, 1) of `state.BALL`
         The ball as it starts (`arrays.balls_at`).
     stop : callable, optional
         Asked now and then; when it is true what is known so far is returned.
@@ -841,11 +821,11 @@ def amplitudes(
     array([ 5.9, 19.2])
     """
     n, found = min(MOST, len(runs)), np.zeros((len(runs), RESULTS))
-    P, tables = np.zeros(ROWS * LANES), np.zeros((n, HEADER + WIDTH * ENTRIES))
+    P, tables = np.zeros(ROWS * LANES), np.zeros(n, RESPONSE)
     progress = np.array([0, 0, 0, n], dtype=np.int32)
     room = Room(
-        np.zeros((1, COLUMNS)), empty_log(64), np.zeros((WORK, SERIES_ORDER + 1)),
-        np.zeros((1, 5)), np.zeros((4, 5)),
+        np.zeros(1, STATE), np.zeros(1, BALL), empty_log(64), np.zeros((WORK, SERIES_ORDER + 1)),
+        np.zeros((1, 5)), np.zeros((3, 5)),
     )  # fmt: skip
     while progress[1] < len(runs) and not stop():
         carry_on(runs, starts, P, tables, found, progress, room, STEPS_HEARD)
@@ -861,15 +841,15 @@ LOG = 256
 
 @entry
 def add_amplitudes(
-    response: FloatArray, log: Log, state: FloatArray, node: FloatArray, shares: FloatArray,
+    responses: Records, log: Log, states: Records, node: FloatArray, shares: FloatArray,
     settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """`sum_amplitudes`, for Python."""
-    sum_amplitudes(response, log, state, node, shares, settle, sums)
+    sum_amplitudes(responses[0], log, states[0], node, shares, settle, sums)
 
 
 def amplitudes_in_turn(
-    runs: FloatArray, starts: FloatArray, *, remainder: float | None = None,
+    runs: FloatArray, starts: Records, *, remainder: float | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Amplitudes:  # fmt: skip
     """Mean and largest amplitude of every run of a plain rig, from its `settle` to its `duration`.
@@ -878,7 +858,7 @@ def amplitudes_in_turn(
     ----------
     runs : ndarray of shape (runs, 10)
         As of `amplitudes`.
-    starts : ndarray of shape (runs, balls, COLUMNS)
+    starts : ndarray of shape (runs, balls) of `state.BALL`
         The balls as they start (`arrays.balls_at`).
     remainder : float, optional
         rad from which on the rest of a chatter is summed (`simulate`).
@@ -904,27 +884,29 @@ def amplitudes_in_turn(
     w0 = np.sqrt(stiffness / mass)
     zeta, rate = 0.5 * damping / (mass * w0), 2.0 * math.pi * frequency
     closed = has_closed_form(w0, zeta, rate, level > 0.0)
-    heavy = (starts[:, :, MASS] > mass[:, np.newaxis]).any(axis=1)
-    response, table = np.zeros(HEADER + WIDTH * ENTRIES), np.zeros((1, 5))
+    shares, every = starts["mass"] / mass[:, np.newaxis], starts.copy()
+    heavy = (shares > 1.0).any(axis=1)
+    response, table = np.zeros(1, RESPONSE), np.zeros((1, 5))
     log = empty_log(LOG + 8 * n)
     limit, work = REMAINDER if remainder is None else remainder, np.zeros((WORK, SERIES_ORDER + 1))
     for k, (M, c1, k1, G, f, phase, x0, v0, settle, duration) in enumerate(runs.tolist()):
         fill_in(response, M, c1, k1, G, f, phase)
         par, table[0, 1:4] = Parameters(M, c1, k1, 0.0, 0.0, 0.0), (G, phase, math.tau * f)
-        given = Given(response, par, CHIRP, table, duration, limit)
+        given = Given(response, work[0], par, CHIRP, table, duration, limit)
         weak = work[2] if heavy[k] else None
-        state, node = np.array([0.0, 0.0, x0, v0, 0.0]), np.array([0.0, x0, v0, 0.0])
-        sums = np.zeros(5)
-        balls, shares = starts[k].copy(), starts[k, :, MASS] / M
+        states, node = np.zeros(1, STATE), np.array([0.0, x0, v0, 0.0])
+        state, sums = states[0], np.zeros(5)
+        state["x"], state["v"] = x0, v0
+        balls = every[k]
         spent, all_spent, since = 0, 0, 0.0
-        while state[T_HIGH] < duration:
+        while state["t"] < duration:
             if stop():
                 return amplitudes_from(found)
-            used = run(given, bool(closed[k]), state, balls, log, work, weak)
-            add_amplitudes(response, log, state, node, shares, settle, sums)
+            used = run(given, bool(closed[k]), states, balls, log, work, weak)
+            add_amplitudes(response, log, states, node, shares[k], settle, sums)
             spent, all_spent = spent + used, all_spent + used
-            if (state[T_HIGH] - since) * response[H_RATE] > 1.0:
-                spent, since = 0, state[T_HIGH]
+            if (state["t"] - since) * response["rate"][0] > 1.0:
+                spent, since = 0, float(state["t"])
             if spent > STALL:
                 raise stalled_run(runs[k], starts[k])
         found[k, : sums.size], found[k, O_SPENT] = sums, all_spent

@@ -17,26 +17,33 @@ import math
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, entry, fused
+from vinesexp.solver.state import (
+    Record,
+    Records,
+)
 
 ENTRIES = 640  # two and a half cycles
 PER_CYCLE = 256
 COSINE, SINE, FREE_C, FREE_S = range(4)  # the columns of the table
-WIDTH = 4
-
-# Header of a response: what the loops need as plain numbers.
-H_SPACING, H_W, H_W0SQ, H_TWOALPHA, H_P, H_PHASE, H_RATE, H_MISFIT, H_FREQUENCY, H_PER = range(10)
-H_C, H_S = 10, 15  # coefficients 2 to 6 of the series of C and S
-H_BASE_C, H_BASE_S, H_BASE = 20, 21, 22  # x_e over the phasor (cr, ci); its amplitude
-HEADER = 24
+#: A closed form: what the loops need as plain numbers, and its table.
+RESPONSE = np.dtype([
+    ("spacing", float), ("per", float),  # of the table, s; entries a second
+    ("w", float), ("w0sq", float), ("two_alpha", float),
+    ("frequency", float), ("rate", float),  # of the base, Hz; the faster of w and w0
+    ("p", float), ("phase", float),  # of the phasor
+    ("base", float), ("base_c", float), ("base_s", float),  # x_e: amplitude; over the phasor
+    ("misfit", float),  # (|w^2 - w0^2| + 2 alpha w0)/w (`search.py`)
+    ("c", float, 5), ("s", float, 5),  # coefficients 2 to 6 of the series of C and S
+    ("table", float, (ENTRIES, 4)),
+], align=True)  # fmt: skip
 
 
 @apart
 def prepare_into(
-    out: FloatArray, M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
+    out: Record, M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
 ) -> None:
-    """Fill header and, from HEADER on, the table, row by row; what holds already is kept.
+    """Fill in a closed form; a table that holds already is kept.
 
     Only for an underdamped oscillator.
     """
@@ -44,7 +51,7 @@ def prepare_into(
     alpha = 0.5 * c / M
     wd = math.sqrt((w0 - alpha) * (w0 + alpha))
     w = 2.0 * math.pi * frequency if amplitude != 0.0 else w0
-    same = out[H_W] == w and out[H_W0SQ] == w0 * w0 and out[H_TWOALPHA] == 2.0 * alpha
+    same = out.w == w and out.w0sq == w0 * w0 and out.two_alpha == 2.0 * alpha
     rate = max(w, w0)
     spacing = 2.0 * math.pi / (PER_CYCLE * rate)
     long = 134217729.0 * spacing
@@ -53,45 +60,45 @@ def prepare_into(
     below = (w0 - w) * (w0 + w)
     top, bottom = complex(w0 * w0, 2.0 * alpha * w), complex(below, 2.0 * alpha * w)
     H = top / bottom if amplitude != 0.0 else complex(0.0, 0.0)
-    out[H_SPACING], out[H_W], out[H_W0SQ], out[H_TWOALPHA] = spacing, w, w0 * w0, 2.0 * alpha
-    out[H_P] = amplitude * abs(H)
-    out[H_PHASE] = phase + math.atan2(H.imag, H.real) - 0.5 * math.pi
-    out[H_RATE] = rate
-    out[H_FREQUENCY] = frequency
-    out[H_MISFIT] = (abs(below) + 2.0 * alpha * w0) / w
-    out[H_PER] = 1.0 / spacing
-    out[H_BASE], out[H_BASE_C], out[H_BASE_S] = amplitude, 0.0, 0.0
+    out.spacing, out.w, out.w0sq, out.two_alpha = spacing, w, w0 * w0, 2.0 * alpha
+    out.p = amplitude * abs(H)
+    out.phase = phase + math.atan2(H.imag, H.real) - 0.5 * math.pi
+    out.rate = rate
+    out.frequency = frequency
+    out.misfit = (abs(below) + 2.0 * alpha * w0) / w
+    out.per = 1.0 / spacing
+    out.base, out.base_c, out.base_s = amplitude, 0.0, 0.0
     if amplitude != 0.0:
-        lag = out[H_PHASE] - phase
-        out[H_BASE_C], out[H_BASE_S] = -math.sin(lag) / abs(H), math.cos(lag) / abs(H)
+        lag = out.phase - phase
+        out.base_c, out.base_s = -math.sin(lag) / abs(H), math.cos(lag) / abs(H)
     if same:
         return
     # S'' = -2 alpha S' - w0^2 S and C' = -w0^2 S, power by power.
     before, last = 0.0, 1.0
     for n in range(2, 7):
         before, last = last, (-2.0 * alpha * last - w0 * w0 * before / (n - 1)) / n
-        out[H_S + n - 2], out[H_C + n - 2] = last, -w0 * w0 * before / n
+        out.s[n - 2], out.c[n - 2] = last, -w0 * w0 * before / n
     for i in range(ENTRIES):
-        s, row = i * spacing, HEADER + WIDTH * i
+        s = i * spacing
         decay = math.exp(-alpha * s)
-        out[row + COSINE], out[row + SINE] = math.cos(w * s), math.sin(w * s)
-        out[row + FREE_S] = decay * math.sin(wd * s) / wd
-        out[row + FREE_C] = decay * math.cos(wd * s) + alpha * out[row + FREE_S]
+        out.table[i, COSINE], out.table[i, SINE] = math.cos(w * s), math.sin(w * s)
+        out.table[i, FREE_S] = decay * math.sin(wd * s) / wd
+        out.table[i, FREE_C] = decay * math.cos(wd * s) + alpha * out.table[i, FREE_S]
 
 
 @entry
 def fill_in(
-    out: FloatArray, M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
+    out: Records, M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
 ) -> None:
-    """`prepare_into`, for Python."""
-    prepare_into(out, M, c, k, amplitude, frequency, phase)
+    """`prepare_into` the first of some, for Python."""
+    prepare_into(out[0], M, c, k, amplitude, frequency, phase)
 
 
 def prepare(
     M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
-) -> FloatArray:
-    """`prepare_into`, into an array of its own."""
-    out = np.zeros(HEADER + WIDTH * ENTRIES)
+) -> Records:
+    """`prepare_into`, into one of its own."""
+    out = np.zeros(1, RESPONSE)
     fill_in(out, M, c, k, amplitude, frequency, phase)
     return out
 
@@ -114,16 +121,16 @@ def cycles(frequency: float, t: float, t_low: float) -> float:
 
 
 @compiled
-def phasor(head: FloatArray, t: float, t_low: float) -> tuple[float, float]:
+def phasor(response: Record, t: float, t_low: float) -> tuple[float, float]:
     """P e^{i(wt + phase)}."""
-    angle = 2.0 * math.pi * cycles(head[H_FREQUENCY], t, t_low) + head[H_PHASE]
-    return head[H_P] * math.cos(angle), head[H_P] * math.sin(angle)
+    angle = 2.0 * math.pi * cycles(response.frequency, t, t_low) + response.phase
+    return response.p * math.cos(angle), response.p * math.sin(angle)
 
 
 @compiled
-def base_at(head: FloatArray, cr: float, ci: float) -> tuple[float, float, float]:
+def base_at(response: Record, cr: float, ci: float) -> tuple[float, float, float]:
     """x_e, x_e' and x_e'' from the phasor (cr, ci) of the response."""
-    w, c, s = head[H_W], head[H_BASE_C], head[H_BASE_S]
+    w, c, s = response.w, response.base_c, response.base_s
     place = fused(c, cr, s * ci)
     return place, w * fused(s, cr, -c * ci), -w * w * place
 
@@ -150,27 +157,25 @@ def turned(cr: float, ci: float, angle: float) -> tuple[float, float]:
 
 @compiled
 def after(
-    response: FloatArray, cr: float, ci: float, xh: float, vh: float, s: float
+    response: Record, cr: float, ci: float, xh: float, vh: float, s: float
 ) -> tuple[float, float, float, float]:
     """(cr, ci, xh, vh) `s` seconds later, 0 <= s < ENTRIES - 1 spacings.
 
-    The table is indexed element by element: a row view would cost more than the arithmetic, and
-    so would an index that could count from the end.
+    An index that could count from the end would cost more than the arithmetic.
     """
-    steps = np.int64(fused(s, response[H_PER], 0.5))
-    r = fused(-float(steps), response[H_SPACING], s)
-    i = np.uint64(HEADER) + np.uint64(WIDTH) * np.uint64(steps)
-    cosine, sine = response[i + np.uint64(COSINE)], response[i + np.uint64(SINE)]
-    C, S = response[i + np.uint64(FREE_C)], response[i + np.uint64(FREE_S)]
-    w0sq, two_alpha = response[H_W0SQ], response[H_TWOALPHA]
+    steps = np.int64(fused(s, response.per, 0.5))
+    r = fused(-float(steps), response.spacing, s)
+    i, table = np.uint64(steps), response.table
+    cosine, sine, C, S = table[i, COSINE], table[i, SINE], table[i, FREE_C], table[i, FREE_S]
+    w0sq, two_alpha = response.w0sq, response.two_alpha
     re, im = fused(cr, cosine, -ci * sine), fused(cr, sine, ci * cosine)
     x, v = fused(C, xh, S * vh), fused(fused(-two_alpha, S, C), vh, -w0sq * S * xh)
     # The same over the rest r; C - 1 and S - r are what the series hold, so no digit is lost.
-    c, s = response[H_C + 4], response[H_S + 4]
+    c, s = response.c[4], response.s[4]
     for n in range(3, -1, -1):
-        c, s = fused(c, r, response[H_C + n]), fused(s, r, response[H_S + n])
+        c, s = fused(c, r, response.c[n]), fused(s, r, response.s[n])
     c *= r * r
     s = fused(s, r * r, r)
-    re, im = turned(re, im, response[H_W] * r)
+    re, im = turned(re, im, response.w * r)
     dx, dv = fused(c, x, s * v), fused(fused(-two_alpha, s, c), v, -w0sq * s * x)
     return re, im, x + dx, v + dv

@@ -35,7 +35,11 @@ from numba.extending import intrinsic
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import apart, compiled, entry, fused
 from vinesexp.solver.search import first_root
-from vinesexp.solver.state import ALLOWANCE, POLYNOMIAL, Parameters
+from vinesexp.solver.state import (
+    ALLOWANCE,
+    POLYNOMIAL,
+    Parameters,
+)
 
 # Order of a series; of one that no segment needs to hold for long; of one with products.
 ORDER, LOW, HIGH = 20, 12, 30

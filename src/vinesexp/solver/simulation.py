@@ -25,10 +25,18 @@ from vinesexp.solver.arrays import (
 )
 from vinesexp.solver.effort import Effort, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
-from vinesexp.solver.state import L_MASS, LOGGED, Given, IntArray, Log, U, empty_log
+from vinesexp.solver.state import (
+    L_MASS,
+    STATE,
+    Given,
+    IntArray,
+    Log,
+    Records,
+    empty_log,
+)
 
 #: Fills a log from a state and the balls on; evaluations.
-Loop = Callable[[FloatArray, FloatArray, Log], int]
+Loop = Callable[[Records, Records, Log], int]
 
 CHUNK = 4096  # rows of the log that are filled at a time
 
@@ -108,17 +116,19 @@ def simulate(
     if not rig.nes and rig.oscillator.k3 >= 0.0:  # nothing happens on the way, or can grow
         return Motion(rig, base, duration, damping, release, *log.finished())
     fill = _loop_of(rig, base, damping, duration, remainder, general)
-    state = np.array([0.0, 0.0, release.x0, release.v0, 0.0])
-    while state[0] < duration:
+    states = np.zeros(1, STATE)
+    state = states[0]
+    state["x"], state["v"] = release.x0, release.v0
+    while state["t"] < duration:
         try:
-            used = fill(state, balls, log.room())
+            used = fill(states, balls, log.room())
         except OverflowError:
-            raise effort.unbounded(float(state[0])) from None
+            raise effort.unbounded(float(state["t"])) from None
         except ArithmeticError:
-            raise effort.stalled(float(state[0])) from None
-        log.rows += int(state[LOGGED])
+            raise effort.stalled(float(state["t"])) from None
+        log.rows += int(state["logged"])
         effort.add(state, used)
-        log.refuse_beyond_memory(duration, reached=float(state[0]))
+        log.refuse_beyond_memory(duration, reached=float(state["t"]))
     return Motion(rig, base, duration, damping, release, *log.finished())
 
 
@@ -126,14 +136,14 @@ class _Log:
     """All rows of a motion in two arrays that grow in place, the start rows first."""
 
     def __init__(
-        self, rig: Rig, base: Base | None, release: Release, y0: FloatArray, balls: FloatArray
+        self, rig: Rig, base: Base | None, release: Release, y0: FloatArray, balls: Records
     ) -> None:
         self.cycles = base.frequency if isinstance(base, Harmonic) else rig.oscillator.f0
         n = len(rig.nes)
         self.least, self.rows = CHUNK + 8 * n, max(n, 1)
         self.numbers, self.labels = empty_log(self.rows)
         self.numbers[:, 1], self.numbers[:, 2:4] = release.x0, release.v0
-        self.numbers[:n, 4], self.numbers[:n, 5] = y0, balls[:, U]
+        self.numbers[:n, 4], self.numbers[:n, 5] = y0, balls["u"]
         self.numbers[:, L_MASS] = rig.oscillator.M
         self.labels[:, 1] = np.arange(self.rows)
         self.held, self.balls = 0, n
@@ -181,22 +191,26 @@ def _loop_of(
     general: bool,
 ) -> Loop:  # fmt: skip
     """The loop of `kernel.py`."""
+    from vinesexp.solver.bent import bent_table
     from vinesexp.solver.events import REMAINDER
     from vinesexp.solver.kernel import run
-    from vinesexp.solver.response import HEADER
+    from vinesexp.solver.response import RESPONSE
 
     light = all(nes.m <= rig.oscillator.M for nes in rig.nes)
     kind, table = drive_table(base)
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
-    response = None if general else closed_form(rig, base, damping)
+    response = None if general else closed_form(rig, base)
     closed, work = response is not None, scratch(rig, base, damping)
     weak = None if light and is_plain(rig, damping) else work[2]
+    bent = work[0]
     if response is None:
-        response = np.ones(HEADER)
+        response = np.ones(1, RESPONSE)
+    elif damping.quadratic != 0.0 or rig.oscillator.k3 != 0.0:
+        bent = bent_table(response)
 
-    given = Given(response, par, kind, table, duration, limit)
+    given = Given(response, bent, par, kind, table, duration, limit)
 
-    def fill(state: FloatArray, balls: FloatArray, log: Log) -> int:
-        return run(given, closed, state, balls, log, work, weak)
+    def fill(states: Records, balls: Records, log: Log) -> int:
+        return run(given, closed, states, balls, log, work, weak)
 
     return fill

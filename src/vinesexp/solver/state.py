@@ -1,14 +1,14 @@
 """What the compiled loops carry: clock and oscillator, the table of balls, the log of events.
 
-A ball is a row of a float table. Its motion is kept relative to one wall: the gap `D` to that wall
-and the relative velocity `RHO` = x' - y'. In a chatter both shrink by orders of magnitude below x
+Of a ball the motion is kept relative to one wall: the `gap` to that wall and the relative velocity
+`rho` = x' - y'. In a chatter both shrink by orders of magnitude below x
 and x'; kept this way they lose no digits, because nothing large is subtracted. The cavity is known
 by its half width alone: where its walls stand (+b1 and -b2) matters only to whoever asks for y.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,39 +16,39 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
 
-# Clock, oscillator and rows of the log in one array, so that a full log can be emptied and the run
-# resumed. The time is a sum of two floats: 1e7 flights add up without drift.
-T_HIGH, T_LOW, X_NOW, V_NOW, LOGGED = 0, 1, 2, 3, 4
-
-# Columns of the table of balls.
-MASS = 0  # kg
-CLEARANCE = 1  # half of the way from wall to wall, m
-RESTITUTION = 2  # r of the impact at hand
-D = 3  # gap to the wall `SIDE`, m
-SIDE = 4  # +1: the wall met at x - y = +b
-RHO = 5  # x' - y', m/s; SIDE*RHO > 0 closes the gap
-STATE = 6  # FREE, RESTING or RELEASED
-HIT = 7  # 1 while the ball is part of the impact being solved
-ROOT = 8  # time of the next contact after the start of the step, s
-WALL = 9  # the side of that contact
-U = 10  # y' of a ball in flight, m/s
-GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
-PERIOD, EXPECTED = 13, 14  # of the base (0: none); time of the next contact, a guess
-HEADING = 15  # side of the next contact, a guess
-R_PLUS, R_MINUS, R_SLOPE = 16, 17, 18  # r at either wall for a slow impact, its slope in s/m
-B_PLUS = 19  # clearance to the wall of side +1, m
-RUB, TILT = 20, 21  # friction mu g and tilt, m/s^2
-A = 22  # y'' of a ball in flight, m/s^2
-WAY = 23  # sign of x' - y' that friction acts by; 0 while held, UNSET before the first decision
-TURN = 24  # time at which x' - y' comes to zero, after the start of the step, s
-# The last contacts, the latest first: their times and sides (0: none yet).
+#: Clock, oscillator and rows of the log together, so that a full log can be emptied and the run
+#: resumed. The time is a sum of two floats: 1e7 flights add up without drift.
+STATE = np.dtype([(name, float) for name in ("t", "t_low", "x", "v", "logged")], align=True)
+#: Times and sides of contacts that a ball remembers, the latest first (side 0: none yet).
 REMEMBERED = 6
-TIMES, SIDES = 25, 25 + REMEMBERED
-# A contact that lasts tau: what is left until its momentum goes over or, after that, until it
-# ends, s; how long that second part is; the relative velocity that it takes, m/s.
-TAU, LEFT, AFTER, JUMP = range(25 + 2 * REMEMBERED, 29 + 2 * REMEMBERED)
-BEFORE = 29 + 2 * REMEMBERED  # x' - y' before the impact being solved, inf of a ball at rest
-COLUMNS = BEFORE + 1
+#: A ball: a row of the table of balls; SI.
+BALL = np.dtype([
+    ("mass", float),
+    ("half", float),  # of the way from wall to wall
+    ("b_plus", float),  # clearance to the wall of side +1
+    ("r", float),  # of the impact at hand
+    ("r_plus", float), ("r_minus", float), ("r_slope", float),  # at either wall; over speed, s/m
+    ("rub", float), ("tilt", float),  # friction mu g and tilt, m/s^2
+    ("tau", float),  # of a contact that lasts
+    ("gap", float), ("side", float),  # to the wall `side`: +1, the wall met at x - y = +b
+    ("rho", float),  # x' - y'; side*rho > 0 closes the gap
+    ("u", float), ("a", float),  # y' and y'' of a ball in flight
+    ("state", float),  # FREE, RESTING ...
+    ("hit", float),  # 1 while the ball is part of the impact being solved
+    ("before", float),  # x' - y' before that impact, inf of a ball at rest
+    ("root", float), ("wall", float),  # next contact after the start of the step, and its side
+    ("turn", float),  # after the start of the step: when x' - y' comes to zero
+    ("way", float),  # sign of x' - y' that friction acts by; 0 held, UNSET not decided yet
+    ("last_gap", float), ("last_rate", float),  # to `side`, at the point a search has reached
+    ("left", float), ("after", float),  # of a contact: until its momentum goes over, or it ends
+    ("jump", float),  # relative velocity that this contact takes
+    ("period", float),  # of the base (0: none)
+    ("expected", float), ("heading", float),  # time and side of the next contact, guesses
+    ("times", float, REMEMBERED), ("sides", float, REMEMBERED),
+], align=True)  # fmt: skip
+#: A ball, a state or a closed form (`response.py`); tables of them.
+Record = Any
+Records = NDArray[Any]
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 STUCK = 3.0  # held by friction somewhere on the floor
@@ -101,14 +101,16 @@ class Given(NamedTuple):
 
     Attributes
     ----------
-    response : closed form of the oscillator (`response.py`), where there is one.
+    response : closed form of the oscillator (`response.py`), where there is one; one entry.
+    bent : what bends a flight (`bent.py`); empty where nothing does.
     par : of the oscillator.
     kind, table : of the pieces of the base (`arrays.drive_table`).
     duration : s.
     remainder : rad from which on the rest of a chatter is summed.
     """
 
-    response: FloatArray
+    response: Records
+    bent: FloatArray
     par: Parameters
     kind: int
     table: FloatArray
@@ -122,52 +124,52 @@ def empty_log(rows: int) -> Log:
 
 
 @compiled
-def advance_clock(state: FloatArray, s: float) -> None:
+def advance_clock(state: Record, s: float) -> None:
     """Add s to the time, keeping what rounding would drop."""
-    s += state[T_LOW]
-    total = state[T_HIGH] + s
-    state[T_LOW] = s - (total - state[T_HIGH])
-    state[T_HIGH] = total
+    s += state.t_low
+    total = state.t + s
+    state.t_low = s - (total - state.t)
+    state.t = total
 
 
 @compiled
-def carry(balls: FloatArray, i: int, v: float, s: float, bend: float, gain: float) -> float:
-    """Set the velocities of ball i in flight to `s` seconds on; its gap to `SIDE` there.
+def carry(balls: Records, i: int, v: float, s: float, bend: float, gain: float) -> float:
+    """Set the velocities of ball i in flight to `s` seconds on; its gap to `side` there.
 
     `v` is x' then, `bend` is x - x0 - v0 s, `gain` is v - v0.
     """
-    drift = balls[i, A] * s
-    gap: float = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + (bend - 0.5 * drift * s))
-    balls[i, U] += drift
+    drift = balls[i].a * s
+    gap: float = balls[i].gap - balls[i].side * (balls[i].rho * s + (bend - 0.5 * drift * s))
+    balls[i].u += drift
     # Where x' and y' differ by more than rounding, their difference carries no drift.
-    apart = v - balls[i, U]
-    clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i, U]))
-    balls[i, RHO] = apart if clear else balls[i, RHO] + (gain - drift)
+    apart = v - balls[i].u
+    clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i].u))
+    balls[i].rho = apart if clear else balls[i].rho + (gain - drift)
     return gap
 
 
 @compiled
-def x_minus_y(balls: FloatArray, i: int) -> float:
+def x_minus_y(balls: Records, i: int) -> float:
     """Where ball i is in its cavity, m."""
-    plus, gap = balls[i, B_PLUS], balls[i, D]
-    apart: float = plus - gap if balls[i, SIDE] > 0.0 else gap - (2.0 * balls[i, CLEARANCE] - plus)
+    plus, gap = balls[i].b_plus, balls[i].gap
+    apart: float = plus - gap if balls[i].side > 0.0 else gap - (2.0 * balls[i].half - plus)
     return apart
 
 
 @compiled
 def write_event(
-    state: FloatArray, log: Log, kind: int, nes: int, side: float, v: float, v_after: float,
+    state: Record, log: Log, kind: int, nes: int, side: float, v: float, v_after: float,
     vy: float, vy_after: float,
 ) -> None:  # fmt: skip
     """Put one row in the log, of an event at this instant."""
-    row = np.uint64(state[LOGGED])  # an index that could count from the end costs more
+    row = np.uint64(state.logged)  # an index that could count from the end costs more
     log.labels[row, 0] = kind
     log.labels[row, 1] = nes
     log.labels[row, 2] = int(side)
-    log.numbers[row, 0] = state[T_HIGH]
-    log.numbers[row, 1] = state[X_NOW]
+    log.numbers[row, 0] = state.t
+    log.numbers[row, 1] = state.x
     log.numbers[row, 2] = v
     log.numbers[row, 3] = v_after
     log.numbers[row, 4] = vy
     log.numbers[row, 5] = vy_after
-    state[LOGGED] += 1.0
+    state.logged += 1.0
