@@ -25,7 +25,7 @@ from vinesexp.solver.events import REMAINDER
 from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import amplitudes
 from vinesexp.solver.series import ORDER
-from vinesexp.solver.state import BALL, IMPACT, STATE, WORK, Given, empty_log
+from vinesexp.solver.state import BALL, EVENT, IMPACT, STATE, WORK, Given
 
 CELLS = 14
 BASE = Harmonic(amplitude=G, frequency=TABLE_2.f0)
@@ -58,7 +58,7 @@ def compiled_loop(clearances: tuple[float, ...]) -> tuple[float, float]:
     b = [1e-3 * one for one in clearances]
     rig = Rig(TABLE_2, nes=[NES(m=0.032 / len(b), b=one, r=0.6) for one in b])
     response, (kind, table) = closed_form(rig, BASE), drive_table(BASE)
-    log, work = empty_log(200000), np.zeros((WORK, ORDER + 1))
+    log, work = np.zeros(200000, EVENT), np.zeros((WORK, ORDER + 1))
     par = parameters(rig, WeakDamping())
     given = Given(response, work[0], par, kind, table, 1000.0, REMAINDER)
     best, used, hits = math.inf, 0, 1
@@ -68,7 +68,7 @@ def compiled_loop(clearances: tuple[float, ...]) -> tuple[float, float]:
         work[:] = 0.0
         begin = time.process_time_ns()
         used = run(given, True, state, balls, log, work, None)
-        hits = int((log.labels[: int(state["logged"][0]), 0] == IMPACT).sum())
+        hits = int((log["kind"][: int(state["logged"][0])] == IMPACT).sum())
         best = min(best, (time.process_time_ns() - begin) / hits)
     return best, used / hits
 

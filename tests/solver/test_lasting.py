@@ -176,10 +176,10 @@ def test_contacts_in_closed_form_are_those_of_the_power_series():
         place = [-rng.uniform(-ball.b, ball.b) for ball in balls]
         scene = Rig(Oscillator(M=M, c1=C, k1=K), balls), Harmonic(1e-3, 7.8), Release(y0=place)
         fast, slow = (simulate(*scene, duration=0.5, general=general) for general in (False, True))
-        same = fast.labels.shape == slow.labels.shape and (fast.labels == slow.labels).all()
+        same = np.array_equal(*(one.events[["kind", "nes", "side"]] for one in (fast, slow)))
         alike += int(same)
         if same:
-            off.append(np.abs(fast.events - slow.events)[-1, 0])
+            off.append(abs(fast.events["time"][-1] - slow.events["time"][-1]))
     assert alike > 0.97 * 200
     assert np.median(off) < 1e-14
     assert np.quantile(off, 0.95) < 1e-11

@@ -97,10 +97,6 @@ from vinesexp.solver.series import (
 from vinesexp.solver.state import (
     FREE,
     IMPACT,
-    L_A,
-    L_APART,
-    L_FORCE,
-    L_MASS,
     LEAVING,
     RELEASED,
     REMEMBERED,
@@ -112,7 +108,6 @@ from vinesexp.solver.state import (
     TOUCHED,
     UNSET,
     Given,
-    Log,
     Parameters,
     Record,
     Records,
@@ -441,7 +436,7 @@ def lasts(balls: Records, i: int, x2: float, now: float) -> bool:
 
 
 @apart
-def go_through(balls: Records, M: float, state: Record, log: Log) -> None:
+def go_through(balls: Records, M: float, state: Record, log: Records) -> None:
     """Exchange the momentum of contacts that are in their middle, end those at their end."""
     for i in range(balls.shape[0]):
         if balls[i].state == TOUCHED and balls[i].left <= 0.0:
@@ -452,7 +447,7 @@ def go_through(balls: Records, M: float, state: Record, log: Log) -> None:
 
 
 @compiled
-def exchange(balls: Records, i: int, M: float, state: Record, log: Log) -> None:
+def exchange(balls: Records, i: int, M: float, state: Record, log: Records) -> None:
     """Give ball i and the oscillator the momentum of their contact; balls at rest are let go."""
     v, u = state.v, balls[i].u
     dv = -balls[i].side * balls[i].jump * balls[i].mass / (balls[i].mass + M)
@@ -563,7 +558,7 @@ def move(balls: Records, X: FloatArray, state: Record, s: float, bend: float, ga
 
 
 @apart
-def carry_out(balls: Records, M: float, state: Record, log: Log) -> None:
+def carry_out(balls: Records, M: float, state: Record, log: Records) -> None:
     """Carry out the impact of the marked balls and log it; rests that it ends are logged too.
 
     Rows of one instant hand the oscillator's velocity on from ball to ball (`Motion.impacts`).
@@ -746,7 +741,7 @@ def next_slip(balls: Records, X: FloatArray, P: FloatArray, limit: float, noise:
 
 
 @apart
-def write(balls: Records, i: int, what: int, state: Record, log: Log) -> None:
+def write(balls: Records, i: int, what: int, state: Record, log: Records) -> None:
     """A row about ball i at this instant, all but what `complete` knows."""
     side = balls[i].side if balls[i].gap <= 0.0 else 0.0
     v, vy = state.v, state.v - balls[i].rho
@@ -754,13 +749,13 @@ def write(balls: Records, i: int, what: int, state: Record, log: Log) -> None:
 
 
 @apart
-def complete(balls: Records, M: float, state: Record, log: Log, first: int) -> None:
+def complete(balls: Records, M: float, state: Record, log: Records, first: int) -> None:
     """Fill in, in the rows from `first` on, where their balls are and what acts after the event."""
-    numbers, (force, held) = log.numbers, loads(balls)
+    force, held = loads(balls)
     for row in range(first, int(state.logged)):
-        i = log.labels[row, 1]
-        numbers[row, L_APART], numbers[row, L_A] = x_minus_y(balls, i), balls[i].a
-        numbers[row, L_FORCE], numbers[row, L_MASS] = force, M + held
+        i = log[row].nes
+        log[row].apart, log[row].a = x_minus_y(balls, i), balls[i].a
+        log[row].force, log[row].mass = force, M + held
 
 
 @compiled
@@ -787,7 +782,7 @@ def free_acceleration(
 
 @compiled
 def decide(
-    par: Parameters, state: Record, balls: Records, E: FloatArray, X: FloatArray, log: Log
+    par: Parameters, state: Record, balls: Records, E: FloatArray, X: FloatArray, log: Records
 ) -> None:
     """Settle who is held and which way friction acts; what has changed is logged."""
     n, v, waiting = balls.shape[0], state.v, False
@@ -823,7 +818,7 @@ def decide(
 
 
 @compiled
-def collide(balls: Records, M: float, x2: float, state: Record, log: Log) -> None:
+def collide(balls: Records, M: float, x2: float, state: Record, log: Records) -> None:
     """The impact of the marked balls, with r of the wall and the speed; friction holds none in it.
 
     A contact that lasts begins, under x'' = `x2`; only where the wall holds the ball it is one
@@ -846,7 +841,7 @@ def collide(balls: Records, M: float, x2: float, state: Record, log: Log) -> Non
 
 
 @compiled
-def slip(balls: Records, state: Record, tie: float, log: Log) -> None:
+def slip(balls: Records, state: Record, tie: float, log: Records) -> None:
     """Let the held balls go that have reached a bound."""
     for i in range(balls.shape[0]):
         if is_held(balls, i) and balls[i].root <= tie:
@@ -857,7 +852,7 @@ def slip(balls: Records, state: Record, tie: float, log: Log) -> None:
 
 @apart
 def turn(
-    given: Given, piece: int, state: Record, balls: Records, log: Log, work: FloatArray,
+    given: Given, piece: int, state: Record, balls: Records, log: Records, work: FloatArray,
     weak: FloatArray | None,
 ) -> None:  # fmt: skip
     """One turn of the loop: up to the next event, or as far as the series holds.

@@ -68,13 +68,10 @@ from vinesexp.solver.state import (
     ALLOWANCE,
     FREE,
     IMPACT,
-    L_APART,
-    L_MASS,
     PHASOR,
     SLIDE,
     TOUCHED,
     Given,
-    Log,
     Parameters,
     Record,
     Records,
@@ -490,7 +487,7 @@ def arrive(
 
 
 @compiled
-def bounce(state: Record, balls: Records, k: int, M: float, log: Log) -> None:
+def bounce(state: Record, balls: Records, k: int, M: float, log: Records) -> None:
     """The impact of ball k alone, lighter than the oscillator, none resting (`events.impact`)."""
     m, r, rho, v = balls[k].mass, balls[k].r, balls[k].rho, state.v
     dv = -m * (1.0 + r) * rho / (M + m)
@@ -500,8 +497,8 @@ def bounce(state: Record, balls: Records, k: int, M: float, log: Log) -> None:
     state.v = v + dv
     balls[k].u = state.v + r * rho
     expect(balls, k, state.t)
-    row = np.uint64(state.logged)
-    log.numbers[row, L_APART], log.numbers[row, L_MASS] = x_minus_y(balls, k), M
+    row = log[np.uint64(state.logged)]
+    row.apart, row.mass = x_minus_y(balls, k), M
     write_event(state, log, IMPACT, k, balls[k].side, v, state.v, v - rho, balls[k].u)
 
 
@@ -717,7 +714,7 @@ def cross_bent(
 
 @apart
 def glide(
-    given: Given, state: Record, balls: Records, longest: float, log: Log, work: FloatArray
+    given: Given, state: Record, balls: Records, longest: float, log: Records, work: FloatArray
 ) -> bool:
     """One flight in closed form, all balls sliding, and the impact after it.
 
@@ -778,7 +775,7 @@ def glide(
 
 @compiled
 def plain_turn(
-    given: Given, closed: bool, piece: int, state: Record, balls: Records, log: Log,
+    given: Given, closed: bool, piece: int, state: Record, balls: Records, log: Records,
     work: FloatArray,
 ) -> int:  # fmt: skip
     """One flight and the impact after it, one bounce, or one turn of the general loop: evaluations.
@@ -819,7 +816,7 @@ def next_piece(table: FloatArray, piece: int, t: float) -> int:
 
 @compiled
 def fly_on(
-    given: Given, closed: bool, state: Record, balls: Records, c: FloatArray, log: Log,
+    given: Given, closed: bool, state: Record, balls: Records, c: FloatArray, log: Records,
     room: int, age: int,
 ) -> tuple[int, int]:  # fmt: skip
     """The fast way, from contact to contact as long as its proofs hold: evaluations, age."""
@@ -845,7 +842,7 @@ def fly_on(
 
 @entry
 def run(
-    given: Given, closed: bool, states: Records, balls: Records, log: Log, work: FloatArray,
+    given: Given, closed: bool, states: Records, balls: Records, log: Records, work: FloatArray,
     weak: FloatArray | None,
 ) -> int:  # fmt: skip
     """Run to the end, until the log is full or ALLOWANCE is used; evaluations.
@@ -859,7 +856,7 @@ def run(
     response, state = given.response[0], states[0]
     table, duration = given.table, given.duration
     evaluations, age, piece = 0, 0, piece_at(table, state.t)
-    room = log.numbers.shape[0] - 6 * balls.shape[0] - 4
+    room = log.shape[0] - 6 * balls.shape[0] - 4
     c, span = work[PHASOR], (ENTRIES - 2) * response.spacing
     for i in range(balls.shape[0]):
         balls[i].period = 1.0 / response.frequency if closed else 0.0

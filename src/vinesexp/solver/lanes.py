@@ -48,6 +48,7 @@ from vinesexp.solver.series import ORDER as SERIES_ORDER
 from vinesexp.solver.state import (
     BALL,
     CHIRP,
+    EVENT,
     IMPACT,
     PHASOR,
     REST_END,
@@ -56,11 +57,9 @@ from vinesexp.solver.state import (
     WORK,
     Given,
     IntArray,
-    Log,
     Parameters,
     Record,
     Records,
-    empty_log,
 )
 
 #: Samples of the amplitude a cycle. No even number: half a cycle, the flight of a ball with two
@@ -71,7 +70,7 @@ REBASE = PER_CYCLE  # pieces: at most two cycles of the base, within the table o
 
 @apart
 def sum_amplitudes(
-    response: Record, log: Log, state: Record, node: FloatArray, shares: FloatArray,
+    response: Record, log: Records, state: Record, node: FloatArray, shares: FloatArray,
     settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, the last one (s).
@@ -82,14 +81,14 @@ def sum_amplitudes(
     balls that rest on it.
     """
     w0, w, rows = math.sqrt(response.w0sq), response.w, int(state.logged)
-    h, (numbers, labels) = spacing_of(response), log
+    h = spacing_of(response)
     # Turned from event to event: what rounding gathers over one log is far below any use of it.
     cr, ci, known = 0.0, 0.0, False
     old = amplitude(node[1], node[2], 1.0 / w0)
     for row in range(rows + 1):
         last = row == rows
-        t1 = state.t if last else numbers[row, 0]
-        x1, v1 = (state.x, state.v) if last else (numbers[row, 1], numbers[row, 2])
+        t1 = state.t if last else log[row].time
+        x1, v1 = (state.x, state.v) if last else (log[row].x, log[row].v_before)
         if t1 > node[0]:
             pieces, at_rest = max(math.ceil((t1 - node[0]) / h), 1), node[3]
             counts = t1 > settle
@@ -124,16 +123,16 @@ def sum_amplitudes(
         if last:
             node[0], node[1], node[2] = t1, x1, v1
             break
-        node[0], node[1], node[2] = t1, x1, numbers[row, 3]
-        old = amplitude(x1, numbers[row, 3], 1.0 / w0)
-        if labels[row, 0] == IMPACT and t1 >= settle:
+        node[0], node[1], node[2] = t1, x1, log[row].v_after
+        old = amplitude(x1, log[row].v_after, 1.0 / w0)
+        if log[row].kind == IMPACT and t1 >= settle:
             sums[3] += 1.0
             sums[4] = t1
-        elif labels[row, 0] == REST_START:
-            node[3] += shares[labels[row, 1]]
+        elif log[row].kind == REST_START:
+            node[3] += shares[log[row].nes]
             known = False
-        elif labels[row, 0] == REST_END:
-            node[3] = max(node[3] - shares[labels[row, 1]], 0.0)
+        elif log[row].kind == REST_END:
+            node[3] = max(node[3] - shares[log[row].nes], 0.0)
             known = False
 
 
@@ -615,7 +614,7 @@ class Room(NamedTuple):
 
     states: Records
     balls: Records
-    log: Log
+    log: Records
     work: FloatArray
     table: FloatArray
     rows: FloatArray
@@ -663,7 +662,7 @@ def leave(
         spent += plain_turn(given, True, 0, state, balls, log, work)
         if state.logged > had:
             calm = is_calm(balls, state, response, c)
-        if state.logged > log.numbers.shape[0] - 10 or calm:
+        if state.logged > log.shape[0] - 10 or calm:
             sum_amplitudes(response, log, state, node, shares, settle, sums)
             state.logged = 0.0
     sum_amplitudes(response, log, state, node, shares, settle, sums)
@@ -824,8 +823,8 @@ def amplitudes(
     P, tables = np.zeros(ROWS * LANES), np.zeros(n, RESPONSE)
     progress = np.array([0, 0, 0, n], dtype=np.int32)
     room = Room(
-        np.zeros(1, STATE), np.zeros(1, BALL), empty_log(64), np.zeros((WORK, SERIES_ORDER + 1)),
-        np.zeros((1, 5)), np.zeros((3, 5)),
+        np.zeros(1, STATE), np.zeros(1, BALL), np.zeros(64, EVENT),
+        np.zeros((WORK, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros((3, 5)),
     )  # fmt: skip
     while progress[1] < len(runs) and not stop():
         carry_on(runs, starts, P, tables, found, progress, room, STEPS_HEARD)
@@ -841,7 +840,7 @@ LOG = 256
 
 @entry
 def add_amplitudes(
-    responses: Records, log: Log, states: Records, node: FloatArray, shares: FloatArray,
+    responses: Records, log: Records, states: Records, node: FloatArray, shares: FloatArray,
     settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
     """`sum_amplitudes`, for Python."""
@@ -887,7 +886,7 @@ def amplitudes_in_turn(
     shares, every = starts["mass"] / mass[:, np.newaxis], starts.copy()
     heavy = (shares > 1.0).any(axis=1)
     response, table = np.zeros(1, RESPONSE), np.zeros((1, 5))
-    log = empty_log(LOG + 8 * n)
+    log = np.zeros(LOG + 8 * n, EVENT)
     limit, work = REMAINDER if remainder is None else remainder, np.zeros((WORK, SERIES_ORDER + 1))
     for k, (M, c1, k1, G, f, phase, x0, v0, settle, duration) in enumerate(runs.tolist()):
         fill_in(response, M, c1, k1, G, f, phase)

@@ -15,16 +15,7 @@ from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.rig import Rig
 from vinesexp.solver.arrays import base_motion, drive_table, is_plain, parameters, scratch
 from vinesexp.solver.effort import Effort
-from vinesexp.solver.state import (
-    IMPACT,
-    L_A,
-    L_APART,
-    L_FORCE,
-    L_MASS,
-    REST_END,
-    REST_START,
-    START,
-)
+from vinesexp.solver.state import IMPACT, REST_END, REST_START, START, Records
 
 
 @dataclass(frozen=True)
@@ -53,42 +44,31 @@ class Motion:
     duration: float
     damping: WeakDamping
     release: Release
-    #: time, x, v_before, v_after, vy_before, vy_after; state.py
-    events: FloatArray = field(repr=False)
-    labels: NDArray[np.int32] = field(repr=False)  # kind, nes, side
+    events: Records = field(repr=False)  # of `state.EVENT`
 
     @cached_property
     def impacts(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
         """One entry per impact."""
-        hit = np.flatnonzero(self.labels[:, 0] == IMPACT)
-        columns = self.events.T[:6].take(hit, axis=1)
-        labels = self.labels.T.take(hit, axis=1).astype(np.int64)
-        names = ("x", "v_before", "v_after", "vy_before", "vy_after")
-        return {
-            **{"time": columns[0], "nes": labels[1], "side": labels[2]},
-            **dict(zip(names, columns[1:], strict=True)),
-        }
+        hit = self.events[self.events["kind"] == IMPACT]
+        numbers = ("time", "x", "v_before", "v_after", "vy_before", "vy_after")
+        found = {name: hit[name].astype(np.int64) for name in ("nes", "side")}
+        return {name: hit[name].copy() for name in numbers} | found
 
     @cached_property
     def rests(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
         """One entry per spell of rest, by start."""
-        kind, nes, side = self.labels.T
+        kind, nes, side, t = (self.events[name] for name in ("kind", "nes", "side", "time"))
         begins, ends = kind == REST_START, kind == REST_END
         spells: list[tuple[float, float, int, int]] = []
         for i in range(len(self.rig.nes)):
-            starts, sides = self.events[begins & (nes == i), 0], side[begins & (nes == i)]
-            until = np.append(self.events[ends & (nes == i), 0], self.duration)[: starts.size]
+            starts, sides = t[begins & (nes == i)], side[begins & (nes == i)]
+            until = np.append(t[ends & (nes == i)], self.duration)[: starts.size]
             spells += zip(starts, until, [i] * starts.size, sides, strict=True)
         start, end, ball, at = zip(*sorted(spells), strict=True) if spells else [()] * 4
         return {
             **{"start": np.array(start, dtype=np.float64), "end": np.array(end, dtype=np.float64)},
             **{"nes": np.array(ball, dtype=np.int64), "side": np.array(at, dtype=np.int64)},
         }
-
-    @cached_property
-    def _nodes(self) -> FloatArray:
-        """After each event: time, x, v, mass that moves with the oscillator, force on it."""
-        return np.ascontiguousarray(self.events[:, [0, 1, 3, L_MASS, L_FORCE]])
 
     def _evaluate(self, t: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         from vinesexp.solver.series import sample
@@ -106,7 +86,7 @@ class Motion:
         effort = Effort(self.rig, self.base_drive, self.damping, self.duration)
         work = scratch(self.rig, self.base_drive, self.damping)
         weak = None if is_plain(self.rig, self.damping) else work[2]
-        reached = sample(par, kind, table, self._nodes, flat, effort.pace, work, weak, *out)
+        reached = sample(par, kind, table, self.events, flat, effort.pace, work, weak, *out)
         if reached < math.inf:
             raise effort.stalled(reached)
         if order is not None:
@@ -160,17 +140,17 @@ class Motion:
         """y (m) and y' (m/s) of every ball at times t (s); arrays of shape (n, len(t))."""
         times = np.atleast_1d(self._times(t))
         y, vy = np.empty((2, len(self.rig.nes), times.size))
-        x, v = self.at(times) if (self.labels[:, 0] == REST_START).any() else (times, times)
+        x, v = self.at(times) if (self.events["kind"] == REST_START).any() else (times, times)
         for i in range(len(self.rig.nes)):
-            mine = self.labels[:, 1] == i
-            rows, kind = self.events[mine], self.labels[mine, 0]
-            apart = rows[:, L_APART]
-            place = np.where(kind == START, rows[:, 4], rows[:, 1] - apart)  # a start row holds y
-            last = np.searchsorted(rows[:, 0], times, side="right") - 1
-            since = times - rows[last, 0]
-            a = rows[last, L_A]
-            y[i] = place[last] + (rows[last, 5] + 0.5 * a * since) * since
-            vy[i] = rows[last, 5] + a * since
+            rows = self.events[self.events["nes"] == i]
+            kind, apart = rows["kind"], rows["apart"]
+            # a start row holds y
+            place = np.where(kind == START, rows["vy_before"], rows["x"] - apart)
+            last = np.searchsorted(rows["time"], times, side="right") - 1
+            since = times - rows["time"][last]
+            a, u = rows["a"][last], rows["vy_after"][last]
+            y[i] = place[last] + (u + 0.5 * a * since) * since
+            vy[i] = u + a * since
             rests = kind[last] == REST_START
             y[i, rests] = x[rests] - apart[last][rests]
             vy[i, rests] = v[rests]

@@ -39,6 +39,7 @@ from vinesexp.solver.state import (
     ALLOWANCE,
     POLYNOMIAL,
     Parameters,
+    Records,
 )
 
 # Order of a series; of one that no segment needs to hold for long; of one with products.
@@ -359,34 +360,34 @@ def expand_weak(
 
 @entry
 def sample(
-    par: Parameters, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
+    par: Parameters, kind: int, table: FloatArray, events: Records, times: FloatArray,
     pace: float, work: FloatArray, P: FloatArray | None, x: FloatArray, v: FloatArray,
     a: FloatArray,
 ) -> float:  # fmt: skip
-    """x, x', x'' at sorted times; `nodes`: rows (time, x, v, mass, force) after each event.
+    """x, x', x'' at sorted times; `events`: the log.
 
     `P` is that of `expand`. Returns inf, or the time at which ALLOWANCE segments lay within `pace`
     seconds.
     """
     E, X = work[0], work[1]
-    node, last, spent, mark = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
-    t, t_end, reach, piece = nodes[0, 0], nodes[0, 0], 0.0, 0
-    here, speed = nodes[0, 1], nodes[0, 2]
+    node, last, spent, mark = 0, events.shape[0] - 1, 0, events[0].time
+    t, t_end, reach, piece = events[0].time, events[0].time, 0.0, 0
+    here, speed = events[0].x, events[0].v_after
     for i in range(times.shape[0]):
         while times[i] >= t_end:
-            if t_end > nodes[0, 0]:
+            if t_end > events[0].time:
                 here, speed, _ = place_at(X, t_end - t)
             t = t_end
-            while node < last and nodes[node + 1, 0] <= t:
+            while node < last and events[node + 1].time <= t:
                 node += 1
-                here, speed = nodes[node, 1], nodes[node, 2]
+                here, speed = events[node].x, events[node].v_after
             piece = piece_at(table, t)
-            mass, force, since = nodes[node, 3], nodes[node, 4], t - table[piece, 0]
+            mass, force, since = events[node].mass, events[node].force, t - table[piece, 0]
             rate = expand_base(kind, table[piece], since, E)
             reach = expand(par, mass, force, rate, here, speed, E, X, P)
             t_end = max(t + reach, np.nextafter(t, math.inf))
             if node < last:
-                t_end = min(t_end, nodes[node + 1, 0])
+                t_end = min(t_end, events[node + 1].time)
             if piece + 1 < table.shape[0]:
                 t_end = min(t_end, table[piece + 1, 0])
             spent += 1

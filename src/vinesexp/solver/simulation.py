@@ -26,17 +26,14 @@ from vinesexp.solver.arrays import (
 from vinesexp.solver.effort import Effort, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.state import (
-    L_MASS,
+    EVENT,
     STATE,
     Given,
-    IntArray,
-    Log,
     Records,
-    empty_log,
 )
 
 #: Fills a log from a state and the balls on; evaluations.
-Loop = Callable[[Records, Records, Log], int]
+Loop = Callable[[Records, Records, Records], int]
 
 CHUNK = 4096  # rows of the log that are filled at a time
 
@@ -114,7 +111,7 @@ def simulate(
     log = _Log(rig, base, release, y0, balls)
     log.refuse_beyond_memory(duration, reached=None)
     if not rig.nes and rig.oscillator.k3 >= 0.0:  # nothing happens on the way, or can grow
-        return Motion(rig, base, duration, damping, release, *log.finished())
+        return Motion(rig, base, duration, damping, release, log.finished())
     fill = _loop_of(rig, base, damping, duration, remainder, general)
     states = np.zeros(1, STATE)
     state = states[0]
@@ -129,11 +126,11 @@ def simulate(
         log.rows += int(state["logged"])
         effort.add(state, used)
         log.refuse_beyond_memory(duration, reached=float(state["t"]))
-    return Motion(rig, base, duration, damping, release, *log.finished())
+    return Motion(rig, base, duration, damping, release, log.finished())
 
 
 class _Log:
-    """All rows of a motion in two arrays that grow in place, the start rows first."""
+    """All rows of a motion in an array that grows in place, the start rows first."""
 
     def __init__(
         self, rig: Rig, base: Base | None, release: Release, y0: FloatArray, balls: Records
@@ -141,29 +138,27 @@ class _Log:
         self.cycles = base.frequency if isinstance(base, Harmonic) else rig.oscillator.f0
         n = len(rig.nes)
         self.least, self.rows = CHUNK + 8 * n, max(n, 1)
-        self.numbers, self.labels = empty_log(self.rows)
-        self.numbers[:, 1], self.numbers[:, 2:4] = release.x0, release.v0
-        self.numbers[:n, 4], self.numbers[:n, 5] = y0, balls["u"]
-        self.numbers[:, L_MASS] = rig.oscillator.M
-        self.labels[:, 1] = np.arange(self.rows)
+        self.events = events = np.zeros(self.rows, EVENT)
+        events["x"], events["v_before"], events["v_after"] = release.x0, release.v0, release.v0
+        events["vy_before"][:n], events["vy_after"][:n] = y0, balls["u"]
+        events["nes"], events["mass"] = np.arange(self.rows), rig.oscillator.M
         self.held, self.balls = 0, n
 
-    def room(self) -> Log:
+    def room(self) -> Records:
         """Rows to be filled next."""
-        if self.rows + self.least > len(self.numbers):
+        if self.rows + self.least > len(self.events):
             self._resize(max(self.rows + self.least, int(1.25 * self.rows)))
         end = self.rows + self.least
-        return Log(self.numbers[self.rows : end], self.labels[self.rows : end])
+        return self.events[self.rows : end]
 
-    def finished(self) -> tuple[FloatArray, IntArray]:
-        """The arrays, as long as what is in them."""
+    def finished(self) -> Records:
+        """As long as what is in it."""
         self._resize(self.rows)
-        return self.numbers, self.labels
+        return self.events
 
     def _resize(self, rows: int) -> None:
         # In place: a log of a gigabyte needs no second one beside it.
-        self.numbers.resize((rows, self.numbers.shape[1]), refcheck=False)
-        self.labels.resize((rows, 3), refcheck=False)
+        self.events.resize(rows, refcheck=False)
 
     def refuse_beyond_memory(self, duration: float, *, reached: float | None) -> None:
         """Refuse a run whose impacts would not fit, before it starts and as soon as it shows.
@@ -179,7 +174,7 @@ class _Log:
             if reached > 0.1 * duration:
                 rows *= duration / reached
         refuse_beyond_memory(
-            rows * (self.numbers.itemsize * self.numbers.shape[1] + 12.0),
+            rows * self.events.itemsize,
             f"the motion of {duration:.9g} s, of about {rows:.2g} impacts,",
             "shorten it, or ask for amplitudes alone (vinesexp.design.ensemble.responses), which "
             "keep none of it",
@@ -210,7 +205,7 @@ def _loop_of(
 
     given = Given(response, bent, par, kind, table, duration, limit)
 
-    def fill(states: Records, balls: Records, log: Log) -> int:
+    def fill(states: Records, balls: Records, log: Records) -> int:
         return run(given, closed, states, balls, log, work, weak)
 
     return fill

@@ -46,7 +46,7 @@ BALL = np.dtype([
     ("expected", float), ("heading", float),  # time and side of the next contact, guesses
     ("times", float, REMEMBERED), ("sides", float, REMEMBERED),
 ], align=True)  # fmt: skip
-#: A ball, a state or a closed form (`response.py`); tables of them.
+#: A ball, a state, an event or a closed form (`response.py`); tables of them.
 Record = Any
 Records = NDArray[Any]
 
@@ -59,10 +59,15 @@ UNSET = 2.0
 START, IMPACT, REST_START, REST_END = 0, 1, 2, 3
 SLIDE = 4  # friction begins to act, or turns about
 
-# Columns of the log: time, x, x' before and after, y' before and after, x - y, and after the event
-# y'', the force on the oscillator and the mass that moves with it.
-L_APART, L_A, L_FORCE, L_MASS = 6, 7, 8, 9
-LOG_COLUMNS = 10
+#: A row of the log: what it is, which ball, which side; the oscillator's velocity before and after,
+#: the ball's; then of the moment after the event x - y, y'', the force on the oscillator and the
+#: mass that moves with it. SI.
+EVENT = np.dtype([
+    ("kind", np.int32), ("nes", np.int32), ("side", np.int32),
+    ("time", float), ("x", float), ("v_before", float), ("v_after", float),
+    ("vy_before", float), ("vy_after", float),
+    ("apart", float), ("a", float), ("force", float), ("mass", float),
+], align=True)  # fmt: skip
 
 # Rows of the scratch space: series and a flight that is bent, the phasor of the closed form, and of
 # the last such flights, by the way of the oscillator and where the ball heads, four rows each.
@@ -76,13 +81,6 @@ IntArray = NDArray[np.int32]
 # Base motion as a table: one row a piece. Chirp: start, amplitude, phase, omega, chirp rate.
 # Polynomial: start, then the coefficients of x_e in time since the start.
 CHIRP, POLYNOMIAL = 0, 1
-
-
-class Log(NamedTuple):
-    """The log of events: its columns of numbers; of each row what it is, which ball, which side."""
-
-    numbers: FloatArray
-    labels: IntArray
 
 
 class Parameters(NamedTuple):
@@ -116,11 +114,6 @@ class Given(NamedTuple):
     table: FloatArray
     duration: float
     remainder: float
-
-
-def empty_log(rows: int) -> Log:
-    """A log with room for so many rows."""
-    return Log(np.zeros((rows, LOG_COLUMNS)), np.zeros((rows, 3), dtype=np.int32))
 
 
 @compiled
@@ -158,18 +151,12 @@ def x_minus_y(balls: Records, i: int) -> float:
 
 @compiled
 def write_event(
-    state: Record, log: Log, kind: int, nes: int, side: float, v: float, v_after: float,
+    state: Record, log: Records, kind: int, nes: int, side: float, v: float, v_after: float,
     vy: float, vy_after: float,
 ) -> None:  # fmt: skip
     """Put one row in the log, of an event at this instant."""
-    row = np.uint64(state.logged)  # an index that could count from the end costs more
-    log.labels[row, 0] = kind
-    log.labels[row, 1] = nes
-    log.labels[row, 2] = int(side)
-    log.numbers[row, 0] = state.t
-    log.numbers[row, 1] = state.x
-    log.numbers[row, 2] = v
-    log.numbers[row, 3] = v_after
-    log.numbers[row, 4] = vy
-    log.numbers[row, 5] = vy_after
+    row = log[np.uint64(state.logged)]  # an index that could count from the end costs more
+    row.kind, row.nes, row.side = kind, nes, int(side)
+    row.time, row.x, row.v_before, row.v_after = state.t, state.x, v, v_after
+    row.vy_before, row.vy_after = vy, vy_after
     state.logged += 1.0
