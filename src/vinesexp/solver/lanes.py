@@ -293,16 +293,16 @@ def march(P: FloatArray, n: int) -> tuple[int, int]:
     return waiting, gone
 
 
+Series = tuple[float, float, float, float, float, float, float, float]
+
+
 @compiled
-def closer(
-    g: float, k1: float, k2: float, k3: float, k4: float, k5: float, k6: float, k7: float,
-    k8: float, e: float,
-) -> float:  # fmt: skip
-    """One step of Newton's rule to a root of g + k1 e + ... + k8 e^8."""
-    value = fused(e, fused(e, fused(e, fused(e, k8, k7), k6), k5), k4)
-    value = fused(e, fused(e, fused(e, fused(e, value, k3), k2), k1), g)
-    slope = fused(e, fused(e, fused(e, 8.0 * k8, 7.0 * k7), 6.0 * k6), 5.0 * k5)
-    slope = fused(e, fused(e, fused(e, fused(e, slope, 4.0 * k4), 3.0 * k3), 2.0 * k2), k1)
+def closer(g: float, k: Series, e: float) -> float:
+    """One step of Newton's rule to a root of g + k[0] e + ... + k[7] e^8."""
+    value = fused(e, fused(e, fused(e, fused(e, k[7], k[6]), k[5]), k[4]), k[3])
+    value = fused(e, fused(e, fused(e, fused(e, value, k[2]), k[1]), k[0]), g)
+    slope = fused(e, fused(e, fused(e, 8.0 * k[7], 7.0 * k[6]), 6.0 * k[5]), 5.0 * k[4])
+    slope = fused(e, fused(e, fused(e, fused(e, slope, 4.0 * k[3]), 3.0 * k[2]), 2.0 * k[1]), k[0])
     return e - value / slope
 
 
@@ -321,17 +321,15 @@ def contact_from(
     ah, jh, fh, gh = free_derivatives(two_alpha, w0sq, xn, vn)
     _, hh, kh, lh = free_derivatives(two_alpha, w0sq, jh, fh)
     up, down = w2 * cr, w2 * w * ci
-    k2, k3 = 0.5 * (ah - up), (1.0 / 6.0) * (jh + down)
-    k4, k5 = (1.0 / 24.0) * fused(w2, up, fh), (1.0 / 120.0) * fused(-w2, down, gh)
-    k6 = (1.0 / 720.0) * fused(-w2 * w2, up, hh)
-    k7 = (1.0 / 5040.0) * fused(w2 * w2, down, kh)
-    k8 = (1.0 / 40320.0) * fused(w2 * w2 * w2, up, lh)
-    back = -rn / k2
+    k = (
+        rn, 0.5 * (ah - up), (1.0 / 6.0) * (jh + down), (1.0 / 24.0) * fused(w2, up, fh),
+        (1.0 / 120.0) * fused(-w2, down, gh), (1.0 / 720.0) * fused(-w2 * w2, up, hh),
+        (1.0 / 5040.0) * fused(w2 * w2, down, kh), (1.0 / 40320.0) * fused(w2 * w2 * w2, up, lh),
+    )  # fmt: skip
+    back = -rn / k[1]
     back = back if (back > 0.0) & (back < 0.5) else 0.5
     e = back if start == 0.0 else guess
-    e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
-    e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
-    e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
+    e = closer(gn, k, closer(gn, k, closer(gn, k, e)))
     return min(max(e, -0.51), 0.51)
 
 
@@ -348,6 +346,15 @@ def little_turn(angle: float) -> tuple[float, float]:
 
 
 @compiled
+def next_of_sums(
+    P: FloatArray, row: int, i: int, e: float, s: float, c: float
+) -> tuple[float, float]:
+    """Two sums with the next coefficient of S, in that row of the series, and of its integral."""
+    k = P[(SERIES + row) * LANES + i]
+    return fused(s, e, k), fused(c, e, k * (1.0 / (row + 3.0)))
+
+
+@compiled
 def free_part(P: FloatArray, i: int, e: float) -> tuple[float, float]:
     """S - e and C - 1 after e steps: the series of S and of its integral, from the top down.
 
@@ -355,28 +362,17 @@ def free_part(P: FloatArray, i: int, e: float) -> tuple[float, float]:
     """
     s = P[(SERIES + 11) * LANES + i]
     c = s * (1.0 / 14.0)
-    k = P[(SERIES + 10) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 13.0))
-    k = P[(SERIES + 9) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 12.0))
-    k = P[(SERIES + 8) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 11.0))
-    k = P[(SERIES + 7) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 10.0))
-    k = P[(SERIES + 6) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 9.0))
-    k = P[(SERIES + 5) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 8.0))
-    k = P[(SERIES + 4) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 7.0))
-    k = P[(SERIES + 3) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 6.0))
-    k = P[(SERIES + 2) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 5.0))
-    k = P[(SERIES + 1) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 4.0))
-    k = P[(SERIES + 0) * LANES + i]
-    s, c = fused(s, e, k), fused(c, e, k * (1.0 / 3.0))
+    s, c = next_of_sums(P, 10, i, e, s, c)
+    s, c = next_of_sums(P, 9, i, e, s, c)
+    s, c = next_of_sums(P, 8, i, e, s, c)
+    s, c = next_of_sums(P, 7, i, e, s, c)
+    s, c = next_of_sums(P, 6, i, e, s, c)
+    s, c = next_of_sums(P, 5, i, e, s, c)
+    s, c = next_of_sums(P, 4, i, e, s, c)
+    s, c = next_of_sums(P, 3, i, e, s, c)
+    s, c = next_of_sums(P, 2, i, e, s, c)
+    s, c = next_of_sums(P, 1, i, e, s, c)
+    s, c = next_of_sums(P, 0, i, e, s, c)
     e2 = e * e
     return s * e2, -P[W0SQ * LANES + i] * fused(c, e * e2, 0.5 * e2)
 
