@@ -47,8 +47,9 @@ def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
         (bare, "bare oscillator", COLOURS["bare"]),
         (absorber, "tuned mass damper", SEQUENCE[3]),
     ):
-        axis.axhline(value, color=colour, linestyle=":", linewidth=1.0)
-        label(axis, name, (b[0], value), colour=colour, shift=(3, 5))
+        if value < top:  # a label far above the axes would leave no room for them
+            axis.axhline(value, color=colour, linestyle=":", linewidth=1.0)
+            label(axis, name, (b[0], value), colour=colour, shift=(3, 5))
     _marks(axis, share, advice, top, apart)
     axis.set_ylabel("amplitude (mm)")
     axis.plot([], [], color=rest, label="from rest, ball at a wall: mean over the shaker's phase")
