@@ -34,12 +34,15 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import base_motion
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.means import channel_means, group_size, missing_means
+from vinesexp.units import SURE
 
 #: Name of the estimate whose data is a `DrivenMotion`.
 DRIVEN = "driven"
 
 _POINTS = 1000  # block means a period at most
 _FEWEST = 20  # flights
+#: Flights by which the end of a release is judged; starts from which it is.
+_LATE, _STARTS = 9, 12
 _ARRAYS = ("values", "information", "by_corner")
 _SOUGHT = 5  # w0^2, 2 zeta w0, the base and its quadrature, friction
 _KNOWN, _BASE = [0, 1, 4], slice(2, 4)  # of these: those that decays know, the base
@@ -256,15 +259,10 @@ def driven_motion(
     DrivenMotion or None
         None where there are too few flights.
     """
-    k = group_size(view.sample_rate, frequency, points=_POINTS)
-    step = k / view.sample_rate
-    x = channel_means(view, "displacement", k)
-    x = x - x.mean()
-    begin = view.start - late + 0.5 * (step - 1.0 / view.sample_rate)
-    missing = missing_means(view, "displacement", k)
-    flights = _flights(impacts, missing, begin, step, period=1.0 / frequency)
+    k, x, flights = _displaced(view, impacts, frequency, late)
     if flights is None:
         return None
+    step = flights.step
     near = stated if stated and abs(stated / frequency - 1.0) < _FAR else frequency
     if "base" in view.roles and view.quantity("base") == "displacement":
         e = channel_means(view, "base", k)[: x.size]
@@ -276,6 +274,96 @@ def driven_motion(
     about = {near} if swing is None else {near, swing.frequency}
     close = [f for f in sorted(about) if abs(f / near - 1.0) < _FAR]
     return _fitted(flights, x, None, _unseen_base(flights, x, close), 1.0)
+
+
+def _displaced(
+    view: RecordView, impacts: Impacts, frequency: float, late: float
+) -> tuple[int, FloatArray, _Flights | None]:
+    """Samples of a mean, means of the displacement around their middle, and their flights."""
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
+    step = k / view.sample_rate
+    x = channel_means(view, "displacement", k)
+    begin = view.start - late + 0.5 * (step - 1.0 / view.sample_rate)
+    missing = missing_means(view, "displacement", k)
+    return k, x - x.mean(), _flights(impacts, missing, begin, step, period=1.0 / frequency)
+
+
+@dataclass(frozen=True)
+class FreeMotion:
+    """f0, Hz, and zeta by the flights of a release, their standard errors; the amplitude, m."""
+
+    f0: float
+    f0_error: float
+    zeta: float
+    zeta_error: float
+    amplitude: float
+
+
+def free_motion(
+    view: RecordView, impacts: Impacts, *, frequency: float, late: float = 0.0
+) -> FreeMotion | None:
+    """Fit the equation of motion to all flights of a release, whose base is at rest.
+
+    Parameters
+    ----------
+    view, impacts, frequency, late : see `driven_motion`
+
+    Returns
+    -------
+    FreeMotion or None
+        None where there are too few flights, or they do not show one damper to the end.
+    """
+    _, x, flights = _displaced(view, impacts, frequency, late)
+    if flights is None:
+        return None
+    moments, n = flights.moments(x), flights.length.size
+    starts = np.unique(np.linspace(0, n - _LATE, _STARTS).astype(np.int64))
+    fits = {int(first): _freely(flights, moments, frequency, int(first)) for first in starts}
+    known = {first: fit for first, fit in fits.items() if fit is not None}
+    for first, (p, covariance, count) in known.items():
+        later = [fit for start, fit in known.items() if start > first]
+        apart = [np.abs(other[0] - p) / np.sqrt(np.diag(other[1])) for other in later]
+        if count >= _FEWEST and p[1] > 0.0 and later and np.max(apart) < SURE:
+            f0, zeta = _relative(p, covariance)
+            w0 = math.sqrt(p[0])
+            swings = x[flights.low[flights.first[first]] : flights.low[-1]]
+            return FreeMotion(
+                w0 / (2.0 * math.pi), f0 * w0 / (2.0 * math.pi), 0.5 * float(p[1]) / w0,
+                zeta * 0.5 * float(p[1]) / w0, math.sqrt(2.0) * float(swings.std()),
+            )  # fmt: skip
+    return None
+
+
+def _freely(
+    flights: _Flights, moments: FloatArray, frequency: float, first: int
+) -> tuple[FloatArray, FloatArray, int] | None:
+    """w0^2 and 2 zeta w0 by the flights from one on, their covariance, and how many count.
+
+    No base drives the mass; None where too few of the flights agree.
+    """
+    rows = _consistent(flights, moments, [], frequency, first=first, fewest=_LATE)
+    if rows is None:
+        return None
+    along, lag = rows.of(moments), _LAG
+    rubbed = -rows.of(flights.rubbing())[:, 0]
+    others = [rubbed, *rows.of(flights.drift()).T, rows.jump]
+    design, y = np.stack([along[:, 0], -along[:, 1], *others], axis=1), -along[:, 2]
+    for _ in range(_TURNS):
+        white = rows.whitener(lag)(np.column_stack([design, y]))
+        A, rest = white[:, :-1], white[:, -1]
+        size = np.sqrt((A**2).sum(axis=0))
+        size = np.where(size > 0.0, size, 1.0)
+        p, left = _without_outliers(A, rest, size, rows.flight)
+        lag = _scatter_of_times(rows, y - design @ p)
+    counted = np.unique(rows.flight[A.any(axis=1)]).size
+    if counted < _LATE:
+        return None
+    own = _apart(A[:, :2], A[:, 2:] / size[2:])
+    covariance = np.linalg.pinv(_of_scatter(own, left, rows)[0])
+    # few flights hardly show their scatter: what that of all of them makes of it at least
+    usual = float(left @ left) / np.count_nonzero(A.any(axis=1)) * np.linalg.pinv(own.T @ own)
+    more = np.sqrt(np.maximum(np.diag(usual) / np.diag(covariance), 1.0))
+    return p[:2], covariance * np.outer(more, more), counted
 
 
 @dataclass(frozen=True)
@@ -683,6 +771,8 @@ def _of_scatter(
     for kind in np.unique(rows.kind):
         own = each[rows.kind == kind]
         score, scatter = own.sum(axis=0), own.T @ own
+        if not np.trace(scatter) > 0.0:  # none of them counts
+            continue
         scatter += _TINY * np.trace(scatter) * np.eye(unit.size)
         chance = float(score @ np.linalg.solve(scatter, score)) / unit.size
         K += max(1.0 - _CHANCE / max(chance, 1e-300), 0.0) * np.outer(score, score)
@@ -745,24 +835,25 @@ def _scatter_of_times(rows: _Rows, rest: FloatArray) -> float:
 
 
 def _consistent(
-    flights: _Flights, moments: FloatArray, driven: Sequence[FloatArray], near: float
-) -> _Rows | None:
+    flights: _Flights, moments: FloatArray, driven: Sequence[FloatArray], near: float,
+    *, first: int = 0, fewest: int = _FEWEST,
+) -> _Rows | None:  # fmt: skip
     """Equations of the flights that one oscillator explains: in others an impact was missed."""
     inside = slice(0, _INSIDE)
     gram = flights.noise(2.0 * math.pi * near)
     factor = np.linalg.cholesky(gram[:, inside, inside])
-    kept = np.ones(len(moments), dtype=bool)
+    kept = there = np.arange(len(moments)) >= first
     for _ in range(_PASSES):
         rest = _free_fit(
             moments[:, inside], [e[:, inside] for e in driven], flights.drift()[:, inside], kept
         )
         white = np.linalg.solve(factor, rest[..., np.newaxis])[..., 0]
         norm = np.sqrt((white**2).sum(axis=1))
-        new = norm < _OUTSIDE * float(np.median(norm[kept])) + 1e-30
+        new = there & (norm < _OUTSIDE * float(np.median(norm[kept])) + 1e-30)
         if (new == kept).all():
             break
         kept = new
-    if kept.sum() < _FEWEST:
+    if kept.sum() < fewest:
         return None
     density = float(np.median(white[kept] ** 2)) / _MEDIAN
     return _rows(flights, kept, max(density, 1e-30) * gram)

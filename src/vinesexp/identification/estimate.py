@@ -30,6 +30,8 @@ INTEGRATED = "integrated_phase"
 #: Parameter name: f0 of a test, by an acceleration whose integral is its displacement; ``by_area``
 #: of its data is its relative change where the areas of pulses are larger by 1.
 F0_INTEGRATED = "integrated_f0"
+#: Parameter names: f0 and zeta of a release, by the motion of the mass between impacts.
+IN_RELEASE = {"f0": "release_f0", "zeta": "release_zeta"}
 
 #: Parameter name of a test of which impacts are lost: of several balls those found say nothing.
 LOST = "lost_impacts"

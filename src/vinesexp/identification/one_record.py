@@ -14,11 +14,12 @@ import numpy as np
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decay_record import estimates_of_decay
-from vinesexp.identification.driven_motion import DRIVEN, driven_motion
+from vinesexp.identification.driven_motion import DRIVEN, driven_motion, free_motion
 from vinesexp.identification.estimate import (
     F0_INTEGRATED,
     FIRST_SWING,
     HELD,
+    IN_RELEASE,
     INTEGRATED,
     LOST,
     NOTHING,
@@ -159,7 +160,7 @@ def estimate_record(
         `zeta_added` where a mass was added, the same with `_at` over amplitude;
         `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
         and `beat` of a decay; `working_amplitude`, `base_seen`, `base_frequency` and `driven` of
-        a periodic test; `release_seen` of a release;
+        a periodic test; `release_seen`, `release_f0` and `release_zeta` of a release;
         `accelerometer_gain` and `channel_lag` of the channels, `pulse_share` of the impacts in
         that gain, `accelerometer_corner` of one that
         is AC-coupled, `accelerometer_across` of one that shows motion across its axis;
@@ -222,6 +223,8 @@ def _by_test(
         base = next(iter(shown.get("base", ())), None)
         whole = all(row["regime"] is not None for row in shown.get("regime", ()))
         found += _driven(record, view, table if whole else None, frequency, agreement, base)
+        if whole and record.test == "transient":
+            found += _free(record, view, table, frequency, agreement)
         if not whole:
             found.append(Estimate(LOST, float(table.n), 0.0, "1", "impacts", (record.id,)))
         if not whole and len(record.clearance) > 1:
@@ -323,6 +326,27 @@ def _released(record: Record, seen: Sequence[Row]) -> list[Estimate]:
             record, HELD if row["held"] else FIRST_SWING,
             [("release_seen", row["x"], row["error"], "m")],
         )
+    ]  # fmt: skip
+
+
+def _free(
+    record: Record, view: RecordView, impacts: Impacts, frequency: float,
+    agreement: Agreement | None,
+) -> list[Estimate]:  # fmt: skip
+    """f0 and zeta of a release, as the mass moves between its impacts."""
+    if "displacement" not in view.roles:
+        return []
+    late = 0.0 if agreement is None else agreement.lag
+    motion = free_motion(view, impacts, frequency=frequency, late=late)
+    if motion is None:
+        return []
+    values = {
+        "f0": (motion.f0, motion.f0_error, "Hz"), "zeta": (motion.zeta, motion.zeta_error, "1")
+    }  # fmt: skip
+    return [
+        Estimate(IN_RELEASE[name], value, error, unit, "motion of the mass", (record.id,),
+                 amplitude=motion.amplitude)
+        for name, (value, error, unit) in values.items()
     ]  # fmt: skip
 
 

@@ -939,7 +939,7 @@ def _released(stated: float, campaign: Campaign) -> tuple[str, ...]:
 
 
 _NO_DECAY = (
-    "no free decay, no sweep without NES, and no periodic test with a laser that could be used"
+    "no free decay, no sweep without NES, and no test with a ball and a laser that could be used"
 )
 
 

@@ -15,6 +15,7 @@ from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import (
     F0_INTEGRATED,
     FIRST_SWING,
+    IN_RELEASE,
     INTEGRATED,
     LOST,
     SWINGS_AT,
@@ -103,6 +104,8 @@ _INTEGRATED = 30.0
 _OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
 #: Of f0 by an acceleration that is integrated, relative, beside its gains: times of the pulses.
 _F0_INTEGRATED = 5e-4
+#: A release swings over that many times the amplitudes of a steady test.
+_OVER_RELEASE = 4.0
 #: What looks like friction in it, as a share of what drives the mass.
 _OWN_PUSH = 3e-3
 #: From one channel of a recorder to another, 60 dB.
@@ -372,6 +375,7 @@ def observe(
     for record in tests:
         _base(b, record, found, driven.get(record.id))
     _without_laser(b, found)
+    _in_releases(b, found)
     _clock(b, driven)
     _releases(b, found)
     _drops(b, found)
@@ -424,7 +428,9 @@ def _rig(b: _Builder, found: Sequence[Estimate], driven: Mapping[str, DrivenMoti
     }
     for name in ("f0", "zeta"):
         values = [e.value for e in alone[name]] or [e.value for e in alone[f"{name}_added"]]
-        values = [v for v in values or [d.oscillator[name] for d in driven.values()] if v > 0.0]
+        moved = [d.oscillator[name] for d in driven.values()]
+        moved += [e.value for e in found if e.parameter == IN_RELEASE[name]]
+        values = [v for v in values or moved if v > 0.0]
         if values:
             start = math.log(float(np.median(values)))
             b.add(f"ln_{name}", start, _WIDE)
@@ -1158,6 +1164,33 @@ def _without_laser(b: _Builder, found: Sequence[Estimate]) -> None:
         error = math.hypot(e.std_error / e.value, _F0_INTEGRATED)
         own = ((sums, of["f0"].constant),)
         b.blocks.append(Block(record.id, "base", own, _Single(math.log(e.value), error)))
+
+
+def _in_releases(b: _Builder, found: Sequence[Estimate]) -> None:
+    """f0 and zeta of releases by the motion between impacts, each with a mounting of its own.
+
+    What a base that yields makes of them the ring-downs say, or nothing does.
+    """
+    inputs = b.campaign.known.uncertainties
+    mounts = {"f0": (inputs.remounting, _OWN_F0), "zeta": (inputs.damping, _OWN_ZETA)}
+    for name, (mount, least) in mounts.items():
+        for e in found:
+            if e.parameter != IN_RELEASE[name] or f"ln_{name}" not in b.priors:
+                continue
+            record = b.campaign.record(e.records[0])
+            of = b.law.of_test(name, e.amplitude or b.law.amplitude)
+            per = 0.5 if name == "f0" else 0.5 / math.exp(b.start["ln_zeta"])
+            own = math.hypot(least, per * abs(b.followed(record)), _OVER_RELEASE * of.error)
+            sums = {
+                f"ln_{name}": 1.0, **dict(zip(TERMS.values(), of.slopes.tolist(), strict=True)),
+                b.add(f"mounting {name}", 0.0, mount.of(1.0), of=_place(record)): 1.0,
+                b.own(f"own {name}", record, own): 1.0,
+                b.add("rolling", 0.0, 0.0): -0.5 * _share_of_ball(b),
+            }  # fmt: skip
+            if name == "f0":
+                sums["clock"] = -1.0
+            look = _Single(math.log(e.value), max(e.std_error / e.value, _TINY))
+            b.blocks.append(Block(record.id, "release", ((sums, of.constant),), look))
 
 
 def _turned(
