@@ -325,6 +325,22 @@ def test_a_hand_that_brakes_a_release_is_no_damper(tmp_path, held):
     assert none < 3 or held == 2.0  # of 2.6 s with impacts
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("what", ["noise", "at rest", "runs away"])
+def test_what_is_no_release_has_no_f0(tmp_path, what):
+    """Noise had one of 10 +- 1 Hz; what runs away had a negative stiffness, and no square root."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        x, impacts = released(rng)
+        made = {
+            "noise": 1e-3 * rng.standard_normal(x.size),
+            "at rest": np.full(x.size, 1e-3),
+            "runs away": 1e-6 * np.exp(np.linspace(0.0, 8.0, x.size)),
+        }
+        with record(tmp_path / f"{seed}.nc", made[what]) as view:
+            assert free_motion(view, impacts, frequency=F0) is None
+
+
 @pytest.mark.parametrize("found", [{}, {"values": [1.0]}, {"parts": [[1.0]], "scale": 1.0}])
 def test_what_another_version_left_is_said_in_one_line(found):
     with pytest.raises(RecordError, match="estimate step again"):

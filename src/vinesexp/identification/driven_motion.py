@@ -30,6 +30,7 @@ from scipy.ndimage import uniform_filter1d
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import RecordError
+from vinesexp.identification.estimate import is_known
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import base_motion
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -311,10 +312,11 @@ def free_motion(
     Returns
     -------
     FreeMotion or None
-        None where there are too few flights, or they do not show one damper to the end.
+        None where there are too few flights, they do not show one damper to the end, or its
+        damping is not known.
     """
     _, x, flights = _displaced(view, impacts, frequency, late)
-    if flights is None:
+    if flights is None or not x.any():
         return None
     moments, n = flights.moments(x), flights.length.size
     starts = np.unique(np.linspace(0, n - _LATE, _STARTS).astype(np.int64))
@@ -323,8 +325,10 @@ def free_motion(
     for first, (p, covariance, count) in known.items():
         later = [fit for start, fit in known.items() if start > first]
         apart = [np.abs(other[0] - p) / np.sqrt(np.diag(other[1])) for other in later]
-        if count >= _FEWEST and p[1] > 0.0 and later and np.max(apart) < SURE:
+        if count >= _FEWEST and (p > 0.0).all() and later and np.max(apart) < SURE:
             f0, zeta = _relative(p, covariance)
+            if not is_known(1.0, zeta):  # noise has a frequency, too
+                return None
             w0 = math.sqrt(p[0])
             swings = x[flights.low[flights.first[first]] : flights.low[-1]]
             return FreeMotion(
