@@ -86,6 +86,14 @@ def test_the_scatter_is_that_of_repeated_tests_and_of_neighbours():
     assert lowest_amplitude(few).scatter == SCATTER
 
 
+@pytest.mark.parametrize("values", [(0.0,) * 4, (0.0, 1.0, 2.0, 3.0), (2.0, 1.0, 0.0, 3.0)])
+@pytest.mark.parametrize("regime", ["no impact", TWO, MODULATED])
+def test_a_mass_that_did_not_move_is_lowest_and_shows_no_scatter(values, regime):
+    tests = [Tested(0.030 + 0.001 * k, value, regime) for k, value in enumerate(values)]
+    best = lowest_amplitude([*tests, Tested(0.040, 9.0, TWO)])
+    assert best.alike == tuple(test.clearance for test in tests if not test.value)
+
+
 def test_an_optimum_at_the_end_is_a_bound():
     falling = [Tested(b, 0.1 / b, TWO) for b in (0.01, 0.02, 0.03)]
     best = lowest_amplitude(falling)

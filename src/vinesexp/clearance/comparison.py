@@ -243,12 +243,12 @@ def compare(
         settled = settled_tests(level.tests, own)
         b_c = None if predicted is None else predicted.low
         lowest = partial(lowest_amplitude, b_c=b_c, expected=expected_amplitude(own, level))
+        within = partial(reach, scatter=level.base.scatter)
         for suffix, kind, find, counted in (
             ("", LOWEST, lowest, settled),
             (END, PERMANENT_END, end_of_permanent, tests),
         ):
             left_out = len(level.tests) - len(counted)
-            within = partial(reach, scatter=level.base.scatter)
             optimum = _measured(checks, kind, level.name, counted, find, within, left_out)
             row = _row("periodic", level.name + suffix, kind, optimum, predicted)
             rows.append(_in_mm(row, base_amplitude=level.G, stated_base=level.nominal))

@@ -437,11 +437,11 @@ def base_of_level(
     f, f_noise = _mean([(r["frequency_hz"], r["frequency_error_hz"]) for r in rows])
     # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
     shared = _one([r["frequency_hz"] for r in rows])
-    each = [r["amplitude_m"] / G for r in rows]
+    scatter = float(np.std([r["amplitude_m"] for r in rows], ddof=1)) if len(rows) > 1 else 0.0
     return LevelBase(
         amplitude or Quantity(G, math.hypot(noise, gain * G)),
         Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
-        float(np.std(each, ddof=1)) if len(each) > 1 else 0.0,
+        scatter / G if G else 0.0,
     )
 
 

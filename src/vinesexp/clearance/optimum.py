@@ -5,9 +5,9 @@ slowly while two impacts per cycle are permanent, and jumps up where strong modu
 two things are measured: where the amplitude is lowest, on the smooth side and never beyond the
 jump; and between which tried clearances the jump lies, from the regimes. b_c predicts the jump.
 
-No test is repeated exactly: 1 % of the base amplitude is 3 to 4 % of the amplitude of the mass.
-Clearances whose values differ by no more than tests scatter are ties, and the optimum lies anywhere
-between the tried clearances on either side of all of them.
+No test is repeated exactly: the amplitude is G times a function of b/G, so that where it falls with
+b, it goes with more than G. Clearances whose values differ by no more than tests scatter are ties,
+and the optimum lies anywhere between the tried clearances on either side of all of them.
 
 What lies at the edge of what was tried is a bound, not a value.
 
@@ -224,6 +224,7 @@ def _scatter(points: Sequence[_Point], expected: Callable[[float], float] | None
     clearance, which bend little. Of few tests the scatter is near `SCATTER`.
     """
     over = expected or float
+    points = [point for point in points if point.value > 0.0]  # of no motion there is no share
     squares, count = SCATTER**2, 1
     for point in points:
         squares += sum((value / point.value - 1.0) ** 2 for value in point.values)
