@@ -1,9 +1,13 @@
 """What is said of the defects of a record, and which of its stretches are left out."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
 from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.instrument.findings import saturated
 from vinesexp.records.instrument.ingest import ingest_or_refuse
 from vinesexp.records.stored.store import open_record
 
@@ -36,6 +40,16 @@ def looked_over(folder, test, *, frequency="", accept="", **channels):
     checks = ingest_or_refuse(campaign, campaign.records[0], folder / "a.nc")
     with open_record(folder / "a.nc") as view:
         return checks, {role: view.read(role) for role in view.roles}
+
+
+def test_what_is_known_of_a_record_is_kept_no_longer_than_the_record(tmp_path):
+    looked_over(tmp_path, "ringdown", displacement=X)
+    with open_record(tmp_path / "a.nc") as view:
+        assert saturated(view, "displacement") == []
+        kept = weakref.ref(view)
+    del view
+    gc.collect()
+    assert kept() is None
 
 
 def without(values, *stretches):

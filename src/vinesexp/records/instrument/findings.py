@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -275,8 +275,18 @@ def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
         yield Runs(*last, block=np.empty(0), begin=view.n)
 
 
-@lru_cache(maxsize=4)  # each check of a channel asks for them, by a pass over the record
+#: Of the records that are open: each check of a channel asks for them, by a pass over the record.
+_KNOWN: WeakKeyDictionary[RecordView, dict[str, _Levels]] = WeakKeyDictionary()
+
+
 def _levels(view: RecordView, role: str) -> _Levels:
+    known = _KNOWN.setdefault(view, {})
+    if role not in known:
+        known[role] = _levels_of(view, role)
+    return known[role]
+
+
+def _levels_of(view: RecordView, role: str) -> _Levels:
     low, high, least = np.inf, -np.inf, np.inf
     fine, usual = [], []
     for _, block in view.blocks(role, size=_BLOCK):
@@ -298,7 +308,7 @@ def _levels_at(view: RecordView, role: str, levels: _Levels, end: float) -> _Lev
     A file of three digits has steps of 0.01 below 10 and of 0.1 above. The quantum there is the
     smallest difference of any two values; where hardly any are, that of the record.
     """
-    near = _NEAR_END * (levels.reach)
+    near = _NEAR_END * levels.reach
     parts = [np.unique(x[np.abs(x - end) <= near]) for _, x in view.blocks(role)]
     values = np.unique(np.concatenate(parts))
     if len(values) < 3:
