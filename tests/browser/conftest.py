@@ -6,12 +6,11 @@ import json
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from tests.browser.chromium import Browser
+from tests.design.made_up import made_up_advice
 from tests.report.made_up import Made, full_report
 
 from vinesexp.design.shown import Table
@@ -49,17 +48,6 @@ def _site(full: Made, results: Path) -> Path:
 
 def _design_sheet(page: Path) -> None:
     """Every part of the sheet, with made-up numbers."""
-    some = np.linspace(0.004, 0.007, 9) * np.ones((30, 1))
-    tried = SimpleNamespace(
-        mean=some, share=np.full(30, 0.5), weight=np.ones((30, 9)),
-        average=lambda values: values.mean(axis=1),
-    )  # fmt: skip
-    one = SimpleNamespace(b=0.03)
-    advice = SimpleNamespace(
-        found=SimpleNamespace(grid=np.linspace(0.01, 0.06, 30), rest=tried, random=tried),
-        least_mean=SimpleNamespace(b=0.033), least_max=one, robust=one, asked=None,
-        bare=0.019, den_hartog=SimpleNamespace(amplitude=0.012), published=0.034, exact=0.0339,
-    )  # fmt: skip
     names = ("name", "meaning", "b", "mean", "largest", "less", "captured", "over")
     card = dict.fromkeys(names, "30")
     content = {
@@ -70,7 +58,7 @@ def _design_sheet(page: Path) -> None:
             Table("One value off", ("-5 %", "+5 %"), [("b", "5; 7", "5; 7")], "Mean; 90 % below."),
             Table("Release", ("b\n(mm)",) * 9, [("to 3 mm", *["27"] * 9)]),
         ],
-        "remarks": ["A remark."], "svg": figure_markup(design_curve(advice), "design"),
+        "remarks": ["A remark."], "svg": figure_markup(design_curve(made_up_advice()), "design"),
     }  # fmt: skip
     page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")
 

@@ -2,10 +2,10 @@
 
 import io
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.design.made_up import made_up_advice
 
 from vinesexp.figures.design_curve import _percentiles, design_curve
 
@@ -13,19 +13,7 @@ from vinesexp.figures.design_curve import _percentiles, design_curve
 @pytest.mark.parametrize("absorber", [0.012, 0.3], ids=["beside the curves", "far above"])
 def test_the_axes_have_their_room_whatever_stands_beside(absorber):
     """A label of 3 mm over curves of 0.3 mm left none: the page had half of its figure."""
-    some = np.linspace(0.004, 0.007, 9) * np.ones((30, 1))
-    tried = SimpleNamespace(
-        mean=some, share=np.full(30, 0.5), weight=np.ones((30, 9)),
-        average=lambda values: values.mean(axis=1),
-    )  # fmt: skip
-    one = SimpleNamespace(b=0.03)
-    figure = design_curve(
-        SimpleNamespace(
-            found=SimpleNamespace(grid=np.linspace(0.01, 0.06, 30), rest=tried, random=tried),
-            least_mean=one, least_max=one, robust=one, asked=None, bare=0.019,
-            den_hartog=SimpleNamespace(amplitude=absorber), published=0.034, exact=0.0339,
-        )
-    )  # fmt: skip
+    figure = design_curve(made_up_advice(absorber=absorber))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         figure.savefig(io.BytesIO(), format="svg")
