@@ -128,6 +128,7 @@ def times_to(one: Oscillator, ball: NES, place: float, level: float, followed: f
     return float(t[min(over[-1] + 1, t.size - 1)])
 
 
+@pytest.mark.long
 def test_the_fastest_clearance_is_that_of_the_cavities_a_workshop_delivers() -> None:
     """Near the widest that captures, some of the cavities delivered are too wide to."""
     one, levels = Oscillator.from_modal(M=4.7, f0=7.86, zeta=0.004), (0.01, 0.005)

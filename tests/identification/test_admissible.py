@@ -120,8 +120,12 @@ def test_a_mass_that_all_records_leave_open_is_known_by_none_of_its_ways():
 
 
 @pytest.mark.parametrize(
-    ("M", "each"), [(2.85, [0.39, 0.1, 0.36]), (1.848, [0.52, 0.01, 0.07])]
-)  # fmt: skip
+    ("M", "each"),
+    [
+        (2.85, [0.39, 0.1, 0.36]),
+        pytest.param(1.848, [0.52, 0.01, 0.07], marks=pytest.mark.long),
+    ],
+)
 def test_masses_put_on_top_of_one_another_are_found_from_what_was_added_each_time(M, each):
     """M was 0.80 +- 0.24 kg for 2.85; or the fit went beyond what numbers can hold."""
     sums = [sum(each[: i + 1]) for i in range(3)]
@@ -136,7 +140,11 @@ def test_masses_put_on_top_of_one_another_are_found_from_what_was_added_each_tim
     ("loads", "typed"),
     [
         ([0.0, 0.1, 0.2, 0.4], [0.0, 0.1, 0.1, 0.2]),
-        ([0.0, 0.0, 0.1, 0.1, 0.2, 0.2, 0.3, 0.3], [0.0, 0.0] + 6 * [0.1]),
+        pytest.param(
+            [0.0, 0.0, 0.1, 0.1, 0.2, 0.2, 0.3, 0.3],
+            [0.0, 0.0] + 6 * [0.1],
+            marks=pytest.mark.long,
+        ),
         ([0.0, 0.1, 0.3, 0.0, 0.2, 0.5], [0.0, 0.1, 0.2, 0.0, 0.2, 0.3]),
     ],
 )

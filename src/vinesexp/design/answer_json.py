@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from vinesexp.design.advice import Advice, Judged
-from vinesexp.design.headline import Answer, gaps_of, headline_of, remarks_of, warnings_of
+from vinesexp.design.headline import Answer, gaps_of, headline_of, remarks_of
 from vinesexp.design.inputs import OPTIONS
 from vinesexp.design.predictions import bands_given
 from vinesexp.design.recorded import Driven, UnderRecord
@@ -60,7 +60,7 @@ def answer_of(answer: Answer) -> dict[str, object]:
     given, theory, advice = answer.given, answer.theory, answer.advice
     found = theory.as_json() | dict.fromkeys(SIMULATED)
     if advice is not None:
-        found |= as_json(advice)
+        found |= _simulated(advice)
     found["inputs"] = {
         o.symbol: [{"value": q.value, "std_error": q.std_error} for q in given[o.symbol]]
         for o in OPTIONS
@@ -85,7 +85,7 @@ def answer_of(answer: Answer) -> dict[str, object]:
     return found
 
 
-def as_json(advice: Advice) -> Mapping[str, object]:
+def _simulated(advice: Advice) -> Mapping[str, object]:
     """Everything for programs: contract keys first; lengths in mm."""
     robust, task, working = advice.robust, advice.task, advice.working
     found: dict[str, object] = {
@@ -128,7 +128,6 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         + ("" if task.plain else " with friction or a damping law"),
         "settled_share": advice.watched,
         "seed": advice.seed,
-        "warnings": warnings_of(advice),
     }
     return found
 

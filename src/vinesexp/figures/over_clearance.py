@@ -27,6 +27,7 @@ from vinesexp.figures.style import (
 )
 from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
+from vinesexp.theory.regime_definitions import each_ball
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
@@ -153,7 +154,7 @@ def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: s
 def _key(figure: Figure, axis: Axes, valleys: Sequence[DrawnLevel]) -> None:
     """What is drawn in any panel, and nothing else."""
     tests = [test for valley in valleys for test in valley.level.tests]
-    regimes = {test.regime.split(" | ")[0] for test in tests}
+    regimes = {each_ball(test.regime)[0] for test in tests}
     entries = [("o", name, f"mean, {name}") for name in COLOURS if name in regimes]
     entries.append(("_", "measured", "largest"))
     if any(_interval(valley.lowest, "measured") for valley in valleys):

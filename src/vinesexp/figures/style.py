@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from vinesexp.theory.regime_definitions import each_ball
+
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
@@ -125,7 +127,7 @@ def panels(count: int, most: int, *, above: float, each: float) -> tuple[Figure,
 
 def regime_colour(regime: str) -> str:
     """Colour of a regime; of the first ball's where there are several (``a | b``)."""
-    return COLOURS.get(regime.split(" | ")[0], COLOURS["measured"])
+    return COLOURS.get(each_ball(regime)[0], COLOURS["measured"])
 
 
 def label(

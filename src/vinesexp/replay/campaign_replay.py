@@ -50,7 +50,7 @@ from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import freed
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import cycle_amplitudes, free_cycles
-from vinesexp.theory.regime_definitions import Regime
+from vinesexp.theory.regime_definitions import Regime, each_ball
 
 if TYPE_CHECKING:
     from vinesexp.identification.joint.whole import RigPosterior
@@ -285,7 +285,7 @@ def _beside(
     nobody can know leads to another motion: where the rig does not replay it, clearances to either
     side are tried, until one does.
     """
-    apart = " | " in row["regime"] or len(record.clearance) < 2
+    apart = len(each_ball(row["regime"])) > 1 or len(record.clearance) < 2
     decay = float("nan")
     if record.test in RELEASES:
         decay = decay_time(seen.time, seen.amplitude)

@@ -27,6 +27,7 @@ from vinesexp.theory.regime_definitions import (
     STILL,
     Regime,
     activation_spells,
+    of_balls,
     regime_of,
 )
 
@@ -189,7 +190,7 @@ def _regimes(
         )
         for own in chosen
     ]  # fmt: skip
-    words = " | ".join(count.regime.value for count in counts)
+    words = of_balls(count.regime.value for count in counts)
     words = BY_FREQUENCY if test == "sweep" else words
     return sum(count.impacts_per_cycle for count in counts), words
 

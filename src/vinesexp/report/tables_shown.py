@@ -15,7 +15,7 @@ from vinesexp.figures.record_words import clearance_of, lost_in_words
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.tables import Row, Table, columns, ids_of, read_rows
 from vinesexp.results import CampaignResults
-from vinesexp.theory.regime_definitions import BY_FREQUENCY
+from vinesexp.theory.regime_definitions import BY_FREQUENCY, each_ball
 from vinesexp.units import COVERAGE_95, counted
 
 #: Tests in the order of the page, each with its heading.
@@ -83,12 +83,13 @@ def regimes_by_test(results: CampaignResults) -> dict[str, list[dict[str, Any]]]
             words = bands_in_words(results.of_record("bands", record.id)) or words
         lost = results.of_record("transitions", record.id)
         each = row.get("impacts_per_cycle_each") or ""
+        impacts = significant(row["impacts_per_cycle"])
         found.setdefault(record.test, []).append(
             {
                 **row,
                 "clearance": clearance_of(record, results.campaign.record(record.id)),
                 "regime": words,
-                "impacts": each if " | " in each else significant(row["impacts_per_cycle"]),
+                "impacts": each if len(each_ball(each)) > 1 else impacts,
                 "lost": lost_in_words(lost) or "–",
             }
         )

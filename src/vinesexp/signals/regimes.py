@@ -42,6 +42,8 @@ from vinesexp.theory.regime_definitions import (
     TELLING,
     Swing,
     activation_spells,
+    each_ball,
+    of_balls,
     regime_of,
 )
 from vinesexp.theory.regime_definitions import PERMANENT as TWO_PER_CYCLE
@@ -435,7 +437,7 @@ def shown_by_record(
         end = min(begin + settings.first_cycles * motion.period, end)
     span = motion.start + begin, motion.start + end
     found = _regimes(record, series, period=motion.period, span=span)
-    lasting = all(word in TWO_PER_CYCLE for word in str(found.get("regime", "")).split(" | "))
+    lasting = all(word in TWO_PER_CYCLE for word in each_ball(str(found.get("regime", ""))))
     few = settings.seen_share * (end - begin) / motion.period  # of which nothing is to be told
     hidden = _some_hidden(impacts, *span, fewest=few)
     if not lasting and (hidden or lost):
@@ -661,11 +663,11 @@ def _regimes(
         )
         for one in series
     ]  # fmt: skip
-    words = " | ".join(count.regime.value for count in counts)
+    words = of_balls(count.regime.value for count in counts)
     return {
         "regime": BY_FREQUENCY if record.test == "sweep" else words,
         "impacts_per_cycle": sum(count.impacts_per_cycle for count in counts),
-        "impacts_per_cycle_each": " | ".join(f"{count.impacts_per_cycle:.2f}" for count in counts),
+        "impacts_per_cycle_each": of_balls(f"{count.impacts_per_cycle:.2f}" for count in counts),
         "captured": min(count.captured for count in counts),
         **_swing([count.swing for count in counts if math.isfinite(count.swing.lasting)]),
     }

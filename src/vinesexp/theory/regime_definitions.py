@@ -8,6 +8,7 @@ same words. They are those of section 2.2 of the paper; docs/theory.md, section 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -57,6 +58,8 @@ TELLING = 15
 #: What the cell of a sweep says in place of a regime: it has several, one after the other.
 BY_FREQUENCY = "by frequency"
 
+_BETWEEN_BALLS = " | "
+
 CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
 HALF = 0.5  # the same of the first cycles of a release: captured
 ESCAPED = 0.1  # share below which there is no capture at all
@@ -70,6 +73,28 @@ CHATTER_RUN = 10  # impacts on one side within half a period
 FEWEST = 40
 _ENDS = (5.0, 95.0)  # percentiles: a false impact or two do not count
 _SETTLES = 0.6  # of the first half's swing: a second half below that is on its way to rest
+
+
+def of_balls(words: Iterable[str]) -> str:
+    """One cell of a table for the words of each ball.
+
+    Examples
+    --------
+    >>> of_balls(["two symmetric", "chaos"])
+    'two symmetric | chaos'
+    """
+    return _BETWEEN_BALLS.join(words)
+
+
+def each_ball(cell: str) -> list[str]:
+    """The words of each ball in a cell that `of_balls` made; of one ball, the cell itself.
+
+    Examples
+    --------
+    >>> each_ball("two symmetric | chaos")
+    ['two symmetric', 'chaos']
+    """
+    return cell.split(_BETWEEN_BALLS)
 
 
 @dataclass(frozen=True)

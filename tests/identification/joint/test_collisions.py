@@ -307,6 +307,7 @@ def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch, know
     assert found.log_likelihood > slides.log_likelihood + (10.0 if known else 8.0)
 
 
+@pytest.mark.long
 def test_a_friction_is_found_though_r_changes_from_test_to_test(monkeypatch):
     """A fit with one r for all goes a third of it away, and finds no cause from there."""
     monkeypatch.setitem(globals(), "W", 2.0 * np.pi * 4.0)

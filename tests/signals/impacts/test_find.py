@@ -102,7 +102,13 @@ def test_two_balls_are_distinguished(measure, tmp_path: Path) -> None:
     assert (found.nes_confidence[nearest][apart] > 0.9).mean() > 0.95
 
 
-@pytest.mark.parametrize(("b", "gap"), [((0.030, 0.029), 1.5e-3), ((0.028, 0.022), 3.1e-3)])
+@pytest.mark.parametrize(
+    ("b", "gap"),
+    [
+        ((0.030, 0.029), 1.5e-3),
+        pytest.param((0.028, 0.022), 3.1e-3, marks=pytest.mark.long),
+    ],
+)
 def test_balls_that_always_hit_one_after_the_other_do_not_ring(b, gap, measure, tmp_path):
     """The template took the second contact for ringing: every other impact was lost."""
     record = measure(b=list(b), m=0.016, drive=G25, start=15.0, duration=4.0)
@@ -216,6 +222,7 @@ def test_a_long_contact_at_one_wall_is_one_impact(measure, store, tmp_path):
     )
 
 
+@pytest.mark.long
 def test_pulses_that_were_sampled_too_slowly_count_for_nothing_and_are_said(
     measure, store, tmp_path
 ):
