@@ -41,5 +41,12 @@ def test_a_sweep_that_stops_on_the_resonance_is_refused():
 
 def test_a_short_sweep_is_refused():
     base, x = swept(duration=20.0)
-    with pytest.raises(AnalysisError, match="longer sweep"):
-        half_power(base, x, STEP, swept=(7.2, 8.6))
+    for n in (0, 1, base.size):
+        with pytest.raises(AnalysisError, match="longer sweep"):
+            half_power(base[:n], x[:n], STEP, swept=(7.2, 8.6))
+
+
+def test_a_base_that_rests_is_said():
+    _, x = swept()
+    with pytest.raises(AnalysisError, match="base does not move"):
+        half_power(np.full(x.size, 1e-4), x, STEP, swept=(7.2, 8.6))

@@ -145,6 +145,12 @@ def test_no_decay_is_said_in_one_line(x: np.ndarray) -> None:
         ring_down(x, 1 / RATE, frequency=7.9)
 
 
+@pytest.mark.parametrize("x", [np.zeros(0), np.full(4000, np.nan), np.zeros(1)])
+def test_a_record_without_samples_is_said_in_one_line(x: np.ndarray) -> None:
+    with pytest.raises(AnalysisError, match="expected"):
+        fit_ringdown(x, sample_rate=RATE, frequency=7.9)
+
+
 def test_window_ends_where_the_steps_of_the_converter_begin() -> None:
     x = np.round(decay(A=0.08, zeta=0.01, seconds=40.0) / 0.01) * 0.01
     p = demodulate(x, 1 / RATE, 7.9)

@@ -55,6 +55,7 @@ _ENOUGH = 50  # lines that a level of noise is taken from
 _BAND = (0.75, 1.25)  # of the resonance
 _CYCLES = 4.0  # over which the largest amplitude of a sweep is a mean
 _BENT = 0.05  # of the motion, left by a linear oscillator: worth a line
+_STILL = "the base does not move near the resonance; a sweep is expected"
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,7 @@ def transmissibility(
     low, high = _BAND[0] * frequency, _BAND[1] * frequency
     if swept is not None:
         low, high = max(low, 0.97 * min(swept)), min(high, 1.03 * max(swept))
-    n = next(k for k in range(x.size, 0, -1) if next_fast_len(k, real=True) == k)
+    n = next((k for k in range(x.size, 0, -1) if next_fast_len(k, real=True) == k), 1)
     f = np.asarray(np.fft.rfftfreq(n, step), dtype=np.float64)
     chosen = (f >= low) & (f <= high)
     if int(chosen.sum()) < _LINES:
@@ -148,7 +149,7 @@ def transmissibility(
         noise_x * np.abs(bend_x), noise_b * np.abs(bend_b),
     )  # fmt: skip
     if not (np.abs(lines.B) > _MOVES * lines.noise_b).any():
-        raise AnalysisError("the base does not move near the resonance; a sweep is expected")
+        raise AnalysisError(_STILL)
     return _solved(lines, 2.0 * math.pi * frequency)
 
 
@@ -315,16 +316,19 @@ def half_power(
     (True, True)
     """
     low, high = min(swept), max(swept)
-    taper = np.hanning(x.size)
-    f = np.fft.rfftfreq(x.size, step)
-    chosen = (f > low) & (f < high)
-    X = np.fft.rfft((x - x.mean()) * taper)[chosen]
-    B = np.fft.rfft((base - base.mean()) * taper)[chosen]
-    f = f[chosen]
+    lines = np.fft.rfftfreq(max(x.size, 1), step)
+    chosen = (lines > low) & (lines < high)
+    f = lines[chosen]
     if f.size < 3 * _LINES_A_WIDTH:
         raise AnalysisError(
             f"{f.size} Fourier lines from {low:.4g} to {high:.4g} Hz; record a longer sweep"
         )
+    taper = np.hanning(x.size)
+    X = np.fft.rfft((x - x.mean()) * taper)[chosen]
+    B = np.fft.rfft((base - base.mean()) * taper)[chosen]
+    rounding = base.size * np.finfo(np.float64).eps * np.abs(base).max()
+    if not np.abs(B).max() > rounding:
+        raise AnalysisError(_STILL)
     gain = np.abs(X) / np.maximum(np.abs(B), 1e-6 * np.abs(B).max())
     # Near a peak 1/gain^2 is a parabola of the frequency: fitted, not read, it averages the noise.
     level = 1.0 / gain**2

@@ -80,7 +80,7 @@ def repeated(x: FloatArray) -> BoolArray:
     >>> repeated(np.array([0.0, 0.31, 0.31, 0.9, 1.0, 0.95])).tolist()
     [False, False, True, False, False, False]
     """
-    first = np.flatnonzero(np.append(True, x[1:] != x[:-1]))
+    first = np.flatnonzero(np.append(x.size > 0, x[1:] != x[:-1]))
     length = np.diff(np.append(first, x.size))
     step = np.abs(np.diff(x[first]))
     least = np.minimum(np.append(np.inf, step), np.append(step, np.inf))
