@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.identification.independent import independent
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.identification.estimate import Estimate
@@ -77,7 +78,8 @@ def test_a_drop_test_beside_tests_with_several_balls_has_its_own_r() -> None:
 def test_several_balls_have_no_common_effective_restitution(balls):
     """It was 0 +- 0, and every replay with it was of balls that do not bounce."""
     names = (*balls, "ln_m", "contact")
-    found = Posterior(names, np.full(len(names), 0.6), 1e-6 * np.eye(len(names)), 0.0)
+    errors = independent(*[1e-3] * len(names))
+    found = Posterior(names, np.full(len(names), 0.6), errors, 0.0)
     answer = SimpleNamespace(
         posterior=found, judged=SimpleNamespace(found=()), data=SimpleNamespace(index={}),
         effect=lambda name: name if name == "contact" else None,

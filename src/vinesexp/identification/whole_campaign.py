@@ -762,12 +762,11 @@ def _source(
 ) -> Source:
     """A combined value with the part of each input in its error."""
     v = answer.posterior.vector(terms)
-    whole = float(v @ answer.posterior.covariance @ v)
     parts = {
-        label: scale * math.sqrt(max(float(v @ covariance @ v), 0.0))
-        for label, covariance in answer.parts.items()
+        label: scale * math.sqrt(max(float(part[0, 0]), 0.0))
+        for label, part in answer.parts_of(v[np.newaxis]).items()
     }
-    total_error = scale * math.sqrt(max(whole, 0.0))
+    total_error = scale * math.sqrt(answer.posterior.covariance.of(v))
     inputs = math.hypot(*parts.values())
     if inputs > total_error > 0.0:  # inputs that hold one another: each counts for less
         parts = {label: part * total_error / inputs for label, part in parts.items()}

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.identification.independent import independent
 
 from vinesexp.identification.joint import whole
 from vinesexp.identification.joint.causes import Cause, Weighed
@@ -72,10 +73,10 @@ def test_no_clearance_is_below_zero_or_unknown(off: float, error: float) -> None
 def test_a_restitution_that_its_error_carries_beyond_one_is_one(monkeypatch):
     """The comparison ended with r = 1.0000062, of a ball that loses nothing."""
     names = ("r", "ln_m")
-    posterior = Posterior(names, np.array([1.0000062, 0.0]), np.diag([4e-5, 1e-3]) ** 2)
+    posterior = Posterior(names, np.array([1.0000062, 0.0]), independent(4e-5, 1e-3))
     observed = SimpleNamespace(balls={1: "ln_m"}, levels={})
     answer = SimpleNamespace(
-        posterior=posterior, observed=observed, parts={}, effect=lambda name: None
+        posterior=posterior, observed=observed, parts_of=lambda T: {}, effect=lambda name: None
     )
     monkeypatch.setattr(whole, "effective", lambda *_: ({"r": 1.0}, {"ln_m": 1.0}))
     campaign = SimpleNamespace(known=SimpleNamespace(nes_mass=[SimpleNamespace(value=0.032)]))

@@ -19,6 +19,7 @@ from scipy.sparse import csc_array
 
 from vinesexp.arrays import FloatArray, median_of
 from vinesexp.identification.joint.collisions import LOCALS
+from vinesexp.identification.joint.covariance import mixed
 from vinesexp.identification.joint.observations import Decay, Observed, off_stated
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
@@ -277,7 +278,7 @@ class Judged:
     def leave_open(self, terms: Mapping[str, float]) -> list[Cause]:
         """Causes whose odds make a sum of unknowns as unsure as it is, the first most of all."""
         v = self.posterior.vector(terms)
-        mean, variance = v @ self.posterior.values, float(v @ self.posterior.covariance @ v)
+        mean, variance = v @ self.posterior.values, self.posterior.covariance.of(v)
         parts = [
             (one.share * float(v @ one.values - mean) ** 2, one.cause)
             for one in self.alternatives
@@ -603,22 +604,20 @@ def gains_of_scatter(
     data: Quadratic, beliefs: Beliefs, base: Posterior, wider: Sequence[Mapping[str, float]]
 ) -> FloatArray:
     """Log evidence that each of some sets of wider priors adds, by what it adds to them alone."""
-    names = list(dict.fromkeys(name for one in wider for name in one if name in data.index))
-    place = {name: k for k, name in enumerate(names)}
-    slope, left, held = _apart_from_all_else(data, beliefs, base, [{name: 1.0} for name in names])
-    curvature = left.T @ (data.information @ left) + held.T @ held
     gains = np.zeros(len(wider))
     for i, one in enumerate(wider):
-        own = [name for name in one if name in place]
-        k = [place[name] for name in own]
+        own = [name for name in one if name in data.index]
+        if not own:
+            continue
+        slope, left, held = _apart_from_all_else(data, beliefs, base, [{n: 1.0} for n in own])
         errors = np.array([beliefs.priors[name].error for name in own])
         more = np.sqrt(np.maximum(np.array([one[name] for name in own]) ** 2 - errors**2, 0.0))
-        inner = np.eye(len(k)) + curvature[np.ix_(k, k)] * np.outer(more, more)
-        sizes, axes = np.linalg.eigh(inner)
+        curvature = left.T @ (data.information @ left) + held.T @ held
+        sizes, axes = np.linalg.eigh(np.eye(len(own)) + curvature * np.outer(more, more))
         # beside one of 1e17 rounding makes one of 1 anything from -20 to 20
         rounding = sizes.size * np.finfo(np.float64).eps * sizes[-1]
         sizes = np.where(sizes - 1.0 > rounding, sizes, 1.0)
-        along = axes.T @ (more * slope[k])
+        along = axes.T @ (more * slope)
         gains[i] = 0.5 * (along**2 / sizes - np.log(sizes)).sum()
     return gains
 
@@ -633,8 +632,11 @@ def gains_of(
     """Log evidence that each of some directions adds, with value and error of its coefficient."""
     # causes of one direction differ in how far they go: a small change, or a large one
     terms = {tuple(direction.terms.items()): direction.terms for direction in directions}
-    slope, left, held = _apart_from_all_else(data, beliefs, base, list(terms.values()))
-    curvature = (left * (data.information @ left)).sum(axis=0) + (held**2).sum(axis=0)
+    slope, curvature, every = np.zeros(len(terms)), np.zeros(len(terms)), list(terms.values())
+    for k in range(0, len(terms), _TOGETHER):
+        some = slice(k, k + _TOGETHER)
+        slope[some], left, held = _apart_from_all_else(data, beliefs, base, every[some])
+        curvature[some] = (left * (data.information @ left)).sum(axis=0) + (held**2).sum(axis=0)
     place = {key: k for k, key in enumerate(terms)}
     own = [place[tuple(direction.terms.items())] for direction in directions]
     slope, curvature = slope[own], curvature[own]
@@ -662,18 +664,13 @@ def _apart_from_all_else(
         factors += [factor for name, factor in terms.items() if name in index]
         ends.append(len(places))
     D = csc_array((factors, places, ends), shape=(n, len(directions)))
-    added = beliefs.added(data.names)
-    here = base.values[:n] + added @ base.values[n:]
-    slope = D.T @ (data.gradient - data.information @ (here - data.at))
-    along = (D.T @ data.information).T
-    free = np.flatnonzero(np.diag(base.covariance))
-    own, causes = free[free < n], free[free >= n] - n
-    follows = base.covariance[np.ix_(free, free)] @ np.concatenate(
-        [along[own], added[:, causes].T @ along]
-    )
-    left = D.toarray() - added[:, causes] @ follows[own.size :]
-    left[own] -= follows[: own.size]
-    return slope, left, follows / beliefs.widths(data.names)[free, np.newaxis]
+    put = beliefs.put_into(data.names)
+    slope = D.T @ (data.gradient - data.information @ (put @ base.values - data.at))
+    directed = D.toarray()
+    along = data.information @ directed
+    follows = base.covariance @ (put.T @ along)
+    width = beliefs.widths(data.names)[:, np.newaxis]
+    return slope, directed - put @ follows, follows / width
 
 
 def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:
@@ -734,17 +731,10 @@ def mixture(names: tuple[str, ...], parts: Sequence[tuple[float, Posterior]]) ->
 
     The evidence is that of the first.
     """
-    n = len(names)
-    values = [own.values[:n] for _, own in parts]
-    mean = np.sum([s * v for (s, _), v in zip(parts, values, strict=True)], axis=0)
-    covariance = np.sum(
-        [
-            s * (own.covariance[:n, :n] + np.outer(v - mean, v - mean))
-            for (s, own), v in zip(parts, values, strict=True)
-        ],
-        axis=0,
-    )
-    return Posterior(names, mean, covariance, parts[0][1].log_evidence)
+    mean = np.sum([share * own.values for share, own in parts], axis=0)
+    covariance = mixed([(share, own.covariance) for share, own in parts])
+    apart = [math.sqrt(share) * (own.values - mean) for share, own in parts]
+    return Posterior(names, mean, covariance.plus(*apart), parts[0][1].log_evidence)
 
 
 def _tested(
@@ -764,6 +754,7 @@ _SHOWN = 0.5  # of its prior width that the records have to leave of a cause
 
 
 _AVERAGED, _NEGLIGIBLE = 12, -6.0
+_TOGETHER = 256  # directions: memory
 _OPENS = 0.1  # of the variance of a value: a part that is worth a word
 
 

@@ -245,7 +245,7 @@ def law_found(posterior: Posterior, law: Law) -> Law:
     """The law with the terms that all records show, and without those that they do not."""
     free, names = list(law.free), list(TERMS.values())
     T = np.array([posterior.vector({term: 1.0}) for term in names])
-    values, covariance = T @ posterior.values, T @ posterior.covariance @ T.T
+    values, covariance = T @ posterior.values, posterior.covariance.between(T)
     relative = posterior.of({"ln_zeta": 1.0, "amplitude zeta": 1.0})[1]
     while True:
         errors = np.hypot(np.sqrt(np.diag(covariance)), _DAMPING * relative * values)

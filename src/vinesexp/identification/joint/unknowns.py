@@ -16,10 +16,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
-from scipy.linalg.lapack import dpotri
+from scipy.sparse import coo_array, csc_array, diags_array, eye_array
 
 from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.identification.joint.covariance import Covariance, factors_of
 
 #: A local quantity as a sum of unknowns: name to coefficient, and what is added.
 Sum = tuple[Mapping[str, float], float]
@@ -106,7 +106,7 @@ class Quadratic:
     names : the unknowns.
     at : their values at which it was expanded.
     parts : what each block contributes.
-    gradient, information : arrays (n,), (n, n)
+    gradient, information : array (n,), sparse array (n, n)
         Their sums.
     log_likelihood : at that point.
     settled : whether a fit ended there because it is where the log-likelihood is largest.
@@ -116,7 +116,7 @@ class Quadratic:
     at: FloatArray
     parts: tuple[Part, ...]
     gradient: FloatArray
-    information: FloatArray
+    information: csc_array
     log_likelihood: float = 0.0
     settled: bool = True
 
@@ -136,20 +136,24 @@ class Quadratic:
 
     def without(self, record: str) -> Quadratic:
         """The same without the blocks of one record."""
-        gradient, information = self.gradient.copy(), self.information.copy()
-        for part in self.parts:
-            if part.record == record:
-                gradient[part.used] -= part.gradient
-                information[np.ix_(part.used, part.used)] -= part.information
-        return replace(self, gradient=gradient, information=information)
+        left = tuple(part for part in self.parts if part.record != record)
+        gradient, information = _sums(left, len(self.names))
+        return replace(self, parts=left, gradient=gradient, information=information)
 
 
-def _sums(parts: Iterable[Part], n: int) -> tuple[FloatArray, FloatArray]:
-    gradient, information = np.zeros(n), np.zeros((n, n))
+def _sums(parts: Sequence[Part], n: int) -> tuple[FloatArray, csc_array]:
+    gradient = np.zeros(n)
     for part in parts:
         gradient[part.used] += part.gradient
-        information[np.ix_(part.used, part.used)] += part.information
-    return gradient, information
+    rows, columns, values = (
+        np.concatenate([*own, np.zeros(0, dtype=kind)])
+        for own, kind in (
+            ([np.repeat(p.used, p.used.size) for p in parts], np.intp),
+            ([np.tile(p.used, p.used.size) for p in parts], np.intp),
+            ([p.information.ravel() for p in parts], np.float64),
+        )
+    )
+    return gradient, coo_array((values, (rows, columns)), shape=(n, n)).tocsc()
 
 
 @dataclass(frozen=True)
@@ -159,13 +163,13 @@ class Posterior:
     Attributes
     ----------
     names : tuple of str
-    values, covariance : arrays (n,), (n, n)
+    values, covariance : array (n,), Covariance
     log_evidence : of the records under the priors, but for a constant.
     """
 
     names: tuple[str, ...]
     values: FloatArray
-    covariance: FloatArray
+    covariance: Covariance
     log_evidence: float = 0.0
 
     @cached_property
@@ -175,7 +179,7 @@ class Posterior:
     def of(self, terms: Mapping[str, float], constant: float = 0.0) -> tuple[float, float]:
         """Value and standard error of a sum of unknowns; unknown names count as zero."""
         v = self.vector(terms)
-        return float(v @ self.values) + constant, math.sqrt(max(float(v @ self.covariance @ v), 0))
+        return float(v @ self.values) + constant, math.sqrt(self.covariance.of(v))
 
     def vector(self, terms: Mapping[str, float]) -> FloatArray:
         """Coefficients of a sum of unknowns."""
@@ -225,15 +229,22 @@ class Beliefs:
             priors[name] = replace(priors[name], error=_EXACT * priors[name].error)
         return replace(self, priors=priors)
 
-    def added(self, names: tuple[str, ...]) -> FloatArray:
-        """What the coefficient of each cause adds to the unknowns; shape (n, causes)."""
+    def put_into(self, names: tuple[str, ...]) -> csc_array:
+        """The unknowns as sums of their own parts and the coefficients of all causes.
+
+        A sparse array (n, n + causes).
+        """
         index = {name: i for i, name in enumerate(names)}
-        found = np.zeros((len(names), len(self.causes)))
-        for k, direction in enumerate(self.causes.values()):
-            for name, factor in direction.terms.items():
-                if name in index:
-                    found[index[name], k] = factor
-        return found
+        terms = [
+            (factor, index[name], len(names) + k)
+            for k, direction in enumerate(self.causes.values())
+            for name, factor in direction.terms.items()
+            if name in index
+        ]
+        terms += [(1.0, i, i) for i in range(len(names))]
+        values, rows, columns = zip(*terms, strict=True)
+        shape = len(names), len(names) + len(self.causes)
+        return csc_array((values, (rows, columns)), shape=shape)
 
     def _every(self, names: tuple[str, ...]) -> list[Prior]:
         return [self.priors[n] for n in names] + [d.prior for d in self.causes.values()]
@@ -290,84 +301,41 @@ def expand(blocks: Sequence[Block], names: tuple[str, ...], at: FloatArray) -> Q
     return Quadratic(names, at, tuple(parts), *_sums(parts, len(names)), value)
 
 
-@dataclass(frozen=True)
-class _Scaled:
-    """Priors and records as one linear system, in prior widths: the prior is the unit matrix."""
-
-    mean: FloatArray
-    width: FloatArray
-    free: IntArray  # those of any width: the others are as good as known, and stand nowhere else
-    factor: FloatArray  # of information and prior, by Cholesky: lower
-    half: FloatArray  # factor^-1 times the gradient at the prior means
-    log_evidence: float
-
-
-def _scaled(data: Quadratic, beliefs: Beliefs) -> _Scaled:
-    mean, width = beliefs.means(data.names), beliefs.widths(data.names)
-    D = beliefs.added(data.names)
-    n = len(data.names)
-    free = np.flatnonzero((width > _KNOWN) | (np.arange(width.size) >= n))
-    own, w = free[free < n], width[free]
-    along = data.information @ D
-    H = np.block([[data.information[np.ix_(own, own)], along[own]], [along[own].T, D.T @ along]])
-    H *= w[:, None] * w
-    H.flat[:: w.size + 1] += 1.0
-    start = data.at - mean[:n] - D @ mean[n:]
-    slope = data.gradient + data.information @ start
-    g = w * np.concatenate([slope[own], D.T @ slope])
-    factor, sure = _factor(H)
-    half = solve_triangular(factor, g, lower=True, check_finite=False)
-    # half of the square, less what the expansion has at the prior means
-    fit = float(0.5 * half @ half - 0.5 * (data.gradient + slope) @ start)
-    evidence = fit - float(np.log(np.diag(factor)).sum()) if sure else _NO_EVIDENCE
-    return _Scaled(mean, width, free, factor, half, evidence)
-
-
-def _factor(H: FloatArray) -> tuple[FloatArray, bool]:
-    """Lower factor by Cholesky, and whether the digits are enough for it.
-
-    Where a fit went so far that records seem to know a sum of unknowns to all digits, rounding is
-    more than the priors: no set of causes that leads there is to be believed.
-    """
-    try:
-        return np.asarray(cholesky(H, lower=True, check_finite=False)), True
-    except np.linalg.LinAlgError:
-        size = np.sqrt(np.diag(H))[:, None]
-        C = H / size / size.T + len(H) * np.finfo(np.float64).eps * np.eye(len(H))
-        return np.asarray(size * cholesky(C, lower=True, check_finite=False)), False
-
-
 def evidence_of(data: Quadratic, beliefs: Beliefs) -> float:
     """Logarithm of the evidence of the records under priors and causes, but for a constant."""
-    return _scaled(data, beliefs).log_evidence
+    return posterior_of(data, beliefs).log_evidence
 
 
 def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
     """Posterior under priors and causes, and the evidence for them, in closed form.
 
-    The log-likelihood is taken as the quadratic that it is near the point of expansion.
+    The log-likelihood is taken as the quadratic that it is near the point of expansion. Where a fit
+    went so far that records seem to know a sum of unknowns to all digits, no set of causes that
+    leads there is to be believed.
     """
-    s = _scaled(data, beliefs)
-    z = solve_triangular(s.factor, s.half, lower=True, trans="T", check_finite=False)
-    inverse = dpotri(s.factor, lower=1)[0]
-    inverse = np.tril(inverse) + np.tril(inverse, -1).T
-    w = s.width[s.free]
-    values, covariance = s.mean.copy(), np.zeros((s.mean.size, s.mean.size))
-    values[s.free] += w * z
-    covariance[np.ix_(s.free, s.free)] = inverse * (w[:, None] * w)
-    names = data.names + tuple(beliefs.causes)
-    return Posterior(names, values, covariance, s.log_evidence)
+    mean, width = beliefs.means(data.names), beliefs.widths(data.names)
+    # in prior widths the prior is the unit matrix; what is known as well as any number is left out
+    free = np.flatnonzero(width > _KNOWN)
+    widths = diags_array(width).tocsc()[:, free]
+    put = beliefs.put_into(data.names)
+    to = put @ widths
+    factors, sure = factors_of((to.T @ data.information @ to + eye_array(free.size)).tocsc())
+    start = data.at - put @ mean
+    slope = data.gradient + data.information @ start
+    g = to.T @ slope
+    z = factors.solve(g)
+    # half of the square, less what the expansion has at the prior means
+    fit = float(0.5 * g @ z - 0.5 * (data.gradient + slope) @ start)
+    evidence = fit - 0.5 * float(np.log(factors.U.diagonal()).sum()) if sure else _NO_EVIDENCE
+    covariance = Covariance(((1.0, widths, factors),), np.zeros((mean.size, 0)))
+    return Posterior(data.names + tuple(beliefs.causes), mean + widths @ z, covariance, evidence)
 
 
 def total(found: Posterior, beliefs: Beliefs) -> Posterior:
-    """The posterior with what the causes add put into the unknowns themselves."""
-    n = len(found.names) - len(beliefs.causes)
-    D = beliefs.added(found.names[:n])
-    values, covariance = found.values.copy(), found.covariance.copy()
-    values[:n] += D @ values[n:]
-    covariance[:n] += D @ covariance[n:]
-    covariance[:, :n] += covariance[:, n:] @ D.T
-    return replace(found, values=values, covariance=covariance)
+    """The posterior of the unknowns alone, with what the causes add put into them."""
+    names = found.names[: len(found.names) - len(beliefs.causes)]
+    put = beliefs.put_into(names)
+    return Posterior(names, put @ found.values, found.covariance.mapped(put), found.log_evidence)
 
 
 def fit(
@@ -385,11 +353,11 @@ def fit(
     beliefs : Beliefs
     start : array (n,)
     """
-    D, n = beliefs.added(names), start.size
+    put, n = beliefs.put_into(names), start.size
     mean, width = beliefs.means(names), beliefs.widths(names)
 
     def whole(parts: FloatArray) -> FloatArray:
-        return np.asarray(parts[:n] + D @ parts[n:])
+        return np.asarray(put @ parts)
 
     def at(parts: FloatArray) -> _Tried:
         data = expand(blocks, names, whole(parts))
@@ -405,7 +373,7 @@ def fit(
         tried = at(here.parts + step)
         enough = here.value - 1e-6 * abs(here.value)
         # out of a narrow valley that bends: more steps from there lead back into it
-        while not tried.value >= enough and np.isfinite(tried.data.information).all():
+        while not tried.value >= enough and np.isfinite(tried.data.information.data).all():
             further = at(tried.parts + _step(tried, beliefs, whole)[0])
             if not further.value > tried.value:
                 break
@@ -439,4 +407,4 @@ def _step(
     aim = posterior_of(here.data, beliefs)
     step = aim.values - here.parts
     share = min(1.0, _LARGEST / max(float(np.abs(whole(step)).max()), 1e-300))
-    return share * step, np.sqrt(np.maximum(np.diag(aim.covariance), 1e-300))
+    return share * step, np.sqrt(np.maximum(aim.covariance.variances, 1e-300))

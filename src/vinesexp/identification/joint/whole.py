@@ -35,6 +35,7 @@ from vinesexp.identification.joint.causes import (
     with_unlike,
 )
 from vinesexp.identification.joint.collisions import LOCALS, bounced, rolls_from
+from vinesexp.identification.joint.covariance import Covariance
 from vinesexp.identification.joint.observations import Observed, observe
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
@@ -226,10 +227,33 @@ class Answer:
             None,
         )
 
+    def parts_of(self, T: FloatArray) -> dict[str, FloatArray]:
+        """Input to the covariance of some sums of unknowns that would go if its prior were exact.
+
+        The sums have their coefficients in the rows of T.
+        """
+        whole, left = self._sharper
+        return {label: whole.between(T) - one.between(T) for label, one in left.items()}
+
     @cached_property
-    def parts(self) -> dict[str, FloatArray]:
-        """Input to the covariance of all unknowns that would go if its prior were exact."""
-        return _parts(self)
+    def _sharper(self) -> tuple[Covariance, dict[str, Covariance]]:
+        """Covariance of all unknowns, and by input what it were if this input alone were exact."""
+        beliefs = self.judged.beliefs
+
+        def with_priors(of: Beliefs) -> Covariance:
+            return total(posterior_of(self.data, of), of).covariance
+
+        groups: dict[str, list[str]] = {}
+        for kind, label in INPUTS.items():
+            own = [
+                name
+                for name in self.observed.kinds.get(kind, ())
+                if beliefs.priors[name].error > 1e-8
+            ]
+            if own:
+                groups.setdefault(label, []).extend(own)
+        left = {label: with_priors(beliefs.exact(own)) for label, own in groups.items()}
+        return with_priors(beliefs), left
 
     def records_of(self, terms: Mapping[str, float]) -> tuple[str, ...]:
         """Records whose observations depend on any of some unknowns."""
@@ -450,7 +474,7 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     """
     found, in_flights = judged.posterior, names_in_flights(observed)
     left = unexplained(judged.found, in_flights)
-    shifts = [np.zeros_like(found.values)]
+    shifts = []
     for one in judged.found:
         if one.cause.kind == "drift":
             common = observed.common(next(iter(one.cause.moves)))
@@ -466,9 +490,8 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
         if share > 0.0:
             plain = judged.beliefs.without({one.cause.key})
             without = total(posterior_of(data, plain), plain)
-            shifts.append(share * (found.values - without.values[: found.values.size]))
-    covariance = found.covariance + np.sum([np.outer(s, s) for s in shifts], axis=0)
-    return replace(found, covariance=covariance)
+            shifts.append(share * (found.values - without.values))
+    return replace(found, covariance=found.covariance.plus(*shifts))
 
 
 def _as_sure_as_causes(data: Quadratic, observed: Observed, judged: Judged) -> Posterior:
@@ -482,10 +505,9 @@ def _as_sure_as_causes(data: Quadratic, observed: Observed, judged: Judged) -> P
         return found
     beliefs = judged.beliefs.without(doubted)
     near = _fitted(observed, data, beliefs)
-    without = total(posterior_of(near, beliefs), beliefs).values[: found.values.size]
+    without = total(posterior_of(near, beliefs), beliefs).values
     half = 0.5 * (without - found.values)
-    covariance = found.covariance + np.outer(half, half)
-    return replace(found, values=found.values + half, covariance=covariance)
+    return replace(found, values=found.values + half, covariance=found.covariance.plus(half))
 
 
 def effective(
@@ -502,15 +524,16 @@ def effective(
     flights = {b.record for b in answer.observed.blocks if b.kind == "flights"}
     if "r" not in index or ball not in index or not flights:
         return r, m
-    H = answer.data.of(flights).information
     two = [index["r"], index[ball]]
-    inner, size = H[np.ix_(two, two)], np.sqrt(np.diag(H)[two])
+    H = answer.data.of(flights).information @ np.eye(len(index))[:, two]
+    inner = H[two]
+    size = np.sqrt(np.diag(inner))
     # flights of several balls have an r for each, and none in common with a drop test
     if not size.all() or not np.linalg.cond(inner / np.outer(size, size)) < 1e8:
         return r, m
     for name in effects:
         if name in index:
-            by_r, by_m = np.linalg.solve(inner, H[two, index[name]])
+            by_r, by_m = np.linalg.solve(inner, H[index[name]])
             r[name] = float(by_r)
             if name != "friction":
                 m[name] = float(by_m)
@@ -611,33 +634,11 @@ def rig_posterior(
     for i, name in enumerate(wanted):
         # an error beyond one is no restitution that a rig can have
         values[i] = min(values[i], 1.0) if name == "r" else math.exp(values[i])
-    parts = {name: T @ whole @ T.T for name, whole in answer.parts.items()}
     of_ball = None
     if "r" in wanted and "m" in wanted:
         unnamed = [name for name in HIDDEN if answer.effect(name) is None]
         own_r, own_m = effective(answer, ball, unnamed)
         r_of, m_of = (posterior.of(with_own(terms))[0] for terms in (own_r, own_m))
         of_ball = min(r_of, 1.0), math.exp(stated + m_of)
-    return RigPosterior(tuple(wanted), values, T @ posterior.covariance @ T.T, parts, of_ball)
-
-
-def _parts(answer: Answer) -> dict[str, FloatArray]:
-    """Input to the covariance of all unknowns that would go if its prior alone were exact."""
-    beliefs, names = answer.judged.beliefs, answer.observed.names
-    n = len(names)
-    whole = total(posterior_of(answer.data, beliefs), beliefs).covariance[:n, :n]
-    groups: dict[str, list[str]] = {}
-    for kind, label in INPUTS.items():
-        own = [
-            name
-            for name in answer.observed.kinds.get(kind, ())
-            if beliefs.priors[name].error > 1e-8
-        ]
-        if own:
-            groups.setdefault(label, []).extend(own)
-    found = {}
-    for label, own in groups.items():
-        sharper = beliefs.exact(own)
-        left = total(posterior_of(answer.data, sharper), sharper).covariance[:n, :n]
-        found[label] = whole - left
-    return found
+    covariance, parts = posterior.covariance.between(T), answer.parts_of(T)
+    return RigPosterior(tuple(wanted), values, covariance, parts, of_ball)
