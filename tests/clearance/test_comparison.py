@@ -483,6 +483,16 @@ def test_a_spring_that_stiffens_has_a_large_motion_beside_the_orbit():
     assert swing_beside_orbit(softens, G=1e-3, frequency=7.2) is None
 
 
+@pytest.mark.compiles
+def test_a_large_motion_that_a_straight_spring_has_too_is_not_of_the_spring():
+    """1.3 % above f0 that rig swings by 8 or 15 mm; its kappa moved f0 by a part in 10^5."""
+    values = {"M": 6.006, "c1": 4.572, "k1": 6227.6, "m": 0.101, "r": 0.5484}
+    quantities = {name: Quantity(value) for name, value in values.items()}
+    rig = IdentifiedRig(quantities, Quantity(5.1249), Quantity(0.01182), stiffens=(5.1249, -0.034))
+    for frequency in (5.18, 5.19, 5.2, 5.21):
+        assert swing_beside_orbit(rig, G=0.8328e-3, frequency=frequency) is None
+
+
 def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dict[str, object]:
     return {
         "record": record, "frequency_hz": frequency, "frequency_error_hz": 1e-6,

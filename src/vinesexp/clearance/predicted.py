@@ -549,7 +549,7 @@ def swing_beside_orbit(
     A spring that stiffens turns its resonance towards a base below it: beside the small motion that
     b_c is of there may be a large one, with two impacts per cycle up to another clearance. By
     simulation with that spring, from rest and from a pull. None where both starts come to the
-    orbit, the spring is straight, or one that softens would not hold the mass.
+    orbit, the spring is too straight, or one that softens would not hold the mass.
     """
     from vinesexp.excitation import Harmonic, Release
     from vinesexp.solver.simulation import simulate
@@ -576,7 +576,10 @@ def swing_beside_orbit(
             return None
         late = motion.at(np.linspace(lasts, lasts + _LATE / f, 100 * _LATE))[0]
         largest = max(largest, 0.5 * float(np.ptp(late)))
-    return (float(swing[at]), largest) if largest > _LARGER * swing[at] else None
+    # A resonance that is turned by less than half its width is that of a straight spring, beside
+    # which a ball that is lost and captured again may swing as far.
+    turned = abs(kappa) * largest**2 > rig.zeta.value
+    return (float(swing[at]), largest) if turned and largest > _LARGER * swing[at] else None
 
 
 _BELOW, _LARGER = 0.95, 1.5  # of b_c; of the orbit's swing
