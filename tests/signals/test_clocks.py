@@ -81,6 +81,15 @@ def test_a_phase_that_wanders_has_no_step():
     assert not any(law is not None and law.steps for law in laws)
 
 
+@pytest.mark.parametrize("turn", [-2.0, 2.0])
+def test_a_base_that_yields_turns_its_phase_and_does_not_step(turn):
+    """As a mass starts from rest: 0.9 rad in 60 cycles were "lost samples" after 26 of them."""
+    t, noise = np.arange(240.0), 1e-3 * np.random.default_rng(3).standard_normal(240)
+    base = 1.0 + 0.9 * (1.0 - np.exp(-t / 20.0)) * np.exp(1j * turn)
+    weight = np.abs(base) / np.hypot(1e-3, np.gradient(np.abs(base)))
+    assert not law_of(Course(t, np.unwrap(np.angle(base)) + noise, 1.0, weight=weight)).steps
+
+
 RATE, F = 1000.0, 6.0
 
 

@@ -205,7 +205,12 @@ def _with_step(columns: FloatArray, y: FloatArray, weight: FloatArray, mixed: in
     later, before = slice(1 + mixed, None), slice(-1 - mixed)
     moves = (y[later] - y[before]) * np.minimum(weight[later], weight[before])
     step, error = float(solved[-1]), float(errors[-1])
-    if abs(step) <= sure * max(error, spread_of(moves) / math.sqrt(2.0)):
+    # And it is there, from one window to the next: a base that yields to a mass that starts from
+    # rest turns its phase by as much, in the course of the start.
+    apart = y - columns @ solved[:-1]
+    there = float(apart[best + 2 + mixed] - apart[best + 1])
+    least = sure * max(error, spread_of(moves) / math.sqrt(2.0))
+    if abs(step) <= least or abs(there - step) > 0.5 * abs(step):
         step = 0.0
     return _Stepped(own, solved, rest, errors, step, error, best + 2, sure)
 
