@@ -214,6 +214,16 @@ def test_a_record_of_fewer_than_two_periods_is_refused(tmp_path):
     assert "4 s hold 1.6 periods of the motion, expected at least two" in checks[0].detail
 
 
+@pytest.mark.parametrize("test", ["ringdown", "transient"])
+@pytest.mark.parametrize("moved", [0.0, 0.01])
+def test_a_shaker_that_rests_in_a_free_decay_is_no_missing_motion(test, moved, tmp_path):
+    """Without a laser the base was asked for it: "base shows no motion; was the sensor on?"."""
+    base = np.where(T > 2.0, moved, 0.0)
+    checks, seen = looked_over(tmp_path, test, base=base, acceleration=A)
+    assert "refused" not in [check.outcome for check in checks]
+    assert seen["acceleration"].size == T.size
+
+
 @pytest.mark.parametrize(("beside", "outcome"), [({}, "refused"), ({"displacement": X}, "warning")])
 def test_an_acceleration_alone_whose_motion_is_clipped_is_refused(beside, outcome, tmp_path):
     """It stands at its ends for two thirds of the cycle; with a displacement that is left to it."""

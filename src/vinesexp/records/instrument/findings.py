@@ -728,7 +728,7 @@ def _period(view: RecordView, record: Record) -> float | None:
         )
     if record.test == "drop":  # a bouncing ball has no period
         return None
-    motion = next((role for role in _MOTION if role in view.roles), None)
+    motion = next((role for role in _MOVING[record.test] if role in view.roles), None)
     if motion is None:
         raise RecordError(
             f"{', '.join(view.roles)} alone is enough for drop tests only, expected a channel of "
