@@ -43,6 +43,31 @@ def test_harmonics_of_the_base_leave_the_jumps_alone(multiple, gain):
     assert np.nanmax(np.abs(off(0.05, told=True) - pure)) < 2e-4
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.8, 1.6, 2.4])
+def test_the_second_harmonic_of_a_base_that_nobody_recorded_leaves_the_jumps_alone(phase):
+    """A force of x^2 has one of its phases; the other was a cavity that slopes by 1.4 degrees."""
+    rng = np.random.default_rng(1)
+    times = np.arange(0.51, 9.5, 0.5 / F)
+    times = times + 0.04 / F * rng.standard_normal(times.size)
+    jumps = 0.06 * np.where(np.arange(times.size) % 2, -1.0, 1.0)
+    t = np.arange(round(10.0 * RATE)) / RATE
+    s = np.maximum(t - times[:, np.newaxis], 0.0)
+    x = 4e-3 * np.cos(W * t + 0.4) + jumps @ (np.exp(-0.03 * W * s) * np.sin(W * s) / W)
+    x += 1e-7 * rng.standard_normal(t.size)
+
+    def off(size, *, told):
+        coarse = coarsen(x + size * np.cos(2.0 * W * t + phase), RATE, F)
+        if told:
+            coarse = replace(coarse, forced=bent_forces(coarse.values, coarse.step, frequency=F))
+        found = slope_changes(coarse, times, jumps, frequency=F).jump / jumps
+        return np.array([found[(times > 3.0) & (jumps * sign > 0.0)].mean() for sign in (1, -1)])
+
+    pure = off(0.0, told=True)
+    untold, told = (np.abs(off(1e-5, told=one) - pure).max() for one in (False, True))
+    assert untold > 2.5e-3
+    assert told < 1e-3
+
+
 @pytest.mark.parametrize("zeta", [0.002, 0.03, 0.06])
 def test_a_damper_that_is_straight_is_no_bent_one(zeta):
     """Impacts a third of a period apart and then two thirds: x^2 and v |v| would bend likewise."""

@@ -211,7 +211,8 @@ def bent_forces(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced
     """What a spring or a damper that is not straight moves the mass by beside its sine.
 
     A force k2 x^2 + k3 x^3 + c2 v |v| moves it by harmonics, which by their phase at the impacts
-    are taken for jumps of velocity, at one wall too large and at the other too small.
+    are taken for jumps of velocity, at one wall too large and at the other too small. A base that
+    no channel shows may move it by them as well, by the second one in the phase of x v, too.
 
     Parameters
     ----------
@@ -225,13 +226,13 @@ def bent_forces(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced
     Returns
     -------
     tuple of Forced
-        Their factors are the forces of x^2, x^3 and v |v| over that of the straight spring, at the
-        largest displacement and velocity.
+        Their factors are the forces of x^2, x^3, v |v| and x v over that of the straight spring,
+        at the largest displacement and velocity.
 
     Examples
     --------
     >>> t = np.arange(20000) / 1000.0
-    >>> _, third, _ = bent_forces(8e-3 * np.cos(2 * np.pi * 8.0 * t), 1e-3, frequency=8.0)
+    >>> _, third, _, _ = bent_forces(8e-3 * np.cos(2 * np.pi * 8.0 * t), 1e-3, frequency=8.0)
     >>> off = third.motion - 8e-3 / 32 * np.cos(2 * np.pi * 24.0 * t)
     >>> bool(np.abs(off[500:-500]).max() < 2e-6)
     True
@@ -241,7 +242,8 @@ def bent_forces(x: FloatArray, step: float, *, frequency: float) -> tuple[Forced
     if not largest:
         return ()
     v = np.gradient(x)
-    bent = ((x / largest) ** 2, (x / largest) ** 3, v * np.abs(v) / np.abs(v).max() ** 2)
+    v = v / np.abs(v).max()
+    bent = ((x / largest) ** 2, (x / largest) ** 3, v * np.abs(v), x / largest * v)
     # turned round at its end it begins as it ends
     found = (
         _answer(-largest * np.append(own, own[::-1]), step, frequency=frequency)[: x.size]
