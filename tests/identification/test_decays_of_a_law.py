@@ -134,6 +134,15 @@ def test_what_depends_on_amplitude_is_reported(bent):
     assert "the spring stiffens" in spring[0].detail
 
 
+def test_a_spring_is_said_to_stiffen_where_tests_are_as_large_as_ring_downs(bent):
+    """It was said by the change from 18.4 to 18 mm, or not at all."""
+    top = max(e.amplitude for e in bent if e.parameter == "f0" and e.data)
+    checks = identify_campaign([*bent, *working(top)], campaign(periodic=(2.5e-4,)), {}).checks
+    (spring,) = [c for c in checks if c.check == "spring"]
+    assert "the spring stiffens" in spring.detail
+    assert f"Hz at {500.0 * top:.3g} mm" in spring.detail
+
+
 def test_a_spring_that_softens_is_said_to(tmp_path):
     soft = Decay(0.0, 0.3, W, alpha=0.32, kappa=-0.01 / 0.02**2)
     found = [*decays(tmp_path, soft), *working(2e-3)]

@@ -385,12 +385,12 @@ def law_checks(posterior: Posterior, law: Law, top: float) -> list[Check]:
         slopes = dict(zip(TERMS.values(), law.gradient(name, amplitude).tolist(), strict=True))
         return float(law.log(name, amplitude)), posterior.of(slopes)[1]
 
+    # what it is used at may be the largest that there is
+    other = _LOWER * law.amplitude if abs(top / law.amplitude - 1.0) < _SAME else top
     checks = []
     words = {"law quadratic": "quadratic", "law coulomb": "Coulomb"}
     parts = [word for term, word in words.items() if term in law.free]
     if "ln_zeta" in posterior and parts:
-        # what it is used at may be the largest that there is
-        other = _LOWER * law.amplitude if abs(top / law.amplitude - 1.0) < _SAME else top
         here = math.exp(posterior.of({"ln_zeta": 1.0})[0])
         off, error = change("zeta", other)
         detail = (
@@ -402,13 +402,13 @@ def law_checks(posterior: Posterior, law: Law, top: float) -> list[Check]:
             "warning" if abs(math.expm1(off)) > max(SIGNIFICANT * error, _STRONG) else "ok"
         )
         checks.append(Check("", "damping", outcome, detail))
-    off, error = change("f0", top)
+    off, error = change("f0", other)
     if abs(off) > max(SIGNIFICANT * error, _LEAST_CHANGE):
         f0 = math.exp(posterior.of({"ln_f0": 1.0})[0])
-        stiff = "stiffens" if off * (top - law.amplitude) > 0.0 else "softens"
+        stiff = "stiffens" if off * (other - law.amplitude) > 0.0 else "softens"
         detail = (
             f"the spring {stiff}: f0 = {f0:.6g} Hz at {1e3 * law.amplitude:.3g} mm, where it is "
-            f"used, and {f0 * math.exp(off):.6g} Hz at {1e3 * top:.3g} mm"
+            f"used, and {f0 * math.exp(off):.6g} Hz at {1e3 * other:.3g} mm"
         )
         checks.append(Check("", "spring", "warning", detail))
     return checks
