@@ -811,10 +811,10 @@ def _effects(o: Observed) -> list[Cause]:
         for name in o.kinds.get("base late", ())
         for how, times, members in _AS_FAR
     ]  # fmt: skip
-    found += [
-        Cause(f"{name} +", "mistake", name, Direction({name: 1.0}, Prior(0.0, _CLOCK)))
-        for name in ("clock", "generator") if "generator" in o.names
-    ]  # fmt: skip
+    if "generator" in o.names:  # a quartz is off by a little, what was typed by anything
+        off = Direction({"clock": 1.0}, Prior(0.0, _CLOCK))
+        found.append(Cause("clock +", "mistake", "clock", off))
+        found += _by_any("generator", "generator", {"generator": 1.0}, _CLOCK)
     if "drop" in o.names and o.collisions:
         elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))
         found.append(Cause("drop +", "effect", "drop", elsewhere))
