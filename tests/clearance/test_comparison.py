@@ -625,6 +625,15 @@ def test_b_c_of_a_ball_with_friction_and_contacts_that_last_has_both():
     assert np.isfinite(swing).all()
 
 
+@pytest.mark.filterwarnings("error")
+def test_b_c_of_a_ball_with_effects_on_a_fast_rig_warns_of_no_cavity_that_nobody_stated():
+    """It was simulated with a cavity of 1 m: "would be crossed at 168 m/s; should it be 1 mm?"."""
+    fast = {"M": 1.5, "c1": 0.95, "k1": 104464.0, "r": 0.8, "f0": 42.0, "zeta": 0.0012}
+    row = {"parameter": "contact_time", "method": "impacts", "value": "2e-4", "std_error": "0"}
+    found = identified_rig([*combined(fast), row], Known(nes_mass=(Quantity(0.0045),)))
+    assert end_of_orbit(found, G=6e-6, frequency=42.0) == pytest.approx(2.29e-3, rel=0.01)
+
+
 def test_a_pull_to_the_middle_stays_in_the_effective_values():
     found = combined(TABLE_2) + impacts_rows({"hollow": 20.0, "r_effective": 0.61, "friction": 0.1})
     drawn = identified_rig(found, Known(nes_mass=(Quantity(0.032),)))

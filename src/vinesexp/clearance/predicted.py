@@ -257,10 +257,12 @@ def _end_over_plain(
     def end_of(m: float, r: float) -> float:
         return float(b_c_exact(G=G, frequency=f, **{**values, "m": m, "r": r}))
 
-    end = math.prod(simulated_end(Rig(oscillator, [b]), G=G, frequency=f) for b in balls)
+    plain_end = end_of(values["m"], values["r"])
+    rigs = (Rig(oscillator, [replace(ball, b=plain_end)]) for ball in balls)  # no cavity of 1 m
+    end = math.prod(simulated_end(rig, G=G, frequency=f) for rig in rigs)
     for ball in balls[1:]:  # what a second one has moves what the first one gives
         end /= end_of(ball.m, ball.r)
-    return end / end_of(values["m"], values["r"])
+    return end / plain_end
 
 
 def found_rolling(identified: Rows) -> float:
