@@ -145,6 +145,24 @@ def test_no_wall_is_an_outlier_of_the_other(plus, minus):
     assert says(found, "two walls differ")
 
 
+@pytest.mark.parametrize("dropped", [0.72, 0.88, 0.3])
+def test_drops_on_any_other_surface_leave_r_of_the_walls_alone(dropped):
+    """Beyond 0.2 r of half of the tests was another one, as a fact, and r of the rig 0.88."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.estimate import Estimate
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    found, campaign, tables = tables_of(departure())
+    drops = [Estimate("r", dropped, 1e-3, "1", "drop", (f"drop_{i}",)) for i in range(2)]
+    whole = identify_campaign([*found, *drops], campaign, tables)
+    (said,) = [check for check in whole.checks if check.check == "cause"]
+    (off,) = re.findall(r"drop tests differs from that of the walls by (\S+) ", said.detail)
+    assert float(off) == pytest.approx(dropped - R, abs=2e-3)
+    assert holds(r_of(whole), R)
+    assert r_of(whole).std_error < 2e-3 * R
+
+
 @pytest.mark.parametrize("slope", [pytest.param(-0.05, marks=pytest.mark.slow), -0.15])
 def test_r_over_impact_speed_is_reported(slope):
     found = consistent(body_r_slope=slope)

@@ -816,8 +816,11 @@ def _effects(o: Observed) -> list[Cause]:
         found.append(Cause("clock +", "mistake", "clock", off))
         found += _by_any("generator", "generator", {"generator": 1.0}, _CLOCK)
     if "drop" in o.names and o.collisions:
-        elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))
-        found.append(Cause("drop +", "effect", "drop", elsewhere))
+        found += [
+            Cause(f"drop +{how}", "effect", "drop",
+                  Direction({"drop": 1.0}, Prior(0.0, times * _WIDTHS["wall"])), members=members)
+            for how, times, members in _AS_FAR
+        ]  # fmt: skip
     return found
 
 
