@@ -1,5 +1,6 @@
 """What the records say of the values that were stated."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -84,6 +85,27 @@ def test_a_restitution_that_its_error_carries_beyond_one_is_one(monkeypatch):
     assert rig.of("r") == (1.0, pytest.approx(4e-5))
     assert rig.of("m")[0] == pytest.approx(0.032)
     assert rig.ball[0] == 1.0
+
+
+def test_a_cause_that_a_scatter_as_wide_as_seen_makes_needless_goes(monkeypatch):
+    """One of odds below 1 was left, and the square root of its share ended the campaign."""
+    scatter = Cause("scatter", "scatter", "tilt", None, wider={"own tilt: a": 0.1})
+    weak = Cause("effect tilt", "effect", "tilt", Direction({"tilt": 1.0}, Prior(0.0, 0.1)))
+    wide = replace(scatter, wider={"own tilt: a": 0.4})
+    fitted = SimpleNamespace(name="fit")
+    stand_ins = {
+        "fit": lambda *_: fitted, "_fitted": lambda *_: fitted, "_rubbed": lambda *_: None,
+        "_search": lambda *_, most: [(1.0, (scatter, weak), fitted)],
+        "with_unlike": lambda _, chosen: chosen, "posterior_of": lambda *_: None,
+        "as_wide_as_seen": lambda _, chosen: (wide, *chosen[1:]),
+        "needed": lambda _, __, chosen: (wide,) if wide in chosen else tuple(chosen),
+        "weighed": lambda _, __, ___, chosen, fitted: chosen,
+    }  # fmt: skip
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(whole, name, stand_in)
+    observed = SimpleNamespace(blocks=(), names=(), beliefs=Beliefs({}), start=np.zeros(0))
+    judged, _ = whole._best(observed, observed.beliefs, [])
+    assert judged == (wide,)
 
 
 def test_the_states_of_a_rig_are_read_as_they_were_written(tmp_path):

@@ -368,11 +368,12 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
     _, chosen, data = max(found, key=lambda one: one[0])
     if (merged := with_unlike(observed, chosen)) != chosen:
         chosen, data = merged, _fitted(observed, data, believing(observed.beliefs, merged))
-    while (kept := needed(data, observed, chosen)) != chosen:
-        chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
     seen = posterior_of(data, believing(observed.beliefs, chosen))
     if (wider := as_wide_as_seen(seen, chosen)) != chosen:
         chosen, data = wider, _fitted(observed, data, believing(observed.beliefs, wider))
+    # last, since beside a wider scatter less is needed
+    while (kept := needed(data, observed, chosen)) != chosen:
+        chosen, data = kept, _fitted(observed, data, believing(observed.beliefs, kept))
     fitted = partial(_fitted, observed, data)
     return weighed(data, observed, causes, chosen, fitted=fitted), data
 
