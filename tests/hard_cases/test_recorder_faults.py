@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from pathlib import Path
 
@@ -535,6 +536,21 @@ def test_a_frequency_that_was_typed_wrong_by_more_than_a_clock_can_be_leaves_f0_
     assert abs(f0.value - true) < 2.5 * f0.std_error < 3e-4 * true
     (said,) = [c.detail for c in found.checks if c.check == "cause" and "frequency_hz" in c.detail]
     assert f"it is truly {1.0 / typed:.5f}"[:-2] in said
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("typed", ["0.025", "2.5"])
+def test_a_decimal_point_that_slipped_in_one_base_amplitude_is_named(tmp_path, typed):
+    """It was a base that differs from that stated by another factor each time, not explained."""
+    tests = {f"p{i}": channels(b) for i, b in enumerate(_CAVITIES)}
+    rows = [periodic(f"p{i}", b) for i, b in enumerate(_CAVITIES)]
+    rows[1] = rows[1].replace(",0.25,", f",{typed},")
+    found = identified(tmp_path, {"ring": ring_down(), **tests}, [RING, *rows])
+    assert not [check.detail for check in found.checks if "not explained" in check.detail]
+    (said,) = [check.detail for check in found.checks if check.check == "cause"]
+    times, error = re.findall(r"= (?:\S+) mm: it is truly (\S+) \+- (\S+) times", said)[0]
+    assert f"base_amplitude_mm = {typed} mm" in said
+    assert abs(float(times) - 0.25 / float(typed)) < float(error) < 0.06 * float(times)
 
 
 _CAVITIES = (0.03, 0.04, 0.045)

@@ -1025,10 +1025,11 @@ def _of_lengths(
     found = _factors(key, about, every, _LENGTH, fixed=own) + _by_any(key, about, every, 0.3)
     if len(names) > 1:
         found += [
-            Cause(f"one {name}", "mistake", about,
-                  Direction({name: 1.0}, Prior(0.0, 0.3)), members=len(names),
+            Cause(f"one {name}{how}", "mistake", about,
+                  Direction({name: 1.0}, Prior(0.0, width)), members=members * len(names),
                   stated=(f"{1e3 * length:g} mm",))
             for length, name in names.items()
+            for how, width, members in (("", 0.3, 1), (", any", _ANY, 5))
         ]  # fmt: skip
     return found
 

@@ -255,13 +255,19 @@ def _signed(value: float, half: float) -> str:
 
 
 def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
-    share = value if "scale" in cause.key and cause.about == "clearance" else math.expm1(value)
+    if "scale" in cause.key and cause.about == "clearance":
+        times = 1.0 + value
+    else:
+        times = math.exp(value)
+        error *= times
     if cause.records:
         place = f"{place} in {', '.join(cause.records)}"
+    elif cause.stated:
+        place = f"{place} = {', '.join(cause.stated)}"
     what = "shows" if cause.about.endswith("gain") or " gain of" in cause.about else "is truly"
     shown = " (traces of single records are as it reads)" if "displacement" in cause.about else ""
     return (
-        f"{place}: it {what} {with_error(1.0 + share, error)} times what is stated; the analysis "
+        f"{place}: it {what} {with_error(times, error)} times what is stated; the analysis "
         f"uses the value found{shown}. Check it and correct it"
     )
 
