@@ -441,7 +441,8 @@ def identify_campaign(
     checks += said_of_law
     stated = _inputs(answer, campaign)
     checks += cause_checks(answer.judged)
-    checks += [*_contradicted(stated, answer), *_absent(rows, answer, campaign)]
+    checks += [*_contradicted(stated, answer), *_stretched(stated, answer)]
+    checks += _absent(rows, answer, campaign)
     checks += [*_trust_in_mass(sources, answer, campaign), *remarks(_left(used, answer))]
     return Identified(rows, checks, sources, levels, tuple(row for row, _ in stated), rig)
 
@@ -1109,6 +1110,35 @@ def _contradicted(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
         )
         checks.append(Check("", "test log", "warning", detail.replace(" 1,", ",")))
     return checks
+
+
+_KNOWN, _FARTHEST = 1e-8, 5.0  # as good as exact; of usual deviations, of which causes go four
+
+
+def _stretched(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
+    """One line for unknowns farther from what an ordinary lab has than any cause of them goes.
+
+    They stand for something that is no cause of the list. What was stated is in inputs.csv.
+    """
+    told = {name for _, unknowns in inputs for name in unknowns}
+    told |= {name for w in answer.judged.found for name in w.cause.moves}
+    priors, found = answer.judged.beliefs.priors, answer.posterior
+    errors = np.sqrt(found.covariance.variances)
+    far = []
+    for name, value, error in zip(found.names, found.values, errors, strict=True):
+        apart, usual = abs(value - priors[name].value), priors[name].error
+        if usual > _KNOWN and name not in told and apart > _FARTHEST * max(usual, error):
+            far.append((float(apart / usual), name))
+    if not far:
+        return []
+    widths, name = max(far)
+    more = f" (and {len(far) - 1} more)" if len(far) > 1 else ""
+    detail = (
+        f"not explained: the records fit with '{name}'{more} {widths:.0f} times as far off as an "
+        "ordinary lab leaves it, and no known effect or mistake goes as far: values may be wrong "
+        "by more than their errors"
+    )
+    return [Check("", "plain model", "warning", detail)]
 
 
 def _input(

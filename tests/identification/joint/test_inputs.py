@@ -19,7 +19,7 @@ from vinesexp.identification.joint.whole import (
     rig_posterior,
     write_rig,
 )
-from vinesexp.identification.whole_campaign import _contradicted, _input
+from vinesexp.identification.whole_campaign import _contradicted, _input, _stretched
 from vinesexp.records.stored.result_columns import Verdict
 
 
@@ -106,6 +106,27 @@ def test_a_cause_that_a_scatter_as_wide_as_seen_makes_needless_goes(monkeypatch)
     observed = SimpleNamespace(blocks=(), names=(), beliefs=Beliefs({}), start=np.zeros(0))
     judged, _ = whole._best(observed, observed.beliefs, [])
     assert judged == (wide,)
+
+
+@pytest.mark.parametrize(
+    ("off", "error", "said"),
+    [(4.9, 0.1, False), (5.1, 0.1, True), (-40.0, 0.1, True), (40.0, 9.0, False)],
+)
+def test_what_is_farther_off_than_any_cause_goes_is_not_explained(off, error, said):
+    """f0 was 14 errors off beside a generator 30 widths from where it may be, without a word."""
+    names = ("r", "typed", "generator", "caused", "exact")
+    values = np.array([0.6, 90.0, 1e-4 * off, 90.0, 1e-7])
+    posterior = Posterior(names, values, independent(1e-3, 1.0, 1e-4 * error, 1.0, 1e-9))
+    width = {"r": 1.0, "typed": 1.0, "generator": 1e-4, "caused": 1.0, "exact": 1e-9}
+    beliefs = Beliefs({name: Prior(0.0, w) for name, w in width.items()})
+    cause = SimpleNamespace(cause=SimpleNamespace(moves={"caused"}))
+    answer = SimpleNamespace(
+        posterior=posterior, judged=SimpleNamespace(beliefs=beliefs, found=(cause,))
+    )
+    checks = _stretched([({}, {"typed"})], answer)
+    assert [check.outcome for check in checks] == ["warning"] * said
+    if said:
+        assert f"'generator' {abs(off):.0f} times" in checks[0].detail
 
 
 def test_the_states_of_a_rig_are_read_as_they_were_written(tmp_path):
