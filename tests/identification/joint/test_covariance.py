@@ -22,11 +22,11 @@ def information(rng: np.random.Generator, n: int, each: int = 5) -> np.ndarray:
 @given(st.integers(0, 10_000), st.integers(6, 60))
 def test_products_sums_and_mixtures_are_those_of_the_inverse(seed, n):
     rng = np.random.default_rng(seed)
-    H, put = information(rng, n) + np.eye(n), rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.3)
-    factors, sure = factors_of(csc_array(H))
+    H, put = information(rng, n), rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.3)
+    factors, log_determinant, sure = factors_of(csc_array(H))
     assert sure
-    pivots = np.log(factors.U.diagonal()).sum()
-    assert pivots == pytest.approx(np.linalg.slogdet(H)[1], rel=1e-9)
+    H += np.eye(n)
+    assert log_determinant == pytest.approx(np.linalg.slogdet(H)[1], rel=1e-9)
     found = Covariance(((1.0, csc_array(np.eye(n)), factors),), np.zeros((n, 0)))
     full, T = np.linalg.inv(H), rng.normal(size=(3, n))
     near = {"rtol": 1e-7, "atol": 1e-9}
@@ -44,17 +44,17 @@ def test_products_sums_and_mixtures_are_those_of_the_inverse(seed, n):
 
 
 def test_variances_of_more_unknowns_than_are_solved_together():
-    H = information(np.random.default_rng(3), 700) + np.eye(700)
-    found = Covariance(
-        ((1.0, csc_array(np.eye(700)), factors_of(csc_array(H))[0]),), np.zeros((700, 0))
-    )
-    np.testing.assert_allclose(found.variances, np.diag(np.linalg.inv(H)), rtol=1e-7)
+    H = information(np.random.default_rng(3), 700)
+    same = csc_array(np.eye(700))
+    found = Covariance(((1.0, same, factors_of(csc_array(H))[0]),), np.zeros((700, 0)))
+    full = np.linalg.inv(H + np.eye(700))
+    np.testing.assert_allclose(found.variances, np.diag(full), rtol=1e-7)
 
 
 def test_few_entries_are_kept_of_many_unknowns():
     """138 tests took 2.6 GiB: the inverse of 3,000 unknowns has 9 million entries, many times."""
     H = information(np.random.default_rng(0), 3000)
-    factors, sure = factors_of(csc_array(H + np.eye(3000)))
+    factors, _, sure = factors_of(csc_array(H))
     assert sure
     assert factors.nnz < 0.01 * 3000**2
 
@@ -62,8 +62,8 @@ def test_few_entries_are_kept_of_many_unknowns():
 @pytest.mark.parametrize("known", [1e16, 1e30])
 def test_where_rounding_is_more_than_the_prior_there_are_factors_and_they_are_not_sure(known):
     """Twelve unknowns whose sum is known to all digits: no pivot may be less than nothing."""
-    H = np.eye(12) + known * np.ones((12, 12))
-    factors, sure = factors_of(csc_array(H))
+    H = known * np.ones((12, 12))
+    factors, log_determinant, sure = factors_of(csc_array(H))
     assert not sure
-    assert factors.U.diagonal().min() > 0.0
+    assert np.isfinite(log_determinant)
     assert factors.solve(H @ np.ones(12)).sum() == pytest.approx(12.0, rel=1e-2)

@@ -605,20 +605,25 @@ def gains_of_scatter(
 ) -> FloatArray:
     """Log evidence that each of some sets of wider priors adds, by what it adds to them alone."""
     gains = np.zeros(len(wider))
-    for i, one in enumerate(wider):
-        own = [name for name in one if name in data.index]
-        if not own:
-            continue
-        slope, left, held = _apart_from_all_else(data, beliefs, base, [{n: 1.0} for n in own])
-        errors = np.array([beliefs.priors[name].error for name in own])
-        more = np.sqrt(np.maximum(np.array([one[name] for name in own]) ** 2 - errors**2, 0.0))
+    block = np.cumsum([len(one) for one in wider]) // _TOGETHER
+    for some in (np.flatnonzero(block == k).tolist() for k in np.unique(block)):
+        names = dict.fromkeys(name for i in some for name in wider[i] if name in data.index)
+        place = {name: k for k, name in enumerate(names)}
+        slope, left, held = _apart_from_all_else(data, beliefs, base, [{n: 1.0} for n in names])
         curvature = left.T @ (data.information @ left) + held.T @ held
-        sizes, axes = np.linalg.eigh(np.eye(len(own)) + curvature * np.outer(more, more))
-        # beside one of 1e17 rounding makes one of 1 anything from -20 to 20
-        rounding = sizes.size * np.finfo(np.float64).eps * sizes[-1]
-        sizes = np.where(sizes - 1.0 > rounding, sizes, 1.0)
-        along = axes.T @ (more * slope)
-        gains[i] = 0.5 * (along**2 / sizes - np.log(sizes)).sum()
+        for i in some:
+            own = [name for name in wider[i] if name in place]
+            k = [place[name] for name in own]
+            errors = np.array([beliefs.priors[name].error for name in own])
+            wide = np.array([wider[i][name] for name in own])
+            more = np.sqrt(np.maximum(wide**2 - errors**2, 0.0))
+            inner = np.eye(len(k)) + curvature[np.ix_(k, k)] * np.outer(more, more)
+            sizes, axes = np.linalg.eigh(inner)
+            # beside one of 1e17 rounding makes one of 1 anything from -20 to 20
+            rounding = sizes.size * np.finfo(np.float64).eps * sizes.max(initial=1.0)
+            sizes = np.where(sizes - 1.0 > rounding, sizes, 1.0)
+            along = axes.T @ (more * slope[k])
+            gains[i] = 0.5 * (along**2 / sizes - np.log(sizes)).sum()
     return gains
 
 
@@ -666,11 +671,10 @@ def _apart_from_all_else(
     D = csc_array((factors, places, ends), shape=(n, len(directions)))
     put = beliefs.put_into(data.names)
     slope = D.T @ (data.gradient - data.information @ (put @ base.values - data.at))
-    directed = D.toarray()
-    along = data.information @ directed
+    along = (data.information @ D).toarray()
     follows = base.covariance @ (put.T @ along)
     width = beliefs.widths(data.names)[:, np.newaxis]
-    return slope, directed - put @ follows, follows / width
+    return slope, D.toarray() - put @ follows, follows / width
 
 
 def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from vinesexp.arrays import FloatArray
@@ -79,21 +79,25 @@ def mixed(parts: Sequence[tuple[float, Covariance]]) -> Covariance:
     )
 
 
-def factors_of(H: csc_array) -> tuple[SuperLU, bool]:
-    """Factors of a symmetric matrix without negative directions, and whether its digits are enough.
+def factors_of(H: csc_array) -> tuple[SuperLU, float, bool]:
+    """Factors of the unit matrix plus one without negative directions, its determinant's logarithm.
 
-    Where records seem to know a sum of unknowns to all digits, rounding is more than the priors: a
-    pivot is then made of rounding alone. The matrix has as much more on its diagonal as it takes.
+    And whether its digits are enough: where records seem to know a sum of unknowns to all digits,
+    rounding is more than the unit matrix, and a pivot may be made of rounding alone. The diagonal
+    then has as much more as it takes.
     """
-    size, more, sure = H.diagonal(), 0.0, True
+    n, more, sure = H.shape[0], 0.0, True
+    one = csc_array((np.ones(n), np.arange(n), np.arange(n + 1)), shape=(n, n))
+    H = H + one
     while True:
         try:
             found = splu(
-                H + diags_array(more * size), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
+                H + more * one * H.diagonal() if more else H, permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0, options={"SymmetricMode": True},
             )  # fmt: skip
-            if found.U.diagonal().min(initial=1.0) > 0.0:
-                return found, sure
+            pivots = found.U.diagonal()
+            if pivots.min(initial=1.0) > 0.0:
+                return found, float(np.log(pivots).sum()), sure
         except RuntimeError:  # exactly singular
             pass
-        sure, more = False, max(10.0 * more, len(size) * np.finfo(np.float64).eps)
+        sure, more = False, max(10.0 * more, n * np.finfo(np.float64).eps)

@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, diags_array, eye_array
+from scipy.sparse import coo_array, csc_array
 
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.identification.joint.covariance import Covariance, factors_of
@@ -234,17 +234,17 @@ class Beliefs:
 
         A sparse array (n, n + causes).
         """
-        index = {name: i for i, name in enumerate(names)}
+        n, index = len(names), {name: i for i, name in enumerate(names)}
         terms = [
-            (factor, index[name], len(names) + k)
+            (index[name], n + k, factor)
             for k, direction in enumerate(self.causes.values())
             for name, factor in direction.terms.items()
             if name in index
         ]
-        terms += [(1.0, i, i) for i in range(len(names))]
-        values, rows, columns = zip(*terms, strict=True)
-        shape = len(names), len(names) + len(self.causes)
-        return csc_array((values, (rows, columns)), shape=shape)
+        rows, columns, values = np.array([*terms]).reshape(-1, 3).T
+        places = (np.concatenate([np.arange(n), of]).astype(np.intp) for of in (rows, columns))
+        shape = n, n + len(self.causes)
+        return csc_array((np.concatenate([np.ones(n), values]), tuple(places)), shape=shape)
 
     def _every(self, names: tuple[str, ...]) -> list[Prior]:
         return [self.priors[n] for n in names] + [d.prior for d in self.causes.values()]
@@ -316,17 +316,18 @@ def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
     mean, width = beliefs.means(data.names), beliefs.widths(data.names)
     # in prior widths the prior is the unit matrix; what is known as well as any number is left out
     free = np.flatnonzero(width > _KNOWN)
-    widths = diags_array(width).tocsc()[:, free]
+    place = np.arange(free.size)
+    widths = csc_array((width[free], (free, place)), shape=(width.size, free.size))
     put = beliefs.put_into(data.names)
     to = put @ widths
-    factors, sure = factors_of((to.T @ data.information @ to + eye_array(free.size)).tocsc())
+    factors, log_determinant, sure = factors_of((to.T @ data.information @ to).tocsc())
     start = data.at - put @ mean
     slope = data.gradient + data.information @ start
     g = to.T @ slope
     z = factors.solve(g)
     # half of the square, less what the expansion has at the prior means
     fit = float(0.5 * g @ z - 0.5 * (data.gradient + slope) @ start)
-    evidence = fit - 0.5 * float(np.log(factors.U.diagonal()).sum()) if sure else _NO_EVIDENCE
+    evidence = fit - 0.5 * log_determinant if sure else _NO_EVIDENCE
     covariance = Covariance(((1.0, widths, factors),), np.zeros((mean.size, 0)))
     return Posterior(data.names + tuple(beliefs.causes), mean + widths @ z, covariance, evidence)
 
