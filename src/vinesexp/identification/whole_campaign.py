@@ -1123,11 +1123,11 @@ def _stretched(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
     told = {name for _, unknowns in inputs for name in unknowns}
     told |= {name for w in answer.judged.found for name in w.cause.moves}
     priors, found = answer.judged.beliefs.priors, answer.posterior
-    errors = np.sqrt(found.covariance.variances)
     far = []
-    for name, value, error in zip(found.names, found.values, errors, strict=True):
+    for name, value in zip(found.names, found.values, strict=True):
         apart, usual = abs(value - priors[name].value), priors[name].error
-        if usual > _KNOWN and name not in told and apart > _FARTHEST * max(usual, error):
+        stretched = usual > _KNOWN and name not in told and apart > _FARTHEST * usual
+        if stretched and apart > _FARTHEST * found.of({name: 1.0})[1]:
             far.append((float(apart / usual), name))
     if not far:
         return []
