@@ -22,6 +22,7 @@ import numpy as np
 from vinesexp.identification import whole_campaign
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.identification.joint import whole
+from vinesexp.identification.joint.causes import Cause, Observed
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -58,8 +59,8 @@ def measured(folder: Path, results: Path, times: int) -> tuple[int, int, int, fl
     found = several(campaign, ResultPaths(results), times)
     sizes: list[tuple[int, int]] = []
 
-    def counted(observed, *args, **known):  # type: ignore[no-untyped-def]
-        causes = possible(observed, *args, **known)
+    def counted(observed: Observed) -> list[Cause]:
+        causes = possible(observed)
         sizes.append((len(observed.names), len(causes)))
         return causes
 

@@ -31,7 +31,7 @@ from vinesexp.identification.joint.over_amplitude import (
     level_values,
     swing_of_levels,
 )
-from vinesexp.identification.joint.unknowns import Posterior
+from vinesexp.identification.joint.unknowns import KNOWN, Posterior
 from vinesexp.identification.joint.whole import (
     HIDDEN,
     Answer,
@@ -1112,7 +1112,7 @@ def _contradicted(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
     return checks
 
 
-_KNOWN, _FARTHEST = 1e-8, 5.0  # as good as exact; of usual deviations, of which causes go four
+_FARTHEST = 5.0  # usual deviations; causes go as far as four
 
 
 def _stretched(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
@@ -1126,7 +1126,7 @@ def _stretched(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
     far = []
     for name, value in zip(found.names, found.values, strict=True):
         apart, usual = abs(value - priors[name].value), priors[name].error
-        stretched = usual > _KNOWN and name not in told and apart > _FARTHEST * usual
+        stretched = usual > KNOWN and name not in told and apart > _FARTHEST * usual
         if stretched and apart > _FARTHEST * found.of({name: 1.0})[1]:
             far.append((float(apart / usual), name))
     if not far:

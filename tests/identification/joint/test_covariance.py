@@ -67,3 +67,11 @@ def test_where_rounding_is_more_than_the_prior_there_are_factors_and_they_are_no
     assert not sure
     assert np.isfinite(log_determinant)
     assert factors.solve(H @ np.ones(12)).sum() == pytest.approx(12.0, rel=1e-2)
+
+
+def test_what_is_no_number_ends():
+    """The pivots of such a matrix stay no numbers, however much its diagonal has more."""
+    H = information(np.random.default_rng(0), 20)
+    H[4, 4] = np.nan
+    with pytest.raises(np.linalg.LinAlgError, match="no number"):
+        factors_of(csc_array(H))

@@ -1,8 +1,7 @@
 """Covariance of many unknowns as the factors of a sparse matrix.
 
 Most unknowns are those of one record and meet those of others by what all share, so that nearly all
-entries of the information are zero. Its factors have few entries too, where its inverse has all:
-time and memory grow with the number of records, not with its third and second power.
+entries of the information are zero. Its factors have few entries too, where its inverse has all.
 """
 
 from __future__ import annotations
@@ -85,11 +84,16 @@ def factors_of(H: csc_array) -> tuple[SuperLU, float, bool]:
     And whether its digits are enough: where records seem to know a sum of unknowns to all digits,
     rounding is more than the unit matrix, and a pivot may be made of rounding alone. The diagonal
     then has as much more as it takes.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If H holds what is no number.
     """
     n, more, sure = H.shape[0], 0.0, True
     one = csc_array((np.ones(n), np.arange(n), np.arange(n + 1)), shape=(n, n))
     H = H + one
-    while True:
+    while more <= 1.0:
         try:
             found = splu(
                 H + more * one * H.diagonal() if more else H, permc_spec="MMD_AT_PLUS_A",
@@ -101,3 +105,4 @@ def factors_of(H: csc_array) -> tuple[SuperLU, float, bool]:
         except RuntimeError:  # exactly singular
             pass
         sure, more = False, max(10.0 * more, n * np.finfo(np.float64).eps)
+    raise np.linalg.LinAlgError("the information of the records is no number")

@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import csc_array
 
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.identification.joint.covariance import Covariance, factors_of
@@ -143,17 +143,14 @@ class Quadratic:
 
 def _sums(parts: Sequence[Part], n: int) -> tuple[FloatArray, csc_array]:
     gradient = np.zeros(n)
+    if not parts:
+        return gradient, csc_array((n, n))
     for part in parts:
         gradient[part.used] += part.gradient
-    rows, columns, values = (
-        np.concatenate([*own, np.zeros(0, dtype=kind)])
-        for own, kind in (
-            ([np.repeat(p.used, p.used.size) for p in parts], np.intp),
-            ([np.tile(p.used, p.used.size) for p in parts], np.intp),
-            ([p.information.ravel() for p in parts], np.float64),
-        )
-    )
-    return gradient, coo_array((values, (rows, columns)), shape=(n, n)).tocsc()
+    rows = np.concatenate([np.repeat(p.used, p.used.size) for p in parts])
+    columns = np.concatenate([np.tile(p.used, p.used.size) for p in parts])
+    values = np.concatenate([p.information.ravel() for p in parts])
+    return gradient, csc_array((values, (rows, columns)), shape=(n, n))
 
 
 @dataclass(frozen=True)
@@ -266,7 +263,7 @@ class Beliefs:
         return replace(self, causes={k: d for k, d in self.causes.items() if k not in names})
 
 
-_KNOWN = 2e-9  # width of what is known as well as any number
+KNOWN = 2e-9  # width of what is known as well as any number
 _NO_EVIDENCE = -1e12
 _EXACT = 1e-4  # of an uncertainty: as good as none, and no matrix becomes singular
 
@@ -315,7 +312,7 @@ def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
     """
     mean, width = beliefs.means(data.names), beliefs.widths(data.names)
     # in prior widths the prior is the unit matrix; what is known as well as any number is left out
-    free = np.flatnonzero(width > _KNOWN)
+    free = np.flatnonzero(width > KNOWN)
     place = np.arange(free.size)
     widths = csc_array((width[free], (free, place)), shape=(width.size, free.size))
     put = beliefs.put_into(data.names)
