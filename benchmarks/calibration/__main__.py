@@ -3,6 +3,7 @@
     python -m benchmarks.calibration --count 40            # campaigns 0 to 39
     python -m benchmarks.calibration --first 7 --count 1 --keep FOLDER    # its folder stays
     python -m benchmarks.calibration --mistakes open       # mistakes that people make
+    python -m benchmarks.calibration --mistakes two --count 20    # two of them at once
     python -m benchmarks.calibration --page                # of what was measured
 
 Outcomes are kept, a line of JSON each, in results/calibration; those of the present code are found
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.calibration.draw import campaign
-from benchmarks.calibration.mistakes import mistaken, mistakes
+from benchmarks.calibration.mistakes import mistaken, mistakes, two_mistakes
 from benchmarks.calibration.page import coverage_rows, page, summary
 from benchmarks.calibration.scene import Scene
 from benchmarks.calibration.study import judged, prepare, study
@@ -45,7 +46,9 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=0, help="campaigns, or seeds of each mistake")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=1e9, help="begin none after so long")
-    parser.add_argument("--mistakes", choices=("open", "held", "all"), help="instead of campaigns")
+    parser.add_argument(
+        "--mistakes", choices=("open", "held", "all", "two"), help="instead of campaigns"
+    )
     parser.add_argument("--only", default="", help="mistakes with one of these words (a|b)")
     parser.add_argument("--keep", type=Path, help="campaign folders stay here, results in each")
     parser.add_argument(
@@ -96,9 +99,11 @@ def outcomes(path: Path, label: str = "") -> list[dict[str, Any]]:
 def _wanted(args: argparse.Namespace) -> list[tuple[str, int]]:
     if not args.mistakes:
         return [(f"campaign {seed}", seed) for seed in range(args.first, args.first + args.count)]
+    seeds = range(args.first, args.first + (args.count or 1))
+    if args.mistakes == "two":
+        return [(two_mistakes(seed), seed) for seed in seeds]
     words = args.only.split("|")
     names = [m.name for m in mistakes(args.mistakes) if any(word in m.name for word in words)]
-    seeds = range(args.first, args.first + (args.count or 1))
     return [(name, seed) for seed in seeds for name in names]
 
 

@@ -1,4 +1,4 @@
-"""Mistakes that people make, one a campaign, on rigs without effects.
+"""Mistakes that people make, one or two a campaign, on rigs without effects.
 
 One half is open: the package may be tuned with it. The other is held back: it is looked at when
 nothing is changed any more.
@@ -16,6 +16,7 @@ from benchmarks.calibration.scene import Scene, Test
 _KINDS = ("ringdown", "periodic", "transient", "drop")
 _BALLS = "periodic transient"
 _SEEDS = 10_000  # of the rigs: none that a campaign of the other family has
+_AND = " + "
 
 Change = Callable[[Scene, np.random.Generator], Scene]
 
@@ -35,8 +36,14 @@ def mistakes(which: str = "all") -> list[Mistake]:
     return [m for m in _ALL if which == "all" or m.held == (which == "held")]
 
 
+def two_mistakes(seed: int) -> str:
+    """The names of two mistakes that a seed draws, one after the other."""
+    drawn = np.random.default_rng([seed, 29]).choice(len(_ALL), size=2, replace=False)
+    return _AND.join(_ALL[k].name for k in drawn)
+
+
 def mistaken(name: str, seed: int) -> Scene:
-    """The campaign of a mistake."""
+    """The campaign of a mistake, or of two."""
     return _made(name, seed, _plain(seed))
 
 
@@ -59,12 +66,12 @@ def _plain(seed: int) -> Scene:
 
 
 def _made(name: str, seed: int, scene: Scene) -> Scene:
-    mistake = next(m for m in _ALL if m.name == name)
-    changed = mistake.make(scene, np.random.default_rng([seed, 23]))
-    return replace(
-        changed, name=name, seed=seed, causes=mistake.causes,
-        family="held mistake" if mistake.held else "open mistake",
-    )  # fmt: skip
+    made = [next(m for m in _ALL if m.name == one) for one in name.split(_AND)]
+    for mistake in made:
+        scene = mistake.make(scene, np.random.default_rng([seed, 23]))
+    family = "two mistakes" if len(made) > 1 else f"{'held' if made[0].held else 'open'} mistake"
+    causes = frozenset[str]().union(*(mistake.causes for mistake in made))
+    return replace(scene, name=name, seed=seed, causes=causes, family=family)
 
 
 def _typed(column: str, change: Callable[[float], float], kinds: str) -> Change:

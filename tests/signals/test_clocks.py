@@ -8,7 +8,7 @@ import pytest
 
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import FROM_REST, RECORDERS, RecordWriter, open_record
-from vinesexp.signals.clocks import Course, _error_of_phase, fault_of, law_of
+from vinesexp.signals.clocks import Course, _error_of_phase, fault_of, law_of, mend_clocks
 
 
 def scatter(n: int, seed: int) -> np.ndarray:
@@ -246,21 +246,27 @@ def test_some_wrong_samples_are_no_lost_ones(tmp_path, wrong):
     assert faults == [None, None]
 
 
-def lags(path, late, n=14_000):
-    """What is found where an acceleration is read by so many samples too late at each sample."""
+def lagging(path, late, n=14_000, **known):
+    """A record whose acceleration is read by so many samples too late at each sample."""
     at, rng = np.arange(n) / RATE, np.random.default_rng(1)
     w, parts = 2.0 * np.pi * F, [(k, 5e-3 / k**2, 0.7 * k) for k in (1, 2, 3, 4, 5)]
     x = sum(size * np.sin(k * w * at + p) for k, size, p in parts)
     late = at + late / RATE
     a = sum(-size * (k * w) ** 2 * np.sin(k * w * late + p) for k, size, p in parts)
     kinds = {"displacement": "displacement", "acceleration": "acceleration"}
-    with RecordWriter(path, sample_rate=RATE, quantities=kinds) as writer:
+    with RecordWriter(path, sample_rate=RATE, quantities=kinds, **known) as writer:
         writer.append({
             "displacement": x + 1e-7 * rng.standard_normal(n),
             "acceleration": a + 1e-2 * rng.standard_normal(n),
         })  # fmt: skip
+    return Record("a", path, "periodic", frequency=(F, F))
+
+
+def lags(path, late):
+    """What is found in such a record."""
+    record = lagging(path, late)
     with open_record(path) as view:
-        found = fault_of(view, Record("a", path, "periodic"), F)
+        found = fault_of(view, record, F)
     return None if found is None else found.checks[0].detail
 
 
@@ -274,3 +280,17 @@ def test_a_lag_that_steps_by_less_than_a_sample_has_lost_none(tmp_path, samples,
 def test_a_clock_that_is_off_by_less_than_a_sample_over_a_record_stays(tmp_path, samples, drifts):
     found = lags(tmp_path / "a.nc", np.linspace(0.0, samples, 14_000))
     assert (found is not None and "whose clock differs" in found) == drifts
+
+
+def test_a_second_recorder_that_lost_samples_has_both_mended(tmp_path):
+    """Neither was said: with another clock, the lag above the oscillation steps nowhere."""
+    lost = np.where(np.arange(14_000) > 6_000, 20.0, 0.0)
+    recorders = {"attributes": {RECORDERS: "displacement;acceleration"}}
+    path = tmp_path / "a.nc"
+    record = lagging(path, lost - np.linspace(0.0, 35.0, 14_000), **recorders)
+    first, second = mend_clocks(path, record)
+    assert "whose clock differs by -0.25" in first.detail
+    assert "acceleration: samples are lost at 5.8" in second.detail
+    assert "steps by 20 ms" in second.detail
+    with open_record(path) as view:
+        assert fault_of(view, record, F) is None

@@ -447,6 +447,8 @@ def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> C
     v_a = _velocity(a, step, frequency, -1)
     # A steady motion of two clocks is most alike where the least of it overlaps.
     law, t = law_of(lag_over_time(a, x, step, frequency=frequency)), step * np.arange(x.size)
+    if law is not None and law.steps:  # lost samples, beside which no one shift is the best
+        return None
     slopes = [law.slope] if law is not None and law.slopes and law.straight else []
     tried = (np.interp(t, (1.0 - slope) * t, x) for slope in (*slopes, 0.0))
     shifts = (_best_shift(v_a, _velocity(one, step, frequency, 1)) for one in tried)
@@ -515,13 +517,16 @@ def _between_channels(view: RecordView, record: Record, frequency: float) -> Cor
         return None
     rate, length = view.sample_rate, view.n / view.sample_rate
     steps = law.steps and abs(law.step) * rate > 1.0 - _WHOLE
-    if steps and _delays(a[free:], x[free:], step, frequency, law):
+    if steps and not _delays(a[free:], x[free:], step, frequency, law):
+        return None
+    drifts = law.slopes and (law.straight or steps) and abs(law.slope) * length * rate > _DRIFTS
+    if steps and not drifts:  # of two clocks what is lost shows when they are one
         # A displacement that comes earlier beside the acceleration has lost samples.
         role = "displacement" if law.step < 0.0 else "acceleration"
         seen = f"its lag beside the other channels steps by {1e3 * abs(law.step):.3g} ms"
         at, reach = free * k + law.at * rate, _LAG_CYCLES * rate / frequency
         return _lost_at(view, record, at, reach, seen, role, round(abs(law.step) * rate))
-    if steps or not (law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS):
+    if not drifts:
         return None
     role = _of_its_own(view, frequency, law.slope)
     detail = (
@@ -549,8 +554,8 @@ def _delays(a: FloatArray, x: FloatArray, step: float, frequency: float, law: La
     above, w = lines_between(size, step, ABOVE_IT, frequency)
     a, x = (parts_of(y[:n], size) for y in (a, x))
     A, X = second_derivative_beside(a, x, step, w, above)
-    cross = A * X.conj()
-    middle = (max(size // 2, 1) * np.arange(len(cross)) + 0.5 * size) * step
+    middle = (max(size // 2, 1) * np.arange(len(A)) + 0.5 * size) * step
+    cross = A * X.conj() * np.exp(-1j * law.slope * w * middle[:, np.newaxis])  # of one clock
     apart = 0.5 * size * step  # a window across the step shows a mixture
     parts = [cross[middle < law.at - apart], cross[middle > law.at + apart]]
     sums = [part.sum(axis=0) for part in parts]
