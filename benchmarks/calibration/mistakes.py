@@ -42,6 +42,11 @@ def two_mistakes(seed: int) -> str:
     return _AND.join(_ALL[k].name for k in drawn)
 
 
+def parts_of(name: str) -> list[str]:
+    """The mistakes of a campaign by its name."""
+    return name.split(_AND)
+
+
 def mistaken(name: str, seed: int) -> Scene:
     """The campaign of a mistake, or of two."""
     return _made(name, seed, _plain(seed))
@@ -66,7 +71,7 @@ def _plain(seed: int) -> Scene:
 
 
 def _made(name: str, seed: int, scene: Scene) -> Scene:
-    made = [next(m for m in _ALL if m.name == one) for one in name.split(_AND)]
+    made = [next(m for m in _ALL if m.name == one) for one in parts_of(name)]
     for mistake in made:
         scene = mistake.make(scene, np.random.default_rng([seed, 23]))
     family = "two mistakes" if len(made) > 1 else f"{'held' if made[0].held else 'open'} mistake"

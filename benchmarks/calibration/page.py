@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from benchmarks.calibration.mistakes import mistakes, parts_of
+
 Outcome = dict[str, Any]
 
 VALUES = ("f0", "zeta", "M", "c1", "k1", "r", "b_c", "b_t")
@@ -93,6 +95,8 @@ def summary(found: Sequence[Outcome]) -> str:
         own = [o for o in found if o["family"] == family]
         if own:
             lines += ["", *_mistakes(own, words)]
+    if pairs := [o for o in found if o["family"] == "two mistakes"]:
+        lines += ["", _two_at_once(pairs)]
     return "\n".join(lines)
 
 
@@ -230,6 +234,22 @@ _ROWS: list[tuple[str, str, Callable[[Sequence[Outcome]], str]]] = [
     ("processor, joint estimate, median", "", _seconds),
     ("crashes", "none", lambda found: str(sum("crash" in o for o in found))),
 ]  # fmt: skip
+
+
+def _two_at_once(found: Sequence[Outcome]) -> str:
+    """Of campaigns with two mistakes: how many of these are named, and what else is said."""
+    sound = [o for o in found if "crash" not in o]
+    causes = {mistake.name: mistake.causes for mistake in mistakes()}
+    there = [(causes[one], set(o["named"])) for o in sound for one in parts_of(o["name"])]
+    missed = [not of & named for of, named in there if of]
+    false = sum(bool(o["false"]) for o in sound)
+    wrong = sum(bool(o["far"]) and not o["unexplained"] for o in sound)
+    return (
+        f"Two mistakes at once: {len(found)} campaigns, {len(found) - len(sound)} crashed; "
+        f"{len(missed) - sum(missed)} of {len(missed)} mistakes named; a false cause stated in "
+        f'{false}; an interval that misses by more than 4 errors without "not explained" in '
+        f"{wrong}."
+    )
 
 
 def _mistakes(found: Sequence[Outcome], words: str) -> list[str]:
