@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.clearance.levels import Tested
-from vinesexp.clearance.optimum import SCATTER, end_of_permanent, fastest, lowest_amplitude
+from vinesexp.clearance.optimum import (
+    SCATTER,
+    end_of_permanent,
+    fastest,
+    lowest_amplitude,
+    scatter_of,
+)
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.regime_definitions import Swing
 
@@ -254,3 +260,18 @@ def test_a_ball_that_never_moved_bounds_no_valley():
              Tested(0.035, 6.9, MODULATED)]  # fmt: skip
     assert lowest_amplitude(tests, b_c=0.034).low == 0.025
     assert lowest_amplitude(tests[1:], b_c=0.034).bound == "at most"
+
+
+def test_tests_repeated_alike_show_their_scatter_once_from_clearance_to_clearance():
+    """Means of four tests are known twice as well: that they differ as much says twice as much."""
+
+    def tests(each):
+        return [
+            Tested(0.03 + k * 1e-3, 5.0 + 0.1 * (-1) ** k, "two symmetric")
+            for k in range(9) for _ in range(each)
+        ]  # fmt: skip
+
+    apart, repeated = 6, 9 * 3  # fours of neighbours; repetitions, which differ by nothing
+    shown = scatter_of(tests(1)) ** 2 * (1 + apart) - SCATTER**2
+    expected = (SCATTER**2 + 4.0 * shown) / (1 + apart + repeated)
+    assert scatter_of(tests(4)) ** 2 == pytest.approx(expected)
