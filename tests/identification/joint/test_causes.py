@@ -374,7 +374,7 @@ def test_a_contact_that_lasts_is_told_and_is_no_warning(about, outcome):
     """Every contact lasts, r over speed is no line; a cavity that slopes is another matter."""
     cause = Cause(f"effect {about}", "effect", about, Direction({about: 1.0}, Prior(0.0, 1e-3)))
     weighed = Weighed(cause, 50.0, 3e-4, 1e-5, (), True)
-    (said,) = cause_checks(SimpleNamespace(found=(weighed,)))
+    (said,) = cause_checks(Judged(Beliefs({}), None, (weighed,)))
     assert (said.check, said.outcome) == ("cause", outcome)
 
 
@@ -384,7 +384,7 @@ def test_what_separate_mountings_explain_as_well_contradicts_nothing():
     mounted = Cause("remounted f0", "remounting", "f0", None, wider={"own f0: a": 1e-4})
     for cause, rival in ((moved, mounted), (mounted, moved)):
         weighed = Weighed(cause, 50.0, 1e-4, 1e-6, (rival,), False)
-        (check,) = cause_checks(SimpleNamespace(found=(weighed,)))
+        (check,) = cause_checks(Judged(Beliefs({}), None, (weighed,)))
         assert (check.check, check.outcome) == ("remounting", "ok")
         assert check.detail.endswith("or it is f0 that changes along the campaign")
 
@@ -848,10 +848,10 @@ def test_of_rivals_each_is_in_the_values_however_likely_one_more_cause_is():
     rival = replace(observed.beliefs, priors=observed.beliefs.priors | {"level": Prior(1.5, 1e-3)})
     even = evidence_of(data, observed.beliefs) - evidence_of(data, rival)  # as probable
     found = [
-        _averaged(data, observed.beliefs, left, [(drift(), rival, even)], lambda _: data)[0]
+        _averaged(data, observed.beliefs, left, [(drift(), rival, even)], lambda _: data, ())
         for left in ([], [one(0)])
     ]
-    levels, errors = np.array([own.of({"level": 1.0}) for own in found]).T
+    levels, errors = np.array([own.posterior.of({"level": 1.0}) for own in found]).T
     assert errors.min() > 0.3
     assert levels[0] == pytest.approx(levels[1], abs=0.1)
 
@@ -864,9 +864,15 @@ def test_a_cause_that_the_law_of_another_may_explain_is_half_in_the_value():
     left = one(0)
     (odds,) = scores(data, observed.beliefs, posterior_of(data, observed.beliefs), [left])
     assert odds > 100.0
-    found, (_, other) = _averaged(data, observed.beliefs, [left], [], lambda _: data)
-    value, error = found.of({"level": 1.0})
-    assert (other.share, other.cause) == (pytest.approx(0.5), left)
+    # of others that explain a part of it none counts
+    judged = _averaged(data, observed.beliefs, [one(1), left, one(2)], [], lambda _: data, ())
+    value, error = judged.posterior.of({"level": 1.0})
+    _, other, *less = judged.alternatives
+    assert (other.share, other.cause) == (pytest.approx(0.5, abs=1e-3), left)
+    assert sum(one.share for one in less) < 1e-3
+    assert judged.beside == left
+    (check,) = cause_checks(judged)
+    assert (check.outcome, called(left) in check.detail) == ("ok", True)
     without, with_it = values.mean(), 0.5
     assert value == pytest.approx(0.5 * (without + with_it), abs=1e-3)
     assert error == pytest.approx(0.5 * (without - with_it), rel=0.05)

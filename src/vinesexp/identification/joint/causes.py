@@ -268,12 +268,15 @@ class Judged:
     posterior : of the unknowns, causes put into them, averaged over the alternatives.
     found : the believed causes, those that the records ask for most before the others.
     alternatives : what the values are averaged over.
+    beside : a further cause that the records ask for, but by no more than the laws of those
+        believed may be wrong by; the values are averaged over it.
     """
 
     beliefs: Beliefs
     posterior: Posterior
     found: tuple[Weighed, ...]
     alternatives: tuple[Alternative, ...] = ()
+    beside: Cause | None = None
 
     def leave_open(self, terms: Mapping[str, float]) -> list[Cause]:
         """Causes whose odds make a sum of unknowns as unsure as it is, the first most of all."""
@@ -419,8 +422,7 @@ def weighed(
         )
         found.append(Weighed(cause, odds, value, error, others, sure))
     found = _beyond_the_unexplained(found, names_in_flights(observed))
-    posterior, alternatives = _averaged(data, beliefs, left, rivals, fitted)
-    return Judged(beliefs, posterior, tuple(found), alternatives)
+    return _averaged(data, beliefs, left, rivals, fitted, tuple(found))
 
 
 def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> list[Weighed]:
@@ -694,10 +696,11 @@ def _averaged(
     left: Sequence[Cause],
     rivals: Sequence[tuple[Cause, Beliefs, float]],
     fitted: Callable[[Beliefs], Quadratic],
-) -> tuple[Posterior, tuple[Alternative, ...]]:
-    """The posterior averaged over one more cause of those left, and over rivals, by their odds.
+    found: tuple[Weighed, ...],
+) -> Judged:
+    """What is believed, averaged over one more cause of those left, and over rivals, by their odds.
 
-    Of the evidence by which rivals differ only a part counts: their laws are only so true, and what
+    Of the evidence by which these differ only a part counts: their laws are only so true, and what
     is said to be held by the errors has to be.
     """
     base = posterior_of(data, beliefs)
@@ -707,8 +710,10 @@ def _averaged(
     by_key = {c.key: c for c in left}
     more = [(odds, by_key[key]) for odds, key in tried[:_AVERAGED] if odds > _NEGLIGIBLE]
     every: list[tuple[float, Quadratic, Beliefs, Cause | None]] = [(1.0, data, beliefs, None)]
-    for odds, cause in more:  # what the law of another may make of it is there as likely as not
-        likely = 1.0 if odds > _ENOUGH else math.exp(odds)
+    # what the law of one believed may stand for is there as likely as not
+    besides = [(odds, cause) for odds, cause in more if odds > _ENOUGH][:1]
+    for odds, cause in more:
+        likely = math.exp(_COUNTS * (odds - besides[0][0]) if odds > _ENOUGH else odds)
         every.append((likely, data, believed(beliefs, cause), cause))
     whole = sum(one[0] for one in every)  # one more cause is as likely beside each rival
     here = base.log_evidence + data.log_likelihood
@@ -717,7 +722,9 @@ def _averaged(
         if not near.settled:
             continue
         odds += evidence_of(near, other) + near.log_likelihood - here
-        every.append((whole * math.exp(min(_COUNTS * odds, 5.0)), near, other, rival))
+        likely = whole * math.exp(min(_COUNTS * odds, 5.0))
+        with_more = [other, *(believed(other, cause) for _, cause in besides)]
+        every += [(likely / len(with_more), near, one, rival) for one in with_more]
     whole = sum(one[0] for one in every)
     parts = [
         (weight / whole, total(posterior_of(near, other), other))
@@ -727,7 +734,8 @@ def _averaged(
         Alternative(share, other, cause, k > len(more), own.values[: len(data.names)])
         for k, ((share, own), (_, _, other, cause)) in enumerate(zip(parts, every, strict=True))
     ]
-    return mixture(data.names, parts), tuple(alternatives)
+    beside = besides[0][1] if besides else None
+    return Judged(beliefs, mixture(data.names, parts), found, tuple(alternatives), beside)
 
 
 def mixture(names: tuple[str, ...], parts: Sequence[tuple[float, Posterior]]) -> Posterior:

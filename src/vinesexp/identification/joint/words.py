@@ -145,6 +145,13 @@ def cause_checks(judged: Judged) -> list[Check]:
                 "than it explains; the errors include the difference"
             )
         checks.append(Check(record, kind, outcome, detail))
+    if judged.beside is not None:
+        detail = (
+            f"there may be {called(judged.beside)} too: the records show no more of it than what "
+            "the laws of the causes that are named may be wrong by. The values and their errors "
+            "include both"
+        )
+        checks.append(Check("", "slight", "ok", detail))
     return checks
 
 
