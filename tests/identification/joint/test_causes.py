@@ -589,6 +589,26 @@ def steps(of, *, tests=(4, 5, 6, 7), kind="own f0"):
     return observed, expand(blocks, names, np.zeros(N + 1))
 
 
+@pytest.mark.parametrize(("before", "after"), [(0.0, 0.14), (-0.14, 0.0)])
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_change_is_one_of_what_was_stated_before_it_or_after_it(before, after, stated):
+    """Another ball made the mass of the ball wrong as well, as a mean: two causes for one."""
+    of = [before] * 4 + [after] * 4
+    observed, _ = steps(of, tests=range(N), kind="own momentum")
+    prior = Prior(0.0, 5e-3 if stated else 1.0)
+    observed = replace(observed, beliefs=Beliefs({**observed.beliefs.priors, "ln_f0": prior}))
+    data = expand(observed.blocks, observed.names, np.zeros(N + 1))
+    judged = judge(data, observed, [c for c in possible_causes(observed) if c.kind == "drift"])
+    (found,) = judged.found
+    key = "change of ball mass from t4"
+    assert found.cause.says == (key if stated else "")
+    assert found.cause.key.startswith(key)
+    assert (found.sure, found.rivals) == (True, ())
+    assert found.value == pytest.approx(0.14, abs=1e-3)
+    mean, error = judged.posterior.of({"ln_f0": 1.0})
+    assert mean == pytest.approx(0.5 * (before + after), abs=3.0 * error)
+
+
 def test_a_drift_is_said_of_the_records_that_show_it():
     """No ring-down shows the gain of a laser: 1.2 % were those of the tests, of 2.5 % in all."""
     observed, data = steps(

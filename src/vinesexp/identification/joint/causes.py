@@ -159,6 +159,7 @@ class Cause:
     factor : stated over true, where it is a factor.
     spread : standard deviation over the tests with a ball of what it moves there, for a coefficient
         of 1.
+    says : what variants of one cause share, which are said alike; empty: it has none.
     """
 
     key: str
@@ -172,6 +173,7 @@ class Cause:
     stated: tuple[str, ...] = ()
     factor: float | None = None
     spread: float = 0.0
+    says: str = ""
 
     @cached_property
     def log_odds(self) -> float:
@@ -407,7 +409,7 @@ def weighed(
     for odds, cause in by_odds:
         beside = [c for c in chosen if c is not cause]
         without = believing(plain, beside)
-        others = _rivals(data, without, cause, odds, [*left, *_of_other_factors(causes, cause)])
+        others = _rivals(data, without, cause, odds, [*left, *_of_another_size(causes, cause)])
         rivals += [
             (rival, believing(plain, [*beside, rival]), rival.log_odds - cause.log_odds)
             for rival in others
@@ -420,7 +422,8 @@ def weighed(
             and possible(cause, value, 0.0)
             and _predicts(data, without, beliefs)
         )
-        found.append(Weighed(cause, odds, value, error, others, sure))
+        named = tuple(one for one in others if not one.says or one.says != cause.says)
+        found.append(Weighed(cause, odds, value, error, named, sure))
     found = _beyond_the_unexplained(found, names_in_flights(observed))
     return _averaged(data, beliefs, left, rivals, fitted, tuple(found))
 
@@ -551,7 +554,7 @@ def _same(a: Cause, b: Cause) -> bool:
     """Whether two causes say the same of the same thing: one of them is enough."""
     if a.about != b.about or a.kind != b.kind or a.direction is None or b.direction is None:
         return False
-    if a.kind == "effect":
+    if a.kind == "effect" or (a.says and a.says == b.says):
         return True
     keys = set(a.direction.terms) | set(b.direction.terms)
     u = np.array([a.direction.terms.get(k, 0.0) for k in keys])
@@ -560,11 +563,19 @@ def _same(a: Cause, b: Cause) -> bool:
     return bool(size > 0.0 and abs(float(u @ v)) > 0.999 * size)
 
 
-def _of_other_factors(causes: Sequence[Cause], cause: Cause) -> list[Cause]:
-    """The same quantity by other factors: a gain scatters by what parts 10 from 9.80665."""
-    if cause.factor is None:
+def _of_another_size(causes: Sequence[Cause], cause: Cause) -> list[Cause]:
+    """The same quantity by other factors: a gain scatters by what parts 10 from 9.80665.
+
+    And the same change of what was stated before it, or after it.
+    """
+    if cause.direction is None or (cause.factor is None and not cause.says):
         return []
-    return [one for one in causes if one.factor not in (None, cause.factor) and _same(one, cause)]
+    own = cause.factor, cause.direction.terms
+    return [
+        one for one in causes
+        if (one.factor is None) == (cause.factor is None) and _same(one, cause)
+        and one.direction is not None and (one.factor, one.direction.terms) != own
+    ]  # fmt: skip
 
 
 def _rivals(
@@ -1205,15 +1216,35 @@ def _of_order(o: Observed) -> list[Cause]:
             for id in ids
             if kind != "clearance"
         ]
+        common = _stated_of(o, [name for name, _ in own]) if kind in _CALIBRATED else ""
         for kind_of, key, share, of in shares:
             terms = {name: one for (name, _), one in zip(own, share.tolist(), strict=True)}
+            ways = {key: terms}
+            if common and kind_of == "drift":  # what was stated is true where it began, or ended
+                ways = {
+                    f"{key}, stated at {place}": {**terms, common: -float(share[at_end])}
+                    for place, at_end in (("first", 0), ("last", -1))
+                }
             found += [
-                Cause(f"{key}{how}", kind_of, about, Direction(terms, Prior(0.0, times * width)),
+                Cause(f"{way}{how}", kind_of, about, Direction(moves, Prior(0.0, times * width)),
                       members=members * (len(ids) if of else 1), records=of,
-                      stated=(ids[0], ids[-1]), spread=float(share[tests].std()))
+                      stated=(ids[0], ids[-1]), spread=float(share[tests].std()),
+                      says=key if len(ways) > 1 else "")
+                for way, moves in ways.items()
                 for how, times, members in _AS_FAR
             ]  # fmt: skip
     return found
+
+
+#: What tests have of their own beside something that was stated.
+_CALIBRATED = ("own momentum", "own displacement gain", "own acceleration gain", "own base gain")
+
+
+def _stated_of(o: Observed, own: Sequence[str]) -> str:
+    """The one unknown that all of these stand beside; empty where it was not stated."""
+    common = {o.common(name) for name in own} - {""}
+    stated = common.pop() if len(common) == 1 else ""
+    return stated if stated and o.beliefs.priors[stated].error < _WEIGHED else ""
 
 
 def with_unlike(o: Observed, chosen: Sequence[Cause]) -> tuple[Cause, ...]:

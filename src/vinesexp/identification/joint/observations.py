@@ -166,13 +166,13 @@ class Observed:
     lost: frozenset[str] = frozenset()
 
     def common(self, own: str) -> str:
-        """The unknown of all records beside which one record has its own."""
-        return next(
-            next(iter(sums))
-            for block in self.blocks
-            for sums, _ in block.sums
-            if sums.get(own) == 1.0
-        )
+        """The unknown of all records beside which one record has its own; empty where none is."""
+        of = [one for block in self.blocks for one, _ in block.sums if one.get(own) == 1.0]
+        gains = [
+            gain for (role, _), gain in self.gains.items()
+            if own in self.kinds.get(f"own {role} gain", ())
+        ]  # fmt: skip
+        return next((name for one in of for name in one if not gains or name in gains), "")
 
     def mean_of(self, common: str, kind: str, records: Collection[str]) -> dict[str, float]:
         """An unknown of several records with what some have beside it, on average, as a sum."""

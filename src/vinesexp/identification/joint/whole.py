@@ -478,8 +478,9 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     shifts = []
     for one in judged.found:
         if one.cause.kind == "drift":
-            common = observed.common(next(iter(one.cause.moves)))
-            own = dict.fromkeys(one.cause.moves, -1.0)  # what a test has is as sure as without
+            # what a test has is as sure as without
+            own = dict.fromkeys(one.cause.direction.terms if one.cause.direction else (), -1.0)
+            common = observed.common(next(iter(own)))
             shifts.append(one.value * one.cause.spread * found.vector({**own, common: 1.0}))
         if one.cause.kind not in ("effect", "drift") or one.doubted:
             continue
