@@ -127,16 +127,20 @@ def _median_speed(scene: Scene, moved: Mapping[str, Moved]) -> float:
 
 def _end(scene: Scene, G: float, r: list[float]) -> Range | None:
     """Where two impacts per cycle end at a true base amplitude, m."""
-    drive = next(t.drive for t in scene.periodic() if t.drive.amplitude == G)
-    body, found = scene.body, []
-    for one in sorted({min(r), max(r)}) if r else ():
-        if _moves_otherwise(scene):
-            end = simulated_end(body, drive, guess=scene.guess)
-            return None if end is None else ((1 - END_KNOWN) * end, (1 + END_KNOWN) * end)
+    tests = [t for t in scene.periodic() if t.drive.amplitude == G]
+    drive, body, found = tests[0].drive, scene.body, []
+    balls = sorted({t.body.m for t in tests})  # of one that was replaced
+    if _moves_otherwise(scene) and r:
+        ends = [simulated_end(replace(body, m=m), drive, guess=scene.guess) for m in balls]
+        known = [end for end in ends if end is not None]
+        if len(known) < len(ends):
+            return None
+        return (1 - END_KNOWN) * min(known), (1 + END_KNOWN) * max(known)
+    for one, m in ((one, m) for one in sorted({min(r), max(r)}) for m in balls) if r else ():
         try:
             found.append(
                 float(b_c_exact(G=G, frequency=drive.frequency, M=body.M, c1=body.c1, k1=body.k1,
-                                r=one, m=body.m))
+                                r=one, m=m))
             )  # fmt: skip
         except AnalysisError:
             return None

@@ -408,7 +408,8 @@ def _search(
         if not all_possible(posterior_of(data, own), chosen, observed):
             evidence -= _IMPOSSIBLE
         if not data.settled:  # what an expansion says that is far from where it holds
-            evidence = -math.inf
+            fits[key] = -math.inf, chosen, data
+            continue
         fits[key] = evidence, chosen, data
         more = proposed(data, observed, causes, chosen)
         queue.append((evidence, more, data))
