@@ -1,10 +1,11 @@
 """What may be otherwise than stated: effects and mistakes as hypotheses, weighed by the records.
 
 Each cause is a direction in the space of unknowns with a prior for how far. Its evidence against
-what is believed so far follows from the expansion of the log-likelihood in one small product
-(`gains_of`), so that all causes are weighed, and rivals beside them. A cause is named only if it
-is possible, significant, better than every rival of another kind, and predicts the records left
-out better than its rivals and than none; else its values are averaged over, and nothing is named.
+what is believed so far is one small product of the expanded log-likelihood (`gains_of`). This is
+cheap enough to weigh all causes and their rivals. A cause is named only if it is possible,
+significant, better than every rival of another kind, and predicts the records left out better than
+its rivals and than no cause. Otherwise no cause is named, and the values are averaged over those
+that are possible.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ _WIDTHS = {
     "course r": 0.01,
     "course friction": 0.05,
 }
-#: They take speed, or time: never less than none.
+#: Effects that only take speed, or time: their size is not negative.
 _NEVER_LESS = ("friction", "contact", "drag", "viscous")
 #: N at 1 m/s, of the air on a ball of 20 mm in a tube: ten times that in the open. It slows a light
 #: ball by more; kg of one that was not weighed.
@@ -185,9 +186,9 @@ class Cause:
         return odds
 
     def untrue(self, in_flights: set[str]) -> float:
-        """Share of what it explains that its law may leave in the flights.
+        """Share of the evidence for it by which its law may be wrong in the flights.
 
-        Nothing of what it explains elsewhere: an f0 that drifts is known to a millionth.
+        Where no flights are concerned its law is exact: f0 that drifts is known to a millionth.
         """
         if self.about in _NO_LAWS:
             return _NO_LAW
@@ -195,9 +196,10 @@ class Cause:
         return _LAW if approximate and self.moves & in_flights else 0.0
 
     def may_be_left(self, in_flights: set[str]) -> bool:
-        """Whether what a law of the flights leaves may be all there is of it.
+        """Whether the error of another law of the flights may look like it.
 
-        Not of what is always there, such as a contact that lasts: it asks for its size alone.
+        Not so for an effect that is always there, such as a contact that lasts: only its size is
+        unknown.
         """
         return self.log_odds < 0.0 and bool(self.moves & in_flights)
 
@@ -312,9 +314,9 @@ def proposed(
 ) -> tuple[Cause, ...]:  # fmt: skip
     """The most probable set of causes near a fit, searched for one cause at a time.
 
-    The best pair need not hold the best single cause: drop tests on another surface and an r that
-    depends on speed are together what friction nearly explains. So the `_WIDTH` most probable sets
-    go on, each as long as the records ask for more.
+    The best pair need not contain the best single cause: friction explains nearly what drop tests
+    on another surface and an r that depends on speed explain together. So the `_WIDTH` most
+    probable sets are kept, and each grows as long as the records ask for more.
 
     Parameters
     ----------
@@ -324,9 +326,9 @@ def proposed(
         For the priors.
     causes : sequence of Cause
     begin : sequence of Cause
-        Believed to begin with; they go again where the records do not need them.
+        Believed to begin with; those that the records do not need are dropped.
     more : int
-        So many beside these at most.
+        Most causes beside these.
     """
     in_flights = names_in_flights(observed)
     # a scatter of f0 stands for separate mountings and for what else the ring-downs contradict
@@ -371,7 +373,7 @@ def names_in_flights(observed: Observed) -> set[str]:
 def _with_better(
     data: Quadratic, observed: Observed, chosen: tuple[Cause, ...], causes: Sequence[Cause]
 ) -> tuple[Cause, ...]:
-    """The set with each cause in the place of which another explains more beside the others."""
+    """The set in which a cause is replaced where another explains more beside the others."""
     plain = observed.beliefs
     for cause, odds in zip(chosen, _odds(data, plain, chosen), strict=True):
         beside = [one for one in chosen if one is not cause]
@@ -390,7 +392,7 @@ def weighed(
     data: Quadratic, observed: Observed, causes: Sequence[Cause], chosen: Sequence[Cause],
     *, fitted: Callable[[Beliefs], Quadratic],
 ) -> Judged:  # fmt: skip
-    """Some causes as they are believed: their evidence, their rivals, and all unknowns with them.
+    """The evidence for the chosen causes, their rivals, and all unknowns with these causes.
 
     Parameters
     ----------
@@ -399,7 +401,7 @@ def weighed(
     observed : Observed
     causes, chosen : sequences of Cause
     fitted : callable
-        Log-likelihood near the fit with other beliefs: of rivals, which may be far away.
+        Log-likelihood near the fit with other beliefs, such as a rival's, which may be far away.
     """
     plain, beliefs = observed.beliefs, believing(observed.beliefs, chosen)
     left = _others(causes, chosen)
@@ -429,10 +431,10 @@ def weighed(
 
 
 def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> list[Weighed]:
-    """The same, sure of no cause for which the records ask less than for what is unexplained.
+    """The same; a cause with less evidence than what is unexplained is not sure.
 
-    What flights leave tells of causes of the flights alone. A cause that is doubted for this
-    explains nothing either, and is in what is left for others.
+    What is unexplained in the flights counts against causes of the flights only. A cause that is
+    not sure for this reason explains nothing, and is a part of what is unexplained for the others.
     """
     left = unexplained(found, in_flights)
     kept = [
@@ -446,7 +448,7 @@ def _beyond_the_unexplained(found: Sequence[Weighed], in_flights: set[str]) -> l
 
 
 def unexplained(found: Sequence[Weighed], in_flights: set[str]) -> dict[bool, float]:
-    """Logarithm of the odds of what no cause explains: in flights (True), and in all else."""
+    """Logarithm of the odds of what no cause explains: in flights (True), and elsewhere."""
     left = {True: 0.0, False: 0.0}
     for one in found:
         if one.cause.kind == "scatter" or one.doubted:
@@ -462,7 +464,7 @@ def believing(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
 
 
 def _others(causes: Sequence[Cause], chosen: Sequence[Cause]) -> list[Cause]:
-    """Causes that say something else than those chosen."""
+    """Causes that say something other than those chosen."""
     keys, abouts = {one.key for one in chosen}, {one.about for one in chosen}
     return [
         one for one in causes
@@ -482,10 +484,10 @@ def _odds(data: Quadratic, plain: Beliefs, chosen: Sequence[Cause]) -> list[floa
 
 
 def needed(data: Quadratic, observed: Observed, chosen: Sequence[Cause]) -> tuple[Cause, ...]:
-    """Those of some causes that the others do not make needless: steps on the way go.
+    """The causes that are needed beside the others; those that only led to the others are dropped.
 
-    So do effects, and changes from test to test, that explain no more than what the law of another
-    may be wrong by. What a person or a sensor does wrong is no law.
+    Effects, and changes from test to test, are dropped too if they explain no more than what the
+    law of another cause may be wrong by. A mistake of a person or a sensor is no law, and stays.
     """
     kept, in_flights = list(chosen), names_in_flights(observed)
     while kept:
@@ -505,11 +507,11 @@ def needed(data: Quadratic, observed: Observed, chosen: Sequence[Cause]) -> tupl
 
 
 def possible(cause: Cause, value: float, error: float) -> bool:
-    """Whether a lab could have it: as far as a lab meets it, no negative friction, no ball that
-    rolls more than it can; a coefficient within its error of this is possible too.
+    """Whether a cause of this size can occur in a lab: no negative friction, no ball that rolls
+    more than it can. A coefficient within its error of this is possible too.
 
-    Without it, what no cause explains is explained by several that are absurd: for a cavity whose
-    slope changed, clearances a quarter of those stated and a ball that rolls three quarters.
+    Without this, several absurd causes explain what no cause explains: for a cavity whose slope
+    changed, clearances a quarter of those stated and a ball that rolls three quarters.
     """
     if cause.direction is None:
         return True
@@ -522,14 +524,14 @@ def possible(cause: Cause, value: float, error: float) -> bool:
 
 
 def all_possible(found: Posterior, chosen: Sequence[Cause], observed: Observed) -> bool:
-    """Whether causes can be as a posterior with them has their coefficients.
+    """Whether causes can have the coefficients that a posterior with them has.
 
-    In no test does the floor push the ball on, and no cavity is smaller than its ball.
+    Friction is negative in no test, and no cavity is smaller than its ball.
     """
     known = {cause.key: d.terms for cause in chosen if (d := cause.direction)}
 
     def below_zero(sums: Mapping[str, float], constant: float = 0.0) -> bool:
-        """Whether a sum that causes move is less than nothing."""
+        """Whether a sum that causes move is negative."""
         moved = {k: sum(f * t.get(n, 0.0) for n, f in sums.items()) for k, t in known.items()}
         if not any(moved.values()):
             return False
@@ -551,7 +553,7 @@ _LEAST_ROLLING, _MOST_ROLLING = 0.05, 0.42
 
 
 def _same(a: Cause, b: Cause) -> bool:
-    """Whether two causes say the same of the same thing: one of them is enough."""
+    """Whether two causes say the same of the same thing, so that one of them is enough."""
     if a.about != b.about or a.kind != b.kind or a.direction is None or b.direction is None:
         return False
     if a.kind == "effect" or (a.says and a.says == b.says):
@@ -564,9 +566,9 @@ def _same(a: Cause, b: Cause) -> bool:
 
 
 def _of_another_size(causes: Sequence[Cause], cause: Cause) -> list[Cause]:
-    """The same quantity by other factors: a gain scatters by what parts 10 from 9.80665.
+    """The same quantity with other factors, since a gain scatters by more than 9.80665 is from 10.
 
-    And the same change of what was stated before it, or after it.
+    Or the same change with the stated value at its other end.
     """
     if cause.direction is None or (cause.factor is None and not cause.says):
         return []
@@ -581,7 +583,7 @@ def _of_another_size(causes: Sequence[Cause], cause: Cause) -> list[Cause]:
 def _rivals(
     data: Quadratic, without: Beliefs, best: Cause, odds: float, left: Sequence[Cause]
 ) -> tuple[Cause, ...]:
-    """Causes nearly as good that the best one makes needless: either explains the records."""
+    """Causes that explain the records nearly as well, and are not needed beside the best one."""
     tried = scores(data, without, posterior_of(data, without), left).tolist()
     near = [
         (own, other) for own, other in zip(tried, left, strict=True)
@@ -616,7 +618,7 @@ def scores(
 def gains_of_scatter(
     data: Quadratic, beliefs: Beliefs, base: Posterior, wider: Sequence[Mapping[str, float]]
 ) -> FloatArray:
-    """Log evidence that each of some sets of wider priors adds, by what it adds to them alone."""
+    """Log evidence that each of some sets of wider priors adds."""
     gains = np.zeros(len(wider))
     block = np.cumsum([len(one) for one in wider]) // _TOGETHER
     for some in (np.flatnonzero(block == k).tolist() for k in np.unique(block)):
@@ -669,11 +671,11 @@ def gains_of(
 def _apart_from_all_else(
     data: Quadratic, beliefs: Beliefs, base: Posterior, directions: Sequence[Mapping[str, float]]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Slope of the log-likelihood along some directions, and what is left of these, and of the
-    priors in their widths, when everything else follows.
+    """Slope of the log-likelihood along some directions while all other unknowns follow.
 
-    The curvature is a sum of squares of both: the difference of two large numbers would be all
-    rounding.
+    And the part of each direction that they cannot follow, and by how many of its prior widths each
+    of them moves. The curvature is the sum of squares of both; as a difference of two large numbers
+    it would be rounding.
     """
     index, n = data.index, len(data.names)
     places, factors, ends = [], [], [0]
@@ -709,10 +711,10 @@ def _averaged(
     fitted: Callable[[Beliefs], Quadratic],
     found: tuple[Weighed, ...],
 ) -> Judged:
-    """What is believed, averaged over one more cause of those left, and over rivals, by their odds.
+    """What is believed, averaged over one more of the causes left, and over rivals, by their odds.
 
-    Of the evidence by which these differ only a part counts: their laws are only so true, and what
-    is said to be held by the errors has to be.
+    Only a part of the difference in evidence counts, because the laws of causes are approximations
+    and the errors have to include what is said to be included.
     """
     base = posterior_of(data, beliefs)
     tested = _tested(data, beliefs, base, left)
@@ -721,7 +723,7 @@ def _averaged(
     by_key = {c.key: c for c in left}
     more = [(odds, by_key[key]) for odds, key in tried[:_AVERAGED] if odds > _NEGLIGIBLE]
     every: list[tuple[float, Quadratic, Beliefs, Cause | None]] = [(1.0, data, beliefs, None)]
-    # what the law of one believed may stand for is there as likely as not
+    # a cause that the law of a believed one may imitate is there as likely as not
     besides = [(odds, cause) for odds, cause in more if odds > _ENOUGH][:1]
     for odds, cause in more:
         likely = math.exp(_COUNTS * (odds - besides[0][0]) if odds > _ENOUGH else odds)
@@ -763,7 +765,7 @@ def mixture(names: tuple[str, ...], parts: Sequence[tuple[float, Posterior]]) ->
 def _tested(
     data: Quadratic, beliefs: Beliefs, base: Posterior, causes: Sequence[Cause]
 ) -> list[Cause]:
-    """Those of which the records say how far they go, and what acts as likely as not."""
+    """Causes whose size the records show, factors, and effects that are always there."""
     known = [(c, d) for c in causes if (d := c.direction) is not None]
     errors = gains_of(data, beliefs, base, [d for _, d in known])[2].tolist() if known else []
     shown = {
