@@ -1012,3 +1012,25 @@ def test_the_evidence_of_a_scatter_beside_huge_information_is_that_of_a_normal_s
     narrow, wide = error**2, error**2 + float(a @ a)  # what has no width counts as known
     gain = 0.5 * (seen**2 * (1.0 / narrow - 1.0 / wide) - np.log(wide / narrow))
     assert found == pytest.approx(gain, rel=1e-6)
+
+
+def test_clocks_of_two_recorders_are_one_cause_of_all_their_tests():
+    """Of short records neither shows it alone: the ball was said to move in a film of oil."""
+    halves = np.array([0.7, 0.7, 0.8, 0.6, 0.7, 0.9, 0.7, 0.8])
+    own = {f"drift: t{i}": f"t{i}" for i in range(N)}
+    names = ("second clock", *own)
+    blocks = tuple(
+        Block(f"t{i}", "flights", (({name: 1.0, "second clock": half}, 0.0),),
+              Mean(1e-3 * half, 1e-5))
+        for i, (name, half) in enumerate(zip(own, halves, strict=True))
+    )  # fmt: skip
+    priors = {name: Prior(0.0, 1e-4) for name in names} | {"second clock": Prior(0.0, 1e-9)}
+    observed = Observed(
+        names, Beliefs(priors), blocks, np.zeros(N + 1), {}, {}, {}, {}, {}, {}, {}, tuple(own),
+        {"drift": own},
+    )  # fmt: skip
+    judged = judge(expand(blocks, names, np.zeros(N + 1)), observed, possible_causes(observed))
+    (found,) = judged.found
+    assert (found.cause.about, found.sure) == ("second clock", True)
+    (check,) = cause_checks(judged)
+    assert "clocks differ by +0.0998 +- 0.0094 %" in check.detail

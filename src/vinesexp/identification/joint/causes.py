@@ -836,6 +836,9 @@ def _effects(o: Observed) -> list[Cause]:
         for name in o.kinds.get("base late", ())
         for how, times, members in _AS_FAR
     ]  # fmt: skip
+    if "second clock" in o.names:
+        other = Direction({"second clock": 1.0}, Prior(0.0, _CLOCK))
+        found.append(Cause("second clock +", "mistake", "second clock", other))
     if "generator" in o.names:  # a quartz is off by a little, what was typed by anything
         off = Direction({"clock": 1.0}, Prior(0.0, _CLOCK))
         found.append(Cause("clock +", "mistake", "clock", off))

@@ -234,7 +234,7 @@ class Collisions:
         reads = np.exp(of["g_x"]) * np.exp(of["reading"]), np.exp(of["g_a"] + unlike)
         by_laser = here * f.jump_displacement * np.exp(-of["reading"])
         by_pulse = f.jump_acceleration / reads[1]
-        of_laser, of_pulse = self._weights
+        of_laser, of_pulse = self._weights(np.exp(of["g_x"]), np.exp(of["g_a"]))
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
         middle = middle - (late + own) * self.omega2 * x + of["share"] * jump
@@ -313,12 +313,17 @@ class Collisions:
         """Logarithm of the speed of each impact, by the stated clearance, over the usual one."""
         return np.log(np.maximum(self.flights.speed / self.speed, _SLOWEST))
 
-    @cached_property
-    def _weights(self) -> tuple[FloatArray, FloatArray]:
-        """Weights of laser and accelerometer in the jump, by the scatter of their momentum."""
-        weights = self.known[1:] / self.scatter[1:, np.newaxis] ** 2
-        weights = weights / weights.sum(axis=0)
-        return weights[0], weights[1]
+    def _weights(self, *gains: Numbers) -> tuple[FloatArray, FloatArray]:
+        """Weights of laser and accelerometer in the jump, by the scatter of their momentum, m/s.
+
+        `scatter` is one of the readings, which are true values times these `gains`.
+        """
+        of_laser, of_pulse = (
+            known * (1.0 / scatter) ** 2
+            for known, gain, scatter in zip(self.known[1:], gains, self.scatter[1:], strict=True)
+        )
+        whole = of_laser + of_pulse
+        return of_laser / whole, of_pulse / whole
 
     def look(self, p: FloatArray) -> Local:
         """Information about the local quantities, gradient and log-likelihood."""
@@ -539,6 +544,9 @@ def with_errors(
         rest[0] = np.where(c.known[0], c.rest(plain[:, np.newaxis])[0], np.nan)
     member = groups[np.newaxis, :] == np.arange(count)[:, np.newaxis]
     means, sigma, scatter, one_sided = [], np.full((3, count), np.inf), np.ones(3), 0.0
+    # each in the units in which its equation is
+    jumps = np.stack([c.flights.jump_displacement, c.flights.jump_acceleration])
+    sizes = c.flights.speed, *np.where(c.known[1:], np.abs(jumps), 0.0)
     for k, part in enumerate(rest):
         good = np.isfinite(part) & ~_stands_out(part, c.flights.side)
         if good.sum() < _FEWEST:
@@ -558,8 +566,7 @@ def with_errors(
         variance = _of_sums(own, np.where(good, off / scatter[k], 0.0))
         used = (member & good).sum(axis=1) > 0
         single = scatter[k] * np.sqrt(variance) / np.maximum(total, 1e-300)
-        size = c.flights.speed if k == 0 else np.abs(c.flights.jump)
-        floor = _READ[k] * (member @ size) / member.sum(axis=1)
+        floor = _READ[k] * (member @ sizes[0]) / member.sum(axis=1)
         sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
     return replace(
         c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma, one_sided=one_sided

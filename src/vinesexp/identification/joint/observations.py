@@ -174,6 +174,16 @@ class Observed:
         ]  # fmt: skip
         return next((name for one in of for name in one if not gains or name in gains), "")
 
+    def local(self, values: FloatArray) -> dict[tuple[str, int], FloatArray]:
+        """Local quantities of the collisions of each record and ball, by values of the unknowns."""
+        at = dict(zip(self.names, values.tolist(), strict=True))
+        flights = (block for block in self.blocks if block.kind == "flights")
+        return {
+            key: np.array([c + sum(f * at[name] for name, f in sums.items())
+                           for sums, c in block.sums])
+            for key, block in zip(self.collisions, flights, strict=True)
+        }  # fmt: skip
+
     def mean_of(self, common: str, kind: str, records: Collection[str]) -> dict[str, float]:
         """An unknown of several records with what some have beside it, on average, as a sum."""
         own = [name for name, record in self.kinds.get(kind, {}).items() if record in records]
@@ -194,6 +204,7 @@ class _Builder:
     follows: Mapping[str, complex]
     shared: Mapping[str, float]
     swings: Mapping[str, float] = field(default_factory=dict)
+    near: Mapping[tuple[str, int], FloatArray] = field(default_factory=dict)
     priors: dict[str, Prior] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
@@ -332,6 +343,7 @@ def observe(
     campaign: Campaign,
     impacts: Mapping[str, Impacts],
     driven: Mapping[str, DrivenMotion],
+    near: Mapping[tuple[str, int], FloatArray] | None = None,
 ) -> Observed:
     """Unknowns, priors and blocks of a campaign.
 
@@ -342,6 +354,9 @@ def observe(
     campaign : Campaign
     impacts, driven : mapping
         Record id to its impact table, and to its motion between impacts.
+    near : mapping, optional
+        Local quantities near which the scatter of the collisions of a record and a ball is looked
+        at, if these are known from all records together.
     """
     parts = {
         name: {e.records[0]: e.value for e in found if e.parameter == name}
@@ -350,7 +365,7 @@ def observe(
     follows = {id: complex(*(one[id] for one in parts.values())) for id in parts["base_follows"]}
     shared = {r.id: _shared(r, impacts[r.id]) for r in campaign.records if r.id in impacts}
     swings = {e.records[0]: e.value for e in found if e.parameter == SWINGS_AT}
-    b = _Builder(campaign, law_asked(found, campaign), follows, shared, swings)
+    b = _Builder(campaign, law_asked(found, campaign), follows, shared, swings, near or {})
     _rig(b, found, driven)
     _decays(b, [e for e in found if e.method != "sweep"])
     _start_mass(b, found)
@@ -785,11 +800,14 @@ def _group(
         "spring": {b.add("spring", 0.0, _SPRING): 1.0},
     }  # fmt: skip
     if both and record.more_files:
-        local["drift"] = {b.own("drift", record, _DRIFT): 1.0}
+        half = 0.5 * float(np.ptp(impacts.time_s))
+        other = b.add("second clock", 0.0, 0.0)
+        local["drift"] = {b.own("drift", record, _DRIFT): 1.0, other: half}
     if pulsed:
         local |= _of_pulses(b, record, collisions, ball=number)
     begun = {"r": 0.6, "ln_eps": math.log(mass) - b.start["ln_M"], "late": lag, "b": stated}
     start = np.array([begun.get(name, 0.0) for name in LOCALS])
+    start = b.near.get((record.id, number), start)
     error = float(np.median(impacts.time_error_s[flights.index]))
     collisions, b.alone[record.id, number] = with_own_errors(collisions, start, time_error=error)
     _own_sensors(b, record, impacts, collisions, jumps=jumps, reads=reads, ball=number)

@@ -34,7 +34,7 @@ from vinesexp.identification.joint.causes import (
     weighed,
     with_unlike,
 )
-from vinesexp.identification.joint.collisions import LOCALS, bounced, rolls_from
+from vinesexp.identification.joint.collisions import FREE, LOCALS, bounced, rolls_from
 from vinesexp.identification.joint.covariance import Covariance
 from vinesexp.identification.joint.observations import Observed, observe
 from vinesexp.identification.joint.unknowns import (
@@ -330,6 +330,22 @@ def answer_of(
     observed = observe(found, campaign, impacts, driven)
     if not observed.blocks:
         return None
+    judged, data = _explained(observed, campaign)
+    begun, near = (observed.local(at) for at in (observed.start, judged.posterior.values))
+    if any((np.abs(near[key] - begun[key]) > _FAR * _FREE).any() for key in near):
+        # in another unit, or another cavity, collisions scatter otherwise
+        observed = observe(found, campaign, impacts, driven, near)
+        judged, data = _explained(observed, campaign)
+    judged = replace(judged, posterior=_only_so_true(data, observed, judged))
+    judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
+    return Answer(observed, data, judged)
+
+
+_FREE, _FAR = np.array([*FREE.values()]), 10.0  # of local quantities; times that
+
+
+def _explained(observed: Observed, campaign: Campaign) -> tuple[Judged, Quadratic]:
+    """What may be otherwise than stated, weighed, and the fit with it."""
     largest = max((b for _, b in observed.clearances.values()), default=0.0)
     heaviest = max(observed.loads, default=0.0)
     wide = observed.beliefs.wider(
@@ -341,10 +357,7 @@ def answer_of(
     # With `uncertainties: exact` the test log is no evidence that could be wrong.
     exact = campaign.known.uncertainties == EXACT
     causes = [c for c in possible_causes(observed) if not (exact and c.kind == "mistake")]
-    judged, data = _best(observed, wide, causes)
-    judged = replace(judged, posterior=_only_so_true(data, observed, judged))
-    judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
-    return Answer(observed, data, judged)
+    return _best(observed, wide, causes)
 
 
 def _started(observed: Observed, name: str) -> float:

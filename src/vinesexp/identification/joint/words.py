@@ -55,6 +55,7 @@ _NAMES = {
     "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
     "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
     "base felt": "a mass that is driven by more or less than the base that is measured",
+    "second clock": "recorders of the two channels whose clocks differ",
 }
 #: Every contact lasts, and how r goes with speed is no line.
 _ORDINARY = ("contact", "bend")
@@ -170,7 +171,7 @@ def called(cause: Cause) -> str:
     >>> called(Cause("effect tilt", "effect", "tilt", None))
     'a cavity that slopes'
     """
-    if cause.kind == "effect" or cause.about == "beside":
+    if cause.about in _NAMES and cause.kind in ("effect", "mistake"):
         return _NAMES[cause.about]
     if cause.kind == "unlike":
         return f"{cause.records[0]} that is unlike the other records"
@@ -206,7 +207,7 @@ def called(cause: Cause) -> str:
 def said(weighed: Weighed) -> str:
     """A cause that is named, with its size +- half of its 95 % interval, and what to do."""
     cause, value, error = weighed.cause, weighed.value, COVERAGE_95 * weighed.error
-    if cause.kind == "effect" or cause.about == "beside":
+    if cause.about in _EFFECTS and cause.kind in ("effect", "mistake"):
         return _EFFECTS[cause.about](value, error)
     if cause.kind == "drift":
         return _drift(cause, value, error)
@@ -422,6 +423,11 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         f"the velocity jumps that both sensors show are {with_error(math.exp(-v), e)} times those "
         "that the ball's momentum makes: a local mode, or a part that vibrates after each impact; "
         "M by impacts is corrected for it"
+    ),
+    "second clock": lambda v, e: (
+        "displacement and acceleration come from recorders whose clocks differ by "
+        f"{_signed(100.0 * v, 100.0 * e)} %, as the flights of all tests show; the values allow "
+        "for it. Record both with one recorder"
     ),
     "base felt": lambda v, e: (
         f"the mass moves as if the base moved {with_error(math.exp(v), e)} times as far as its "
