@@ -58,8 +58,8 @@ def mean_power(
     >>> bool(abs(P[0] / (8 * 0.25 * upper_branch(0.5, r=0.6) ** 2 / np.pi**3) - 1) < 1e-6)
     True
     """
-    heights = np.atleast_1d(checked(A, "amplitude A", "a number above zero", closed=False))
-    checked(r, "restitution r", "a number from 0 to below 1", high=1.0)
+    heights = np.atleast_1d(checked(A, "amplitude A", "a number above zero"))
+    checked(r, "restitution r", "a number from 0 to below 1")
     rng = np.random.default_rng(seed)
     a = np.repeat(heights, starts)
     y = rng.uniform(-1.0, 1.0, a.size)

@@ -115,7 +115,7 @@ def response_amplitude(
     AnalysisError
         No balance below ten times the largest band (no damping at all).
     """
-    checked(G, "base amplitude G", "m, above zero", closed=False)
+    checked(G, "base amplitude G", "m, above zero")
     spread = bands(rig.nes)
     top = 10.0 * max((one.high for one in spread), default=1.0)
     bare = G / (2.0 * rig.oscillator.zeta) if rig.oscillator.zeta > 0.0 else top

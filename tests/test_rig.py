@@ -85,6 +85,7 @@ def test_modal_values_come_back():
         (lambda: NES(m=1.0, b=1.0, r=0.5, b_minus=0.0), "clearance b_minus = 0.0"),
         (lambda: NES(m=1.0, b=1.0, r=0.5, r_minus=1.5), "restitution r_minus = 1.5"),
         (lambda: NES(m=1.0, b=1.0, r=0.5, r_slope=math.nan), "r_slope = nan"),
+        (lambda: NES(m=1.0, b=1.0, r=0.5, r_minus=1.5, r_slope=-0.1), "restitution r_minus = 1.5"),
         (lambda: NES(m=1.0, b=1.0, r=0.5, friction=-0.1), "friction mu g = -0.1"),
         (lambda: NES(m=1.0, b=1.0, r=0.5, tilt=math.inf), "tilt = inf"),
         (lambda: Oscillator(M=1.0, c1=1.0, k1=1.0, k3=math.nan), "cubic stiffness k3"),

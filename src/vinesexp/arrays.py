@@ -68,14 +68,6 @@ def as_number(value: object, what: str) -> float:
     return float(as_floats(found, what))
 
 
-def make_numbers(thing: object, **what: str) -> None:
-    """Make fields of a frozen dataclass floats (`as_number`), each with what it is called."""
-    for name, words in what.items():
-        value = getattr(thing, name)
-        if type(value) is not float:  # rigs are made by the thousand
-            object.__setattr__(thing, name, as_number(value, words))
-
-
 def several(value: Any) -> list[Any]:
     """What a person gave one or several of, as a list.
 

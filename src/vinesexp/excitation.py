@@ -9,27 +9,20 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vinesexp.arrays import as_floats, as_number, make_numbers, several
+from vinesexp.arrays import as_floats, several
 from vinesexp.errors import ParameterError
-from vinesexp.rig import require
+from vinesexp.rig import check_fields, checked_number
+
+_AMPLITUDE = ("base amplitude", "m, zero or above")
+_FREQUENCY = ("base frequency", "Hz, above zero")
+_PHASE = ("base phase", "a finite number")
+_DWELL = ("dwell", "s, above zero")
 
 
-def _require_finite(name: str, value: float) -> None:
-    require(math.isfinite(value), name, value, "a finite number")
-
-
-def _require_amplitude(value: float) -> None:
-    require(math.isfinite(value) and value >= 0, "base amplitude", value, "m, zero or above")
-
-
-def _require_above_zero(name: str, value: float, unit: str) -> None:
-    require(math.isfinite(value) and value > 0, name, value, f"{unit}, above zero")
-
-
-def _make_tuple(thing: object, name: str) -> None:
-    """Make a field of a frozen dataclass a tuple of floats, of one number, too."""
-    values = tuple(as_number(one, name) for one in several(getattr(thing, name)))
-    object.__setattr__(thing, name, values)
+def _check_each(thing: object, field: str, kind: tuple[str, str]) -> None:
+    """Make a field of a frozen dataclass a tuple of numbers, of one number, too."""
+    values = tuple(checked_number(one, *kind) for one in several(getattr(thing, field)))
+    object.__setattr__(thing, field, values)
 
 
 @dataclass(frozen=True)
@@ -41,11 +34,7 @@ class Harmonic:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        names = {"amplitude": "base amplitude", "frequency": "base frequency"}
-        make_numbers(self, **names, phase="base phase")
-        _require_amplitude(self.amplitude)
-        _require_above_zero("base frequency", self.frequency, "Hz")
-        _require_finite("base phase", self.phase)
+        check_fields(self, amplitude=_AMPLITUDE, frequency=_FREQUENCY, phase=_PHASE)
 
 
 @dataclass(frozen=True)
@@ -63,13 +52,9 @@ class Sweep:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        names = {"amplitude": "base amplitude", "f_start": "sweep start", "f_end": "sweep end"}
-        make_numbers(self, **names, duration="sweep duration", phase="base phase")
-        _require_amplitude(self.amplitude)
-        _require_above_zero("sweep start", self.f_start, "Hz")
-        _require_above_zero("sweep end", self.f_end, "Hz")
-        _require_above_zero("sweep duration", self.duration, "s")
-        _require_finite("base phase", self.phase)
+        ends = {"f_start": ("sweep start", _FREQUENCY[1]), "f_end": ("sweep end", _FREQUENCY[1])}
+        lasts = ("sweep duration", "s, above zero")
+        check_fields(self, amplitude=_AMPLITUDE, **ends, duration=lasts, phase=_PHASE)
 
 
 @dataclass(frozen=True)
@@ -97,25 +82,19 @@ class SteppedSweep:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        make_numbers(self, amplitude="base amplitude", phase="base phase")
-        _make_tuple(self, "frequencies")
+        check_fields(self, amplitude=_AMPLITUDE, phase=_PHASE)
+        _check_each(self, "frequencies", _FREQUENCY)
         if not self.frequencies:
             raise ParameterError("frequencies is empty: give at least one, in Hz")
         if np.ndim(self.dwell) == 0:
-            make_numbers(self, dwell="dwell")
+            check_fields(self, dwell=_DWELL)
         else:
-            _make_tuple(self, "dwell")
+            _check_each(self, "dwell", _DWELL)
         if len(self.dwells) != len(self.frequencies):
             raise ParameterError(
                 f"dwell has {len(self.dwells)} times, expected {len(self.frequencies)}: one for "
                 "each frequency, or one number for all"
             )
-        _require_amplitude(self.amplitude)
-        for dwell in self.dwells:
-            _require_above_zero("dwell", dwell, "s")
-        _require_finite("base phase", self.phase)
-        for frequency in self.frequencies:
-            _require_above_zero("base frequency", frequency, "Hz")
 
     @property
     def dwells(self) -> tuple[float, ...]:
@@ -154,8 +133,7 @@ class Measured:
     sample_rate: float
 
     def __post_init__(self) -> None:
-        make_numbers(self, sample_rate="sample rate")
-        _require_above_zero("sample rate", self.sample_rate, "Hz")
+        check_fields(self, sample_rate=("sample rate", "Hz, above zero"))
         array = as_floats(self.samples, "base record").copy()
         if array.ndim != 1 or array.size < 6:
             raise ParameterError(
@@ -195,9 +173,9 @@ class WeakDamping:
     coulomb: float = 0.0
 
     def __post_init__(self) -> None:
-        make_numbers(self, quadratic="quadratic damping", coulomb="Coulomb")
-        for name, value in (("quadratic damping", self.quadratic), ("Coulomb", self.coulomb)):
-            require(math.isfinite(value) and value >= 0, name, value, "a number, zero or above")
+        expected = "a number, zero or above"
+        names = {"quadratic": ("quadratic damping", expected), "coulomb": ("Coulomb", expected)}
+        check_fields(self, **names)
 
 
 @dataclass(frozen=True)
@@ -213,11 +191,6 @@ class Release:
     vy0: Sequence[float] = field(default=())
 
     def __post_init__(self) -> None:
-        make_numbers(self, x0="x0", v0="v0")
-        _make_tuple(self, "y0")
-        _make_tuple(self, "vy0")
-        for name, value in (("x0", self.x0), ("v0", self.v0)):
-            _require_finite(name, value)
-        for name, values in (("y0", self.y0), ("vy0", self.vy0)):
-            for value in values:
-                _require_finite(name, value)
+        check_fields(self, x0=("x0", "a finite number"), v0=("v0", "a finite number"))
+        for name in ("y0", "vy0"):
+            _check_each(self, name, (name, "a finite number"))

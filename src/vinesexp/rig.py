@@ -7,53 +7,77 @@ Physical parameters are those of the paper's Table 2 (M, c1, k1, m, b, r); the r
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from vinesexp.arrays import FloatArray, as_floats, make_numbers, several
+from vinesexp.arrays import FloatArray, as_floats, as_number, several
 from vinesexp.errors import ParameterError, RigWarning
 
 #: Values of a rig with one ball that a prediction needs, in the order of gradients and covariances.
 RIG_VALUES = ("M", "c1", "k1", "r", "m")
 
 
-def require(condition: bool, name: str, value: float, expected: str) -> None:
-    """Refuse a physical value without meaning, in one line."""
-    if not condition:
-        raise ParameterError(f"{name} = {value}: expected {expected}")
+_GREATEST = sys.float_info.max
+#: What may be expected of a value, and the least and the greatest that this allows.
+_LIMITS = {
+    "above zero": (math.ulp(0.0), _GREATEST),
+    "zero or above": (0.0, _GREATEST),
+    "a finite number": (-_GREATEST, _GREATEST),
+    "from 0 to 1": (0.0, 1.0),
+    "from 0 to below 1": (0.0, 1.0 - 1e-9),
+}
 
 
-def checked(
-    values: ArrayLike,
-    name: str,
-    expected: str,
-    *,
-    high: float = math.inf,
-    closed: bool = True,
-) -> FloatArray:
-    """Values as float64, refused in one line where one is not finite or outside [0, high].
+@cache
+def _limits(expected: str) -> tuple[float, float]:
+    """The limits that the words of a message end with."""
+    return next(limits for words, limits in _LIMITS.items() if expected.endswith(words))
 
-    With ``closed=False`` zero itself is refused too (of a mass).
+
+def checked(values: ArrayLike, name: str, expected: str) -> FloatArray:
+    """Values as float64, refused in one line where one is not what is expected of all.
+
+    Parameters
+    ----------
+    values : array_like
+    name, expected : str
+        For the message; `expected` ends with one of the limits that are known in words, such as
+        ``"kg, above zero"``.
 
     Examples
     --------
-    >>> checked([0.5, 1.5], "restitution r", "a number from 0 to 1", high=1.0)
+    >>> checked([0.5, 1.5], "restitution r", "a number from 0 to 1")
     Traceback (most recent call last):
     vinesexp.errors.ParameterError: restitution r = 1.5: expected a number from 0 to 1
     """
-    array = as_floats(values, name)
-    least, most = (array.min(), array.max()) if array.size else (high, high)
-    # A NaN makes both comparisons false, an infinity fails isfinite: two passes, no masks.
-    fine = (least >= 0.0 if closed else least > 0.0) and most <= high
-    if not (fine and math.isfinite(least) and math.isfinite(most)) and array.size:
-        above = array >= 0.0 if closed else array > 0.0
-        wrong = array[~(above & (array <= high) & np.isfinite(array))]
+    array, (low, high) = as_floats(values, name), _limits(expected)
+    # A NaN makes either comparison false: two passes, no masks.
+    if array.size and not (array.min() >= low and array.max() <= high):
+        wrong = array[~((array >= low) & (array <= high))]
         raise ParameterError(f"{name} = {float(wrong.flat[0]):.9g}: expected {expected}")
     return array
+
+
+def checked_number(value: object, name: str, expected: str) -> float:
+    """The same of one number."""
+    number, (low, high) = as_number(value, name), _limits(expected)
+    if not low <= number <= high:
+        raise ParameterError(f"{name} = {number}: expected {expected}")
+    return number
+
+
+def check_fields(thing: object, **kinds: tuple[str, str]) -> None:
+    """Make fields of a frozen dataclass numbers, each with its name and what is expected of it."""
+    for field, (name, expected) in kinds.items():
+        value = getattr(thing, field)
+        number = checked_number(value, name, expected)
+        if number is not value:  # rigs are made by the thousand
+            object.__setattr__(thing, field, number)
 
 
 @dataclass(frozen=True)
@@ -81,13 +105,13 @@ class Oscillator:
     k3: float = 0.0
 
     def __post_init__(self) -> None:
-        names = {"M": "mass M", "c1": "damping c1", "k1": "stiffness k1"}
-        make_numbers(self, **names, k3="cubic stiffness k3")
-        require(math.isfinite(self.M) and self.M > 0, "mass M", self.M, "kg, above zero")
-        sane = math.isfinite(self.c1) and self.c1 >= 0
-        require(sane, "damping c1", self.c1, "N s/m, zero or above")
-        require(math.isfinite(self.k1) and self.k1 > 0, "stiffness k1", self.k1, "N/m, above zero")
-        require(math.isfinite(self.k3), "cubic stiffness k3", self.k3, "N/m^3, a finite number")
+        check_fields(
+            self,
+            M=("mass M", "kg, above zero"),
+            c1=("damping c1", "N s/m, zero or above"),
+            k1=("stiffness k1", "N/m, above zero"),
+            k3=("cubic stiffness k3", "N/m^3, a finite number"),
+        )
 
     @property
     def w0(self) -> float:
@@ -111,8 +135,18 @@ class Oscillator:
         return cls(M=M, c1=2.0 * zeta * M * w0, k1=M * w0 * w0)
 
 
-#: Values of a ball beside m, b and r.
-_FURTHER = ("b_minus", "r_minus", "r_slope", "friction", "tilt", "contact_time")
+#: Of each value of a ball its name, and what is expected of it.
+_OF_BALL = {
+    "m": ("ball mass m", "kg, above zero"),
+    "b": ("clearance b", "m, above zero"),
+    "r": ("restitution r", "a number from 0 to 1"),
+    "b_minus": ("clearance b_minus", "m, above zero"),
+    "r_minus": ("restitution r_minus", "a number from 0 to 1"),
+    "r_slope": ("r_slope", "s/m, a finite number"),
+    "friction": ("friction mu g", "m/s^2, zero or above"),
+    "tilt": ("tilt", "m/s^2, a finite number"),
+    "contact_time": ("contact_time", "s, zero or above"),
+}
 
 
 @dataclass(frozen=True)
@@ -159,23 +193,8 @@ class NES:
     contact_time: float = 0.0
 
     def __post_init__(self) -> None:
-        make_numbers(self, m="ball mass m", b="clearance b", r="restitution r")
-        for name in _FURTHER:
-            if type(getattr(self, name)) not in (float, type(None)):
-                make_numbers(self, **{name: name})
-        require(math.isfinite(self.m) and self.m > 0, "ball mass m", self.m, "kg, above zero")
-        require(math.isfinite(self.b) and self.b > 0, "clearance b", self.b, "m, above zero")
-        require(0.0 <= self.r <= 1.0, "restitution r", self.r, "a number from 0 to 1")
-        require(math.isfinite(self.r_slope), "r_slope", self.r_slope, "s/m, a finite number")
-        b, r = self.clearance(-1), self.restitution(-1)
-        require(math.isfinite(b) and b > 0, "clearance b_minus", b, "m, above zero")
-        require(0.0 <= r <= 1.0, "restitution r_minus", r, "a number from 0 to 1")
-        require(math.isfinite(self.tilt), "tilt", self.tilt, "m/s^2, a finite number")
-        for name, value, unit in (
-            ("friction mu g", self.friction, "m/s^2"),
-            ("contact_time", self.contact_time, "s"),
-        ):
-            require(0.0 <= value < math.inf, name, value, f"{unit}, zero or above")
+        absent = {name for name in ("b_minus", "r_minus") if getattr(self, name) is None}
+        check_fields(self, **{name: _OF_BALL[name] for name in _OF_BALL if name not in absent})
 
     def clearance(self, side: int) -> float:
         """Clearance to the wall of side +1 or -1, m."""

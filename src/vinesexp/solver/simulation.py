@@ -6,15 +6,14 @@ the impact times are searched for (`search.py` says why none can be missed).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray, as_number
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
-from vinesexp.rig import Rig, require
+from vinesexp.rig import Rig, checked_number
 from vinesexp.solver.arrays import (
     ball_table,
     closed_form,
@@ -94,9 +93,8 @@ def simulate(
     2.0
     """
     release = release or Release()
-    duration = as_number(duration, "duration")  # one compiled version serves all
+    duration = checked_number(duration, "duration", "s, above zero")  # a float: one version
     damping = damping or WeakDamping()
-    require(math.isfinite(duration) and duration > 0, "duration", duration, "s, above zero")
     if isinstance(base, Measured) and duration > base.duration * (1.0 + 1e-12):
         raise ParameterError(
             f"duration = {duration}: the base record lasts {base.duration:.9g} s; "

@@ -199,8 +199,8 @@ def symmetric_orbits(
     >>> round(1e3 * best.amplitude, 3), best.stable, other.stable
     (5.128, True, False)
     """
-    base = float(checked(G, "base amplitude G", "m, above zero", closed=False))
-    clearance = float(checked(b, "clearance b", "m, above zero", closed=False))
+    base = float(checked(G, "base amplitude G", "m, above zero"))
+    clearance = float(checked(b, "clearance b", "m, above zero"))
     p = Reduced.of_rig(M=M, c1=c1, k1=k1, m=m, r=r, frequency=frequency)
     found = [float(C) for C in reversed(amplitudes_at(clearance / base, p)) if not np.isnan(C)]
     if not found:

@@ -50,8 +50,8 @@ def project(
     >>> round(float(C), 4), round(float(A), 4)
     (1.5708, 0.25)
     """
-    length = checked(b, "clearance b", "m, above zero", closed=False)
-    rate = checked(w0, "angular frequency w0", "rad/s, above zero", closed=False)
+    length = checked(b, "clearance b", "m, above zero")
+    rate = checked(w0, "angular frequency w0", "rad/s, above zero")
     place = np.asarray(x, dtype=np.float64) + eps * np.asarray(y)
     speed = np.asarray(v, dtype=np.float64) + eps * np.asarray(vy)
     A: FloatArray = np.hypot(place, speed / rate) / length
@@ -67,7 +67,7 @@ def loss_parameter(r: ArrayLike) -> FloatArray:
     >>> round(float(loss_parameter(0.6)), 12)
     0.25
     """
-    restitution = checked(r, "restitution r", "a number from 0 to 1", high=1.0)
+    restitution = checked(r, "restitution r", "a number from 0 to 1")
     return (1.0 - restitution) / (1.0 + restitution)
 
 
@@ -160,5 +160,5 @@ def is_stable(C: ArrayLike, *, r: ArrayLike) -> BoolArray:
     >>> is_stable([0.9, 1.2, 1.7], r=0.6).tolist()
     [False, True, False]
     """
-    ball = checked(C, "ball amplitude C", "a number above zero", closed=False)
+    ball = checked(C, "ball amplitude C", "a number above zero")
     return np.asarray((C_1(r) < ball) & (ball < C_2()) & (np.asarray(r) < 1.0))

@@ -74,7 +74,7 @@ def base_amplitude_for(x: ArrayLike, rig: Rig, *, frequency: float | None = None
     >>> round(1e3 * float(base_amplitude_for(10e-3, rig)), 3)  # mm
     0.33
     """
-    height = checked(x, "amplitude x", "m, above zero", closed=False)
+    height = checked(x, "amplitude x", "m, above zero")
     o = rig.oscillator
     detuning = 0.0 if frequency is None else frequency / o.f0 - 1.0
     across = 2.0 * o.zeta * height**2

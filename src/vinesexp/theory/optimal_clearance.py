@@ -49,7 +49,7 @@ def b_c_published(*, G: ArrayLike, eps: ArrayLike, lam: ArrayLike, r: ArrayLike)
     33.968
     """
     base = checked(G, "base amplitude G", "m, zero or above")
-    ratio = checked(eps, "mass ratio eps", "a number above zero", closed=False)
+    ratio = checked(eps, "mass ratio eps", "a number above zero")
     damping = checked(lam, "reduced damping lambda", "a number, zero or above")
     Gamma = loss_parameter(r)
     S = np.pi**2 + 4.0 * Gamma * Gamma
@@ -129,7 +129,7 @@ def release_amplitude(
     *, x0: ArrayLike, v0: ArrayLike = 0.0, M: ArrayLike = 1.0, k1: ArrayLike = 1.0
 ) -> FloatArray:
     """x_m = hypot(x0, v0/w0), the amplitude that a release stores (docs/theory.md, 43); m, m/s."""
-    mass = checked(M, "mass M", "kg, above zero", closed=False)
-    stiffness = checked(k1, "stiffness k1", "N/m, above zero", closed=False)
+    mass = checked(M, "mass M", "kg, above zero")
+    stiffness = checked(k1, "stiffness k1", "N/m, above zero")
     x_m: FloatArray = np.hypot(x0, np.asarray(v0) * np.sqrt(mass / stiffness))
-    return checked(x_m, "release amplitude x_m", "a finite number")
+    return checked(x_m, "release amplitude x_m", "m, zero or above")

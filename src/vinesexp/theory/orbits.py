@@ -40,10 +40,10 @@ class Reduced:
     ) -> Reduced:
         """Checked and broadcast against each other."""
         values = (
-            checked(eps, "mass ratio eps", "a number above zero", closed=False),
-            checked(zeta, "damping ratio zeta", "a number from 0 to below 1", high=1.0 - 1e-9),
-            checked(r, "restitution r", "a number from 0 to 1", high=1.0),
-            checked(Omega, "frequency ratio Omega", "a number above zero", closed=False),
+            checked(eps, "mass ratio eps", "a number above zero"),
+            checked(zeta, "damping ratio zeta", "a number from 0 to below 1"),
+            checked(r, "restitution r", "a number from 0 to 1"),
+            checked(Omega, "frequency ratio Omega", "a number above zero"),
         )
         return cls(*(np.array(v) for v in np.broadcast_arrays(*values)))
 
@@ -59,12 +59,12 @@ class Reduced:
         frequency: ArrayLike | None = None,
     ) -> Reduced:
         """From SI values; `frequency` in Hz, at w0 where it is None."""
-        mass = checked(M, "mass M", "kg, above zero", closed=False)
+        mass = checked(M, "mass M", "kg, above zero")
         damping = checked(c1, "damping c1", "N s/m, zero or above")
-        stiffness = checked(k1, "stiffness k1", "N/m, above zero", closed=False)
-        ball = checked(m, "ball mass m", "kg, above zero", closed=False)
+        stiffness = checked(k1, "stiffness k1", "N/m, above zero")
+        ball = checked(m, "ball mass m", "kg, above zero")
         if frequency is not None:
-            frequency = checked(frequency, "frequency", "Hz, above zero", closed=False)
+            frequency = checked(frequency, "frequency", "Hz, above zero")
         return cls.of(**reduced(M=mass, c1=damping, k1=stiffness, m=ball, r=r, frequency=frequency))
 
     @cached_property
@@ -195,7 +195,7 @@ def family(C: ArrayLike, p: Reduced) -> Family:
     >>> round(float(0.25 * orbit.b), 4), round(float(0.25 * orbit.amplitude), 4)  # mm, G = 0.25 mm
     (32.8834, 5.1267)
     """
-    ball = checked(C, "ball amplitude C", "a number above zero", closed=False)
+    ball = checked(C, "ball amplitude C", "a number above zero")
     D0, D1 = p.closing
     slope = 2.0 * ball * p.Omega / np.pi  # u/b
     closing = D0 + D1 * slope
@@ -241,7 +241,7 @@ def amplitudes_at(b: ArrayLike, p: Reduced) -> tuple[FloatArray, FloatArray]:
         NaN where that orbit does not exist (b past the saddle-node, or a ball speed that is not
         positive): an orbit that is not there, not a failed computation.
     """
-    clearance = checked(b, "clearance b", "a number above zero", closed=False)
+    clearance = checked(b, "clearance b", "a number above zero")
     D0, D1 = p.closing
     speed = np.abs(D1) ** 2
     inner = (D0 * np.conj(D1)).real

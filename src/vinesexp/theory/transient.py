@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.rig import checked
+from vinesexp.rig import Oscillator, checked
 from vinesexp.theory.manifold import A_1, A_2, C_1, loss_parameter, upper_branch
 
 # A ball in a box shaken by A sin(tau): the mean power it takes, captured, chaotic or past T2.
@@ -79,7 +79,7 @@ def ball_power(A: ArrayLike, *, r: float) -> FloatArray:
     >>> round(float(ball_power(0.5, r=0.6)), 5)
     0.13451
     """
-    height = checked(A, "amplitude A", "a number above zero", closed=False)
+    height = checked(A, "amplitude A", "a number above zero")
     fold, breaking = float(A_1(r)), float(A_2(r))
     power = captured_power(np.maximum(height, fold), r=r)
     if np.any(height < fold):
@@ -107,12 +107,10 @@ class Decaying:
     x_m: float
 
     def __post_init__(self) -> None:
-        checked(self.M, "mass M", "kg, above zero", closed=False)
-        checked(self.c1, "damping c1", "N s/m, zero or above")
-        checked(self.k1, "stiffness k1", "N/m, above zero", closed=False)
-        checked(self.m, "ball mass m", "kg, above zero", closed=False)
-        checked(self.r, "restitution r", "a number from 0 to 1", high=1.0)
-        checked(self.x_m, "release amplitude x_m", "m, above zero", closed=False)
+        Oscillator(self.M, self.c1, self.k1)  # refuses what cannot be
+        checked(self.m, "ball mass m", "kg, above zero")
+        checked(self.r, "restitution r", "a number from 0 to 1")
+        checked(self.x_m, "release amplitude x_m", "m, above zero")
 
     @property
     def w0(self) -> float:
@@ -138,7 +136,7 @@ def bare_time(release: Decaying, *, level: float) -> float:
 
 
 def _reachable(release: Decaying, level: ArrayLike) -> None:
-    high = float(np.max(checked(level, "level", "m, above zero", closed=False)))
+    high = float(np.max(checked(level, "level", "m, above zero")))
     if high > release.x_m:
         raise AnalysisError(
             f"level {1e3 * high:.6g} mm is above the release amplitude {1e3 * release.x_m:.6g} mm"
@@ -402,7 +400,7 @@ def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
     """
     _reachable(release, level)
     clearance, target = np.broadcast_arrays(
-        checked(b, "clearance b", "m, above zero", closed=False), np.asarray(level, dtype=float)
+        checked(b, "clearance b", "m, above zero"), np.asarray(level, dtype=float)
     )
     eps, lam = release.eps, release.lam
     if release.r == 1.0:  # elastic: the ball takes nothing on the average
@@ -429,7 +427,7 @@ def capture_rate(*, x_m: ArrayLike, b: ArrayLike) -> FloatArray:
     >>> float(capture_rate(x_m=0.02, b=0.04))
     0.5
     """
-    length = checked(b, "clearance b", "m, above zero", closed=False)
+    length = checked(b, "clearance b", "m, above zero")
     return np.minimum(1.0, np.asarray(x_m, dtype=np.float64) / length)
 
 
