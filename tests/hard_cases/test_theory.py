@@ -57,8 +57,6 @@ def test_extreme_mass_ratios_and_no_damping(eps: float, zeta: float, r: float) -
     assert math.isfinite(ends.b_high)
     assert 0.0 < ends.b_low < ends.b_high
     point = orbits.family(ends.C_low, p)
-    residuals = boundaries.boundary_residuals(ends.C_low * np.array([1 - 1e-6, 1 + 1e-6]), p)
-    assert np.isfinite(residuals).all()
     assert point.amplitude > 0.0
 
 

@@ -75,6 +75,35 @@ def _difference(b, rig: dict[str, float], name: str, h: float) -> float:
     return (b(**up) - b(**down)) / (2 * h)
 
 
+def test_a_derivative_beside_resonance_is_that_of_small_differences() -> None:
+    rig = {"M": 1.0, "c1": 0.0038, "k1": 1.0, "r": 0.86, "m": 0.0133}
+    frequency = 0.9768 / (2.0 * np.pi)
+
+    def moved(share: float) -> float:
+        k1 = 1.0 + share
+        return float(clearance.b_c_exact(G=1.0, frequency=frequency, **{**rig, "k1": k1}))
+
+    h = 1e-6
+    ends = (moved(-2 * h), moved(-h), moved(h), moved(2 * h))
+    small = (ends[0] - 8.0 * ends[1] + 8.0 * ends[2] - ends[3]) / (12.0 * h)
+    _, slopes = intervals.gradient_exact(G=1.0, frequency=frequency, **rig)
+    assert slopes["k1"] == pytest.approx(small, rel=1e-5)
+
+
+def test_far_below_resonance_derivatives_add_up() -> None:
+    """Between two impacts the oscillator turns 39 times: a step must not change how often."""
+    _, slopes = intervals.gradient_exact(G=1e-3, frequency=0.1, **RIG)
+    assert np.isfinite(list(slopes.values())).all()
+    # b_c is of eps, zeta, r and Omega alone: all that are of M, c1, k1, m stay where these grow
+    total = sum(slopes[name] * RIG[name] for name in ("M", "c1", "k1", "m"))
+    assert total == pytest.approx(0.0, abs=1e-5 * max(abs(slopes[n] * RIG[n]) for n in RIG))
+
+
+def test_an_elastic_ball_on_a_hardly_damped_mass_has_derivatives() -> None:
+    _, slopes = intervals.gradient_exact(G=1e-3, **{**RIG, "r": 1.0, "c1": 3e-3})
+    assert np.isfinite(list(slopes.values())).all()
+
+
 def test_derivative_by_damping_without_damping() -> None:
     for tuning in (None, 7.9):
         rig = {**RIG, "c1": 0.0}

@@ -129,12 +129,16 @@ def _kind_low(C: FloatArray, p: Reduced) -> NDArray[np.str_]:
     return np.where(_stable(beyond, p) & ~stays_inside(family(beyond, p)), "graze", kind)
 
 
+def loss_of(p: Reduced) -> FloatArray:
+    """By how much a cycle shrinks what is near the orbit: 1 less its determinant."""
+    return 1.0 - p.r**2 * np.exp(-2.0 * np.pi * p.zeta / p.Omega)
+
+
 def _stretch(flat: Reduced, attracts: _Attracts) -> tuple[BoolArray, FloatArray, FloatArray]:
     """Whether anything attracts, and the C at both ends of the stretch with the largest b."""
     stable = attracts(_GRID, flat[:, None])
     # conservative to rounding: the multipliers lie on the unit circle, whatever their last digit
-    loss = 1.0 - flat.r**2 * np.exp(-2.0 * np.pi * flat.zeta / flat.Omega)
-    stable &= (loss > 1e-10)[:, None]
+    stable &= (loss_of(flat) > 1e-10)[:, None]
     # b falls with C past the saddle-node, so the first stable C has the largest clearance
     stable &= saddle_node(flat)[0][:, None] <= _GRID
     first = stable.argmax(axis=1)
@@ -169,9 +173,3 @@ def end_of_permanent_response(p: Reduced) -> StableRange:
             "oscillator without damping may have no stable orbit"
         )
     return ends
-
-
-def boundary_residuals(C: FloatArray, p: Reduced) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Functions of C, zero at the saddle-node, Neimark-Sacker and symmetry-breaking boundary."""
-    B, H = hurwitz(jacobian(family(C, p)))
-    return B[0], H, B[4]

@@ -7,15 +7,14 @@ is added: no value of the rig gives it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.rig import RIG_VALUES, checked
-from vinesexp.theory.boundaries import boundary_residuals, end_of_permanent_response
+from vinesexp.theory.boundaries import end_of_permanent_response, loss_of, stable_range
 from vinesexp.theory.manifold import A_1, loss_parameter
 from vinesexp.theory.optimal_clearance import (
     b_c_published,
@@ -23,7 +22,7 @@ from vinesexp.theory.optimal_clearance import (
     b_t_published,
     release_amplitude,
 )
-from vinesexp.theory.orbits import Reduced, family, reduced
+from vinesexp.theory.orbits import Reduced, reduced
 from vinesexp.theory.transient import (
     Decaying,
     best_clearance,
@@ -35,24 +34,11 @@ from vinesexp.units import COVERAGE_95, Quantity
 _APART = 0.06
 
 
-# Derivatives of b_c with respect to every rig value.
-#
-# The exact boundary is a root: H(C, p) = 0 and b = G beta(C, p), so that d beta/dp = beta_p -
-# beta_C H_p/H_C (implicit function theorem), with the partial derivatives of the two smooth
-# functions by central differences of 4th order (relative error about 1e-11, docs/theory.md, 46). No
-# difference of two root searches is taken.
-_STEP = 1e-3  # relative; fourth-order differences: truncation 1e-12, rounding 1e-13
+# Derivatives of b_c with respect to every rig value: central differences of fourth order, of the
+# whole solution, which is exact to rounding (docs/theory.md, 46).
+_STEP = 1e-3  # relative
 _OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
 _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
-
-
-def _around(values: Sequence[float], steps: FloatArray) -> FloatArray:
-    """Each value, in turn moved by its steps: axes value, which is moved, offset."""
-    n = len(values)
-    points = np.array(values)[:, None, None] + np.zeros((n, n, _OFFSETS.size))
-    for row in range(n):
-        points[row, row] += steps[row] * _OFFSETS
-    return points
 
 
 def gradient_exact(
@@ -83,35 +69,31 @@ def gradient_exact(
     """
     rig = {"M": M, "c1": c1, "k1": k1, "r": r, "m": m}
     p = Reduced.of_rig(**rig, frequency=frequency)
-    ends = end_of_permanent_response(p)
-    C, node = float(ends.C_low), str(ends.kind) == "saddle-node"
-    # rows: C, then the rig values; columns: the four offsets
-    near = abs(float(p.Omega) - 1.0) + float(p.zeta) + float(p.eps)
-    steps = _STEP * np.array([C, *(_scale(name, rig, near, frequency) for name in RIG_VALUES)])
-    points = _around([C, *rig.values()], steps)
-    moved = dict(zip(rig, points[1:], strict=True))
-    with_frequency = None if frequency is None else np.broadcast_to(frequency, (6, 4))
-    # Unchecked: a step may leave r <= 1 or c1 >= 0 by a hair. The formulas are smooth across those
+    steps = _STEP * np.array([_scale(name, rig, p, frequency) for name in rig])
+    # axes: value, which of them is moved, offset
+    moved = np.eye(len(rig))[:, :, None] * steps[:, None] * _OFFSETS
+    points = np.array(list(rig.values()))[:, None, None] + moved
+    # Unchecked: a step may leave r <= 1 or c1 >= 0 by a hair. The solution is smooth across those
     # ends, so a central difference there is still right.
-    moved_rig = Reduced(**reduced(**moved, frequency=with_frequency))
-    at_node, H, _ = boundary_residuals(points[0], moved_rig)
-    beta, H = family(points[0], moved_rig).b, at_node if node else H
-    d_beta, d_H = (f @ _WEIGHTS / steps for f in (beta, H))
-    along = d_beta[0] / d_H[0] if not node else 0.0  # b is stationary in C at a saddle-node
-    slopes = G * (d_beta[1:] - along * d_H[1:])
-    return G * float(ends.b_high), dict(zip(RIG_VALUES, map(float, slopes), strict=True))
+    around = reduced(**dict(zip(rig, points, strict=True)), frequency=frequency)
+    ends = stable_range(Reduced(**{k: np.asarray(v) for k, v in around.items()})).b_high
+    slopes = G * (ends @ _WEIGHTS) / steps
+    b_c = G * float(end_of_permanent_response(p).b_high)
+    return b_c, dict(zip(rig, map(float, slopes), strict=True))
 
 
-def _scale(name: str, rig: dict[str, float], near: float, frequency: float | None) -> float:
+def _scale(name: str, rig: dict[str, float], p: Reduced, frequency: float | None) -> float:
     """Size of a step in one rig value: its own, but for r (order 1) and c1 = 0 (of sqrt(k1 M)).
 
-    At a fixed frequency M and k1 move the detuning, in which the response changes over a width
-    of `near`; the step has to stay well inside it.
+    At a fixed frequency M and k1 move the detuning, in which the response changes over a width of
+    `near`, and over Omega far below resonance, where the oscillator turns many times between two
+    impacts; the step has to stay well inside both. With r beyond 1 impacts must still take energy.
     """
+    near = abs(float(p.Omega) - 1.0) + float(p.zeta) + float(p.eps)
     if name in ("M", "k1") and frequency is not None:
-        return rig[name] * min(20.0 * near, 1.0)
+        return rig[name] * min(2.0 * near, float(p.Omega), 1.0)
     if name == "r":
-        return 0.1
+        return min(0.1, 100.0 * float(loss_of(p)))
     if name == "c1":
         return max(rig["c1"], 1e-3 * float(np.sqrt(rig["k1"] * rig["M"])))
     return rig[name]
