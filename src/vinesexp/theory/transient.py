@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.legendre import legval2d
@@ -18,7 +19,9 @@ from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.rig import Oscillator, checked
+from vinesexp.excitation import Release
+from vinesexp.rig import NES, Oscillator, Rig, checked
+from vinesexp.solver.simulation import simulate
 from vinesexp.theory.manifold import A_1, A_2, C_1, loss_parameter, upper_branch
 
 # A ball in a box shaken by A sin(tau): the mean power it takes, captured, chaotic or past T2.
@@ -154,8 +157,8 @@ def _reachable(release: Decaying, level: ArrayLike) -> None:
 _AIRY = 2.338107410459767
 #: A flight shorter than this (in 1/w0) is a ball that comes to rest on a wall.
 _CHATTER = 0.02
-#: No passage takes more flights than this.
-_MOST = 4000
+#: Of a longer flight the amplitude is looked at every so often (1/w0): three cycles.
+_FLOATS = 6.0 * np.pi
 _LANES = 24  # balls, started at as many amplitudes
 _AFTER = 6.0  # cycles for which a ball is followed that has let go
 _LEVELS = 240  # amplitudes of a passage
@@ -252,32 +255,48 @@ def passage(*, eps: float, lam: float, r: float) -> Passage:
         0.5 * lam * start + 8.0 * float(loss_parameter(r)) * float(C) ** 2 / (np.pi**3 * start)
     )
     offset = (np.arange(_LANES) + 0.5) / _LANES * np.pi
-    state = _on_the_manifold(start + fall * offset, r=r, eps=eps)
-    zeta = 0.5 * eps * lam
-    times, heights = [-offset], [start + fall * offset]
-    until, let_go = np.full(_LANES, np.inf), np.full(_LANES, np.nan)
-    active = np.ones(_LANES, dtype=bool)
-    for _ in range(_MOST):
-        flight = next_collision(state, zeta=zeta)
-        now = times[-1] + flight
-        # ended: followed long enough, or the ball comes to rest on a wall
-        active &= (times[-1] < until) & (heights[-1] > 0.05 * start) & (flight > _CHATTER)
-        if not active.any():
-            break
-        lost = active & (flight > 1.5 * np.pi) & np.isinf(until)
-        until = np.where(lost, now + 2.0 * np.pi * _AFTER, until)
-        let_go = np.where(lost, heights[-1], let_go)
-        arrived = fly_freely(state, flight, zeta=zeta)
-        left = hit_wall(arrived, eps=eps, r=r)
-        height = np.hypot(left[0], 0.5 * (arrived[1] + left[1]))  # amplitude of the mean motion
-        state = np.where(active, left, state)
-        times.append(np.where(active, now, times[-1]))
-        heights.append(np.where(active, height, heights[-1]))
-    tau = np.array(times).T
-    fallen = np.minimum.accumulate(np.array(heights).T, axis=1)
-    A = np.geomspace(start, float(fallen.min()) * (1.0 - 1e-12), _LEVELS)
-    tau1 = np.array([np.interp(-A, -h, t, right=np.nan) for h, t in zip(fallen, tau, strict=True)])
-    return Passage(A, eps * tau1, let_go, fallen[:, -1], eps * tau[:, -1])
+    begin = start + fall * offset
+    rig = Rig(Oscillator(M=1.0, c1=eps * lam, k1=1.0), [NES(m=eps, b=1.0, r=r)])
+    # a captured ball falls at least as fast as at T1: by then it has let go
+    falls = min(float(begin.max()), 12.0 * delay)
+    lasts = falls / (eps * rates.g) + 4.0 * np.pi * _AFTER
+    states = _on_the_manifold(begin, r=r, eps=eps).T
+    lanes = [_flown(rig, one, lasts, 0.05 * start) for one in states]
+    fallen, let_go = [lane[1] for lane in lanes], np.array([lane[2] for lane in lanes])
+    times = [lane[0] - late for lane, late in zip(lanes, offset, strict=True)]
+    end_A, end = (np.array([one[-1] for one in every]) for every in (fallen, times))
+    A = np.geomspace(start, float(end_A.min()) * (1.0 - 1e-12), _LEVELS)
+    tau = [np.interp(-A, -h, t, right=np.nan) for h, t in zip(fallen, times, strict=True)]
+    return Passage(A, eps * np.array(tau), let_go, end_A, eps * end)
+
+
+def _flown(
+    rig: Rig, state: FloatArray, lasts: float, least: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """Impacts of one ball from a state just after one until some cycles after it has let go.
+
+    Their times, the amplitudes down to which the mass has fallen, none far below the `least`, and
+    the one at which the ball let go.
+    """
+    x, v, y, u = map(float, state)
+    motion = simulate(rig, None, Release(x, v, (y,), (u,)), duration=lasts)
+    hits = motion.impacts
+    swing = np.hypot(hits["x"], 0.5 * (hits["v_before"] + hits["v_after"]))  # of the mean motion
+    ends = np.concatenate([[0.0], hits["time"], [lasts]])
+    floats = np.concatenate([np.arange(t, end, _FLOATS)[1:] for t, end in pairwise(ends)])
+    time = np.concatenate([ends[:-1], floats])
+    height = np.concatenate([[np.hypot(x, v + rig.eps * u)], swing, np.hypot(*motion.at(floats))])
+    order = np.argsort(time)
+    time, height = time[order], height[order]
+    flight = np.diff(time)
+    lost = np.flatnonzero(flight > 1.5 * np.pi)[:1]
+    until = time[lost + 1] + 2.0 * np.pi * _AFTER if lost.size else np.inf
+    # followed long enough, or the ball comes to rest on a wall
+    over = (time >= until) | (height <= least)
+    over[:-1] |= flight <= _CHATTER
+    end = int(np.argmax(over)) + 1 if over.any() else time.size
+    let_go = float(height[lost[0]]) if lost.size else float("nan")
+    return time[:end], np.minimum.accumulate(height[:end]), let_go
 
 
 def _on_the_manifold(A: FloatArray, *, r: float, eps: float) -> FloatArray:
@@ -287,49 +306,6 @@ def _on_the_manifold(A: FloatArray, *, r: float, eps: float) -> FloatArray:
     v = u * (1.0 - r) / (1.0 + r)  # A cos(phi) = Gamma u
     x = 1.0 - C
     return np.array([x, v - eps * u, x - 1.0, u])
-
-
-def fly_freely(state: FloatArray, t: FloatArray, *, zeta: float) -> FloatArray:
-    """State after the free flight t: damped oscillator, free ball."""
-    x, v, y, u = state
-    wd = np.sqrt(1.0 - zeta * zeta)
-    c, s, e = np.cos(wd * t), np.sin(wd * t) / wd, np.exp(-zeta * t)
-    return np.array(
-        [e * (x * c + (v + zeta * x) * s), e * (v * c - (x + zeta * v) * s), y + u * t, u + 0.0 * t]
-    )
-
-
-def hit_wall(state: FloatArray, *, eps: float, r: float) -> FloatArray:
-    """Impact law (3, 4) where the gap is closed; a flight that met no wall is left alone."""
-    x, v, y, u = state
-    gap, closing = x - y, v - u
-    hit = (np.abs(gap) > 1.0 - 1e-6) & (gap * closing > 0.0)
-    jump = np.where(hit, (1.0 + r) * closing / (1.0 + eps), 0.0)
-    side = np.where(hit, np.sign(gap), 0.0)
-    # placed on the wall, so that the next flight starts inside
-    return np.array([x, v - eps * jump, np.where(hit, x - side, y), u + jump])
-
-
-# where a collision is looked for: 48 times a cycle over three cycles
-_GRID: FloatArray = np.linspace(np.pi / 24.0, 6.0 * np.pi, 144)
-
-
-def next_collision(state: FloatArray, *, zeta: float) -> FloatArray:
-    """Time to the next |x - y| = 1, at most three cycles; bisection in the first closed step."""
-    x, _, y, _ = fly_freely(state[:, :, None], _GRID, zeta=zeta)
-    closed = np.abs(x - y) >= 1.0
-    met = closed.any(axis=1)
-    first = np.where(met, closed.argmax(axis=1), _GRID.size - 1)
-    high: FloatArray = np.asarray(_GRID[first], dtype=np.float64)
-    low: FloatArray = np.asarray(high - _GRID[0], dtype=np.float64)
-    for _ in range(36):
-        middle = np.asarray(0.5 * (low + high), dtype=np.float64)
-        x, _, y, _ = fly_freely(state, middle, zeta=zeta)
-        beyond = np.abs(x - y) >= 1.0
-        high = np.where(beyond & met, middle, high)
-        low = np.where(beyond | ~met, low, middle)
-    flight: FloatArray = np.where(met, low, _GRID[-1])
-    return flight
 
 
 def _elapsed(A: FloatArray, *, lam: float, r: float) -> FloatArray:
