@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.commands import options
 from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
-from vinesexp.figures.numbers import rounded
 from vinesexp.planning import campaign_plan as planned
 from vinesexp.planning.campaign_plan import in_mm
-from vinesexp.planning.expected_valley import Valley
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -24,6 +22,14 @@ from vinesexp.rig import Oscillator
 from vinesexp.units import Quantity, parse_quantity
 
 _OPTIONS = (*RIG, *(option for option in EXCITATION if option.symbol != "v0"))
+#: Cells of a planned test that are shown, with their units.
+_UNITS = (
+    ("clearance_mm", "mm"),
+    ("base_amplitude_mm", "mm base"),
+    ("frequency_hz", "Hz"),
+    ("added_mass_g", "g added"),
+    ("release_mm", "mm release"),
+)
 #: Relative standard uncertainty of a value that states none, in a first plan.
 _ASSUMED = 0.02
 
@@ -79,103 +85,42 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[plan
         )
     found = CampaignResults(results, campaign)
     plans = planned.plan_levels(found, target=target)
-    lines = [f"{campaign.title}: what to test next"]
-    if not plans:
-        lines.append(
-            "no periodic tests yet; rig values without a campaign give a first plan of them: "
-            "vinesexp plan --mass '4.7 kg' and the others (vinesexp plan --help)"
-        )
-    for plan in plans:
-        lines += _level_lines(plan, target)
     needs = planned.needs_of(found, plans)
     others = planned.plan_others(found, needs)
-    for other in others:
-        lines += _other_lines(other)
     tests = [*planned.next_tests(plans), *(test for other in others for test in other.next)]
-    if not tests and plans:
-        lines += ["", "enough: no further test of these kinds would change the answers"]
-    print("\n".join([*lines, "", *_needs_lines(needs)]))
+    shown = {"plans": plans, "others": others, "tests": tests, "needs": needs, "target": target}
+    print(_text("plan.txt.j2", title=campaign.title, **shown))
     return tests
 
 
-def _level_lines(plan: planned.LevelPlan, asked: float) -> list[str]:
-    """One level: where it stands, what to test, what that leaves."""
-    now = plan.width_now
-    state = f"lowest amplitude bracketed within {100 * (now or 0.0):.2g} %"
-    state = "its lowest amplitude is at the edge of what was tried" if now is None else state
-    lines = ["", f"{plan.level.name}: {plan.in_words}" + (f", {state}" if plan.tested else "")]
-    if plan.valley is None:
-        lines.append("  the identified rig does not say where the minimum lies")
-    else:
-        low, high = plan.valley.interval
-        expected = f"{in_mm(plan.valley.lowest)} ({in_mm(low)} to {in_mm(high)} mm, 95 %)"
-        lines.append(f"  expected by the identified rig: {expected}")
-        lines.append(_scatter_line(plan, asked))
-    if plan.next:
-        reported = ", ".join(in_mm(b) for b in plan.next)
-        lines.append(f"  test next, in this order: {reported} mm")
-        lines.append(
-            "  run and plan again after each one, because its result changes the next ones"
-        )
-    elif now is not None:
-        lines.append("  nothing more to test at this base amplitude")
-    if plan.bracket is not None and plan.next:
-        low, best, high = plan.bracket
-        width, left = 100 * (high - low) / best, f"{in_mm(low)} to {in_mm(high)} mm"
-        lines.append(f"  if the rig is as identified, these leave {left} ({width:.2g} %)")
-    return lines
+def _text(template: str, **content: Any) -> str:
+    """A plan for the console."""
+    from vinesexp.report.rendering import environment
+
+    texts = environment("vinesexp.commands")
+    texts.filters.update(mm=in_mm, share=lambda share: f"{100.0 * share:.2g} %", groups=grouped)
+    return texts.get_template(template).render(**content).rstrip("\n")
 
 
-def _other_lines(plan: planned.OtherPlan) -> list[str]:
-    """One kind of test beside the periodic ones: where it stands, what is still to be tested."""
-    lines = ["", f"{plan.name}: {plan.state}"]
-    if not plan.next:
-        return [*lines, "  enough"]
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for test in plan.next:
-        cells = test.cells
-        load = f"{cells['added_mass_g']} g added: " if cells.get("added_mass_g") else ""
-        groups.setdefault((load, test.why), []).append(cells.get("clearance_mm", ""))
-    for (load, why), clearances in groups.items():
-        at = ", ".join(b for b in clearances if b)
-        what = f"{at} mm" if at else f"{len(clearances)} more"
-        lines.append(f"  test next: {load}{what} ({why})")
-    return lines
+def grouped(tests: Sequence[planned.PlannedTest]) -> list[tuple[tuple[str, str], str]]:
+    """Tests with one load and reason as one: both, and at which clearances or how many.
 
-
-def _scatter_line(plan: planned.LevelPlan, asked: float) -> str:
-    scatter = f"{100 * plan.scatter:.2g} %"
-    if not math.isfinite(plan.target):
-        return f"  the minimum is too flat for amplitudes that scatter by {scatter}: repeat tests"
-    if plan.target > asked:
-        return (
-            f"  amplitudes scatter by {scatter}: a bracket below {100 * plan.target:.2g} % would "
-            "be decided by chance; longer or repeated records narrow it"
-        )
-    return f"  amplitudes scatter by {scatter}: little enough for a bracket of {100 * asked:.2g} %"
-
-
-def _needs_lines(needs: planned.Needs) -> list[str]:
-    lines = ["Records and instruments"]
-    if needs.settle is not None and needs.record is not None:
-        lines.append(
-            f"  wait {rounded(needs.settle)} s after switching on, then record "
-            f"{rounded(needs.record)} s"
-        )
-    if needs.swing:
-        lines.append(
-            f"  displacement: a range of +-{1.3e3 * needs.swing:.2g} mm (largest seen x 1.3)"
-        )
-    if needs.acceleration is not None:
-        lines.append(
-            f"  acceleration: a range of +-{rounded(1.3 * needs.acceleration)} m/s^2 (largest "
-            f"impact x 1.3); {needs.clipped} of {needs.impacts} impacts saturated"
-        )
-    if needs.impacts:
-        share = 100.0 * needs.sure / needs.impacts
-        enough = "the sampling suffices" if share > 90.0 else "sample faster, or lower the noise"
-        lines.append(f"  {share:.0f} % of the impacts are certain: {enough}")
-    return lines
+    Examples
+    --------
+    >>> test = planned.PlannedTest({"added_mass_g": "400"}, "M")
+    >>> grouped([test, test, planned.PlannedTest({"clearance_mm": "27.3"}, "b_t")])
+    [(('400 g added: ', 'M'), '2 more'), (('', 'b_t'), '27.3 mm')]
+    """
+    groups: dict[tuple[str, str], list[str]] = {}
+    for test in tests:
+        load = test.cells.get("added_mass_g")
+        of = (f"{load} g added: " if load else "", test.why)
+        groups.setdefault(of, []).append(test.cells.get("clearance_mm", ""))
+    places = (", ".join(filter(None, own)) for own in groups.values())
+    return [
+        (of, f"{at} mm" if at else f"{len(groups[of])} more")
+        for of, at in zip(groups, places, strict=True)
+    ]
 
 
 def _of_values(texts: dict[str, str | None]) -> list[planned.PlannedTest]:
@@ -199,29 +144,5 @@ def _of_values(texts: dict[str, str | None]) -> list[planned.PlannedTest]:
     tests, valley = planned.first_tests(
         rig, G=about(given.one("G")), frequency=frequency, release=release
     )
-    print("\n".join(_first_lines(tests, valley)))
+    print(_text("first_plan.txt.j2", tests=tests, valley=valley, units=_UNITS))
     return tests
-
-
-def _first_lines(tests: Sequence[planned.PlannedTest], valley: Valley | None) -> list[str]:
-    lines = ["A first campaign"]
-    if valley is None:
-        lines.append("no clearance gives two impacts per cycle here: see vinesexp design")
-    else:
-        low, high = valley.interval
-        ends = f"{in_mm(low)} to {in_mm(high)} mm, 95 %"
-        lines.append(f"lowest amplitude expected at {in_mm(valley.lowest)} mm ({ends})")
-    for test in tests:
-        cells = test.cells
-        what = [cells["test"]]
-        for key, unit in (
-            ("clearance_mm", "mm"),
-            ("base_amplitude_mm", "mm base"),
-            ("frequency_hz", "Hz"),
-            ("added_mass_g", "g added"),
-            ("release_mm", "mm release"),
-        ):
-            if cells.get(key):
-                what.append(f"{cells[key]} {unit}")
-        lines.append(f"  {cells['record']:<14} {', '.join(what)}: {test.why}")
-    return [*lines, "then: vinesexp run, and vinesexp plan CAMPAIGN for the next clearances"]

@@ -8,7 +8,7 @@ each record, and is made with the values of the last time. The newest record wai
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -122,15 +122,6 @@ def _of_start(since: float | None, paths: ResultPaths) -> list[str]:
 
 
 @dataclass(frozen=True)
-class NextTests:
-    """What to do next: where it stands, and the tests in their order; none: enough."""
-
-    name: str
-    state: str
-    tests: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class CampaignShown:
     """A campaign so far, for the page.
 
@@ -150,7 +141,7 @@ class CampaignShown:
 
     parameters: tuple[Row, ...] = ()
     identified_from: int = 0
-    steps: tuple[NextTests, ...] = ()
+    steps: tuple[LevelPlan | OtherPlan, ...] = ()
     figures: tuple[tuple[str, str], ...] = ()
     warnings: tuple[str, ...] = ()
     stated: tuple[Mapping[str, str], ...] = ()
@@ -221,7 +212,7 @@ def look_at_campaign(
     return CampaignShown(
         parameters=tuple(parameters),
         identified_from=history[-1]["records"] if history else 0,
-        steps=tuple(_next_tests(plans, plan_others(found, needs))),
+        steps=(*plans, *plan_others(found, needs)),
         figures=_figures(found, history),
         warnings=tuple(
             f"{check.record}: {check.detail}" if check.record else check.detail
@@ -238,33 +229,6 @@ def look_at_campaign(
             *(f"{n} ({what}) is not known yet" for n, what in PARAMETERS.items() if n in unknown),
         ),
     )
-
-
-def _next_tests(plans: Sequence[LevelPlan], others: Sequence[OtherPlan]) -> Iterator[NextTests]:
-    """What is tested of each level and kind of test, and what is to be tested."""
-    for plan in plans:
-        now = f"; bracketed within {100 * plan.width_now:.2g} %" if plan.width_now else ""
-        next_ = tuple(f"{1e3 * b:.4g} mm" for b in plan.next)
-        yield NextTests(plan.level.name, f"{plan.in_words}{now}", next_)
-    for other in others:
-        tests = tuple(_test_in_words(one.cells) for one in other.next)
-        yield NextTests(other.name, other.state, tests)
-
-
-def _test_in_words(cells: Mapping[str, str]) -> str:
-    """A test as its line of the plan says it: the line itself names test and release.
-
-    Examples
-    --------
-    >>> _test_in_words({"test": "transient", "clearance_mm": "27.3", "release_mm": "20"})
-    '27.3 mm'
-    >>> _test_in_words({"test": "ringdown", "added_mass_g": "400"})
-    'ringdown, 400 g added'
-    """
-    if cells.get("clearance_mm"):
-        return f"{cells['clearance_mm']} mm"
-    added = cells.get("added_mass_g")
-    return cells["test"] + (f", {added} g added" if added else "")
 
 
 def _figures(results: CampaignResults, history: Sequence[Row]) -> tuple[tuple[str, str], ...]:

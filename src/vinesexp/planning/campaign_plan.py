@@ -66,10 +66,26 @@ class LevelPlan:
         return bracket_of(self.tested).width if self.tested else None
 
     @property
-    def in_words(self) -> str:
-        """How many clearances count, and how many tests do not."""
+    def name(self) -> str:
+        """That of its level."""
+        return self.level.name
+
+    @property
+    def state(self) -> str:
+        """Where it stands: how many clearances count, how many tests do not, and the bracket."""
         young = f" (not of {self.left_out} that had not settled)" if self.left_out else ""
-        return f"{counted(len(self.tested), 'clearance')} tested{young}"
+        said = f"{counted(len(self.tested), 'clearance')} tested{young}"
+        if not self.tested:
+            return said
+        now = self.width_now
+        if now is None:
+            return f"{said}, its lowest amplitude is at the edge of what was tried"
+        return f"{said}, lowest amplitude bracketed within {100 * now:.2g} %"
+
+    @property
+    def tests(self) -> tuple[str, ...]:
+        """What to test next, in words."""
+        return tuple(f"{in_mm(b)} mm" for b in self.next)
 
 
 def plan_levels(results: CampaignResults, *, target: float = TARGET) -> list[LevelPlan]:
@@ -252,6 +268,23 @@ class PlannedTest:
     cells: dict[str, str]
     why: str
 
+    @property
+    def in_words(self) -> str:
+        """As a line of its plan says it, which itself names test and release.
+
+        Examples
+        --------
+        >>> cells = {"test": "transient", "clearance_mm": "27.3", "release_mm": "20"}
+        >>> PlannedTest(cells, "").in_words
+        '27.3 mm'
+        >>> PlannedTest({"test": "ringdown", "added_mass_g": "400"}, "").in_words
+        'ringdown, 400 g added'
+        """
+        if self.cells.get("clearance_mm"):
+            return f"{self.cells['clearance_mm']} mm"
+        added = self.cells.get("added_mass_g")
+        return self.cells["test"] + (f", {added} g added" if added else "")
+
 
 def first_tests(
     rig: IdentifiedRig, *, G: Quantity, frequency: float, release: float | None = None
@@ -368,6 +401,11 @@ class OtherPlan:
     name: str
     state: str
     next: tuple[PlannedTest, ...] = ()
+
+    @property
+    def tests(self) -> tuple[str, ...]:
+        """What to test next, in words."""
+        return tuple(test.in_words for test in self.next)
 
 
 def plan_others(results: CampaignResults, needs: Needs) -> list[OtherPlan]:

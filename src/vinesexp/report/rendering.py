@@ -100,7 +100,7 @@ def rendered(package: str, template: str, content: dict[str, Any]) -> str:
     package : str
         It has a folder ``templates``.
     template : str
-        Values are escaped; the filters are ``counted``, those of `figures.numbers` and
+        Values are escaped in HTML; the filters are ``counted``, those of `figures.numbers` and
         ``symbols``. A name that the template uses and `content` lacks is an error, never an empty
         place on the page.
     content : dict
@@ -115,7 +115,7 @@ def environment(package: str) -> Environment:
 
     found = Environment(
         loader=PackageLoader(package, "templates"),
-        autoescape=True,
+        autoescape=lambda name: name is None or name.endswith(".html.j2"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
