@@ -9,7 +9,8 @@ import pytest
 from vinesexp.clearance.comparison import compare
 from vinesexp.clearance.predicted import IdentifiedRig, amplitude_curve
 from vinesexp.cli import main
-from vinesexp.commands.plan import _text
+from vinesexp.commands.options import text_of
+from vinesexp.commands.plan import FILTERS
 from vinesexp.planning.campaign_plan import Needs, plan_levels
 from vinesexp.planning.expected_valley import expected_valley
 from vinesexp.records.campaign.load import load_campaign
@@ -230,7 +231,7 @@ def test_a_rig_without_such_an_orbit_has_no_valley():
 def test_a_small_fast_rig_is_not_told_to_wait_no_time():
     """A rig of kilohertz: milliseconds and small impacts, where whole numbers would be 0."""
     needs = Needs(0.034, 0.4, 2e-5, 0.3, clipped=0, sure=9, impacts=10, ring_downs=None, added=0.0)
-    words = _text("plan.txt.j2", title="", plans=[], others=[], tests=[], needs=needs, target=0.02)
+    words = text_of("plan.txt.j2", FILTERS, title="", plans=[], others=[], tests=[], needs=needs)
     assert "wait 0.034 s after switching on, then record 0.4 s" in words
     assert "a range of +-0.39 m/s^2" in words
     assert not re.search(r"(?<![\d.])0(?![\d.])(?! of)", words)

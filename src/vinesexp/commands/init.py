@@ -12,13 +12,12 @@ import shlex
 from collections import Counter
 from pathlib import Path
 
-from vinesexp.commands.options import add_options
+from vinesexp.commands.options import Filters, add_options, text_of
 from vinesexp.errors import CampaignError, RecordError, shown
 from vinesexp.proposal.campaign_proposal import (
     SKIPPED,
     Proposal,
     ProposedChannel,
-    ProposedSetup,
     propose,
 )
 from vinesexp.proposal.kind_of_test import OPEN
@@ -88,76 +87,27 @@ def run(args: argparse.Namespace) -> int:
 
 def proposed_campaign_text(folder: Path, proposal: Proposal) -> str:
     """campaign.yaml, with a reason beside every line that is not certain."""
-    title = _quoted(shown(folder.resolve().name))
-    lines = [
-        f"# yaml-language-server: $schema={SCHEMA.name}",
-        "# Proposed by `vinesexp init`: check every line. A `?` stops the run until it is filled",
-        "# in. docs/campaign.md explains the keys.",
-        f"title: {title}",
-        "#known:",
-        "#  nes_mass: 32 g        # weigh the ball; without it no clearance is predicted",
-    ]
-    first, *others = proposal.setups
-    lines += _setup_lines(first)
-    if others:
-        lines += [
-            "# Files with other columns; records.csv names their set of channels under 'setup'.",
-            "setups:",
-        ]
-    for setup in others:
-        lines += [f"  {setup.name}:", *(f"    {line}" for line in _setup_lines(setup))]
-    return "\n".join(lines) + "\n"
-
-
-def _setup_lines(setup: ProposedSetup) -> list[str]:
-    """`channels` and `time` of one instrument."""
-    lines = ["channels:"]
-    for channel in setup.channels:
-        lines += _channel_lines(channel)
-    if not setup.channels:
-        lines += ["  # no channel could be recognised; name them here"]
-    if setup.has_wav and any(one.quantity for one in setup.channels):
-        lines.append(
-            "# In WAV files 1 is full scale: state what it stands for, such as file_unit: 10 V."
-        )
-    if setup.time is not None:
-        column = _column(setup.time)
-        mark = "as the files state it" if setup.time_unit_sure else "check: is the unit right?"
-        lines.append(f"time: {{column: {column}, unit: {setup.time_unit}}}   # {mark}")
-    elif setup.has_no_times:
-        reported = ", ".join(setup.has_no_times[:3])
-        lines.append(f'sample_rate: "{OPEN} Hz"   # FILL IN: {reported} have no times')
-    return lines
+    content = {"setups": proposal.setups, "open": OPEN, "schema": SCHEMA.name}
+    title = shown(folder.resolve().name)
+    filters: Filters = {"column": _column, "described": _described}
+    return text_of("campaign.yaml.j2", filters, title=title, **content) + "\n"
 
 
 def _column(column: str | int) -> str:
-    """A column as it is written: a name in quotes, a number without.
+    """A column as it is written: a number as it is, text in quotes, as YAML reads it back.
 
     Examples
     --------
-    >>> print(_column("2"), _column(2))
-    "2" 2
+    >>> print(_column("2"), _column(2), _column('Laser "raw" C:'))
+    "2" 2 "Laser \\"raw\\" C:"
     """
-    return str(column) if isinstance(column, int) else _quoted(column)
+    return json.dumps(column, ensure_ascii=False)
 
 
-def _quoted(text: str) -> str:
-    """Text between double quotes, as YAML reads it back whatever it holds.
-
-    Examples
-    --------
-    >>> print(_quoted('Laser "raw" C:'))
-    "Laser \\"raw\\" C:"
-    """
-    return json.dumps(text, ensure_ascii=False)
-
-
-def _channel_lines(channel: ProposedChannel) -> list[str]:
-    column = _column(channel.column)
-    optional = ", optional: yes" if channel.optional else ""
+def _described(channel: ProposedChannel) -> tuple[str, str]:
+    """What a person has to do about a channel, and what of its entry follows its column."""
     if channel.quantity is None:
-        entry = f"{{column: {column}{optional}}}"
-        return [f"  # {channel.role}: check: {channel.why}", f"  {channel.role}: {entry}"]
+        return "check: ", ""
     if channel.unit is not None:
         value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "check: "
         if channel.unit in UNITS["angle"] or channel.unit in UNITS["rate of turn"]:
@@ -166,8 +116,7 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
     else:
         unit, example = _OUTPUT[channel.quantity]
         value, mark = f'sensitivity: "{OPEN} {unit}"', f"FILL IN, such as {example}; "
-    entry = f"{{column: {column}, quantity: {channel.quantity}, {value}{optional}}}"
-    return [f"  # {channel.role}: {mark}{channel.why}", f"  {channel.role}: {entry}"]
+    return mark, f", quantity: {channel.quantity}, {value}"
 
 
 def _views(folder: Path) -> tuple[list[FileView], list[str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Thread
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Digits of a whole number on the command line; what is exact as a float needs no more.
 DIGITS = 15
+#: Functions that a template calls by name.
+Filters = Mapping[str, Callable[..., Any]]
 #: Endings of the pictures that can be drawn.
 PICTURES = (".svg", ".pdf", ".png")
 
@@ -236,6 +238,15 @@ def draw(figure: Figure, path: Path) -> None:
 
     with writing(path, "be drawn"):
         write_figure(figure, path)
+
+
+def text_of(template: str, filters: Filters, **content: Any) -> str:
+    """What a command says at length, by a template of `commands/templates`."""
+    from vinesexp.report.rendering import environment
+
+    texts = environment("vinesexp.commands")
+    texts.filters.update(filters)
+    return texts.get_template(template).render(**content).rstrip("\n")
 
 
 @contextmanager

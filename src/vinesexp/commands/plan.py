@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.commands import options
@@ -89,17 +88,8 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[plan
     others = planned.plan_others(found, needs)
     tests = [*planned.next_tests(plans), *(test for other in others for test in other.next)]
     shown = {"plans": plans, "others": others, "tests": tests, "needs": needs, "target": target}
-    print(_text("plan.txt.j2", title=campaign.title, **shown))
+    print(options.text_of("plan.txt.j2", FILTERS, title=campaign.title, **shown))
     return tests
-
-
-def _text(template: str, **content: Any) -> str:
-    """A plan for the console."""
-    from vinesexp.report.rendering import environment
-
-    texts = environment("vinesexp.commands")
-    texts.filters.update(mm=in_mm, share=lambda share: f"{100.0 * share:.2g} %", groups=grouped)
-    return texts.get_template(template).render(**content).rstrip("\n")
 
 
 def grouped(tests: Sequence[planned.PlannedTest]) -> list[tuple[tuple[str, str], str]]:
@@ -123,6 +113,14 @@ def grouped(tests: Sequence[planned.PlannedTest]) -> list[tuple[tuple[str, str],
     ]
 
 
+#: Of the templates of both plans.
+FILTERS: options.Filters = {
+    "mm": in_mm,
+    "share": lambda share: f"{100.0 * share:.2g} %",
+    "groups": grouped,
+}
+
+
 def _of_values(texts: dict[str, str | None]) -> list[planned.PlannedTest]:
     """A first campaign; values without an error count as known to 2 %."""
     given = gather(texts)
@@ -144,5 +142,6 @@ def _of_values(texts: dict[str, str | None]) -> list[planned.PlannedTest]:
     tests, valley = planned.first_tests(
         rig, G=about(given.one("G")), frequency=frequency, release=release
     )
-    print(_text("first_plan.txt.j2", tests=tests, valley=valley, units=_UNITS))
+    shown = {"tests": tests, "valley": valley, "units": _UNITS}
+    print(options.text_of("first_plan.txt.j2", FILTERS, **shown))
     return tests
