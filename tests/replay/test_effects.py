@@ -11,7 +11,7 @@ import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.clearance.levels import LevelBase
-from vinesexp.clearance.predicted import RollsInPartError
+from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.identification.decay_table import decay_by
 from vinesexp.identification.joint.whole import RigPosterior, RigState
@@ -87,7 +87,7 @@ def test_a_contact_that_lasts_is_replayed_by_its_effective_values():
 
 def test_a_ball_that_slides_and_then_rolls_is_not_replayed():
     model = identified_model(rows_of(VALUES, {"friction": 2.0, "rolls_from": 1.5}), (0.032,))
-    with pytest.raises(RollsInPartError, match="slides when it leaves a wall and rolls before"):
+    with pytest.raises(AnalysisError, match="slides when it leaves a wall and rolls before"):
         rig_of(record(), model)
     assert rig_of(replace(record(), clearance=()), model).nes == ()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.maps.basins import Attractor
-from vinesexp.report.verdict import explanation, other_branches
+from vinesexp.report.verdict import _differs, explanation, other_branches
 from vinesexp.units import Quantity
 
 VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}
@@ -58,3 +58,8 @@ def test_two_impacts_per_cycle_are_one_motion_symmetric_or_not():
     test = Tested(0.03, 1e-3, "two asymmetric", "rec")
     every = "all starts lead to the motion of the record, none to the orbit that b_c belongs to"
     assert explanation(test, [one]) == every
+
+
+def test_within_an_interval_that_reaches_down_to_zero_nothing_is_predicted() -> None:
+    row = {"exact_mm": 30.0, "predicted_low_mm": 0.0, "predicted_high_mm": 70.0}
+    assert not _differs(Tested(0.02, 6e-3, "strongly modulated"), row)

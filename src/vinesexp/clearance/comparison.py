@@ -28,10 +28,10 @@ from vinesexp.clearance.optimum import (
     widened,
 )
 from vinesexp.clearance.predicted import (
+    ROLLS_IN_PART,
     IdentifiedRig,
-    MissingValuesError,
     Predicted,
-    RollsInPartError,
+    UnpredictedError,
     expected_amplitude,
     predicted_b_c,
     predicted_b_t,
@@ -298,13 +298,10 @@ def _base_checks(campaign: Campaign, level: PeriodicLevel, base: Rows) -> list[C
 def _predicted(
     checks: list[Check], level: str, predict: Callable[[], Predicted]
 ) -> Predicted | None:
-    """The prediction; what concerns all levels is said once, of missing values by `_absent`."""
+    """The prediction; what concerns all levels is said by `_absent`."""
     try:
         return predict()
-    except MissingValuesError:
-        return None
-    except RollsInPartError as error:
-        checks.append(Check("", "prediction", "warning", str(error)))
+    except UnpredictedError:
         return None
     except AnalysisError as error:
         checks.append(Check("", "prediction", "warning", f"{level}: {error}"))
@@ -412,6 +409,8 @@ def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Rows) -> list[Check]:
             n for n in rig.missing if n == "r" and any(row["test"] == "transient" for row in rows)
         ],
     }
+    if rows and not rig.slides:
+        checks.append(Check("", "prediction", "warning", ROLLS_IN_PART))
     for test, names in needed.items():
         if names:
             symbol = {"periodic": "b_c", "transient": "b_t"}[test]

@@ -28,29 +28,15 @@ if TYPE_CHECKING:
     from vinesexp.theory.intervals import ClearancePrediction
 
 
-class MissingValuesError(AnalysisError):
-    """No prediction: values of the rig are not known.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Those of `RIG_VALUES` that are missing.
-    """
-
-    def __init__(self, names: Sequence[str]) -> None:
-        self.names = tuple(names)
-        super().__init__(f"no prediction without {', '.join(names)}")
+class UnpredictedError(AnalysisError):
+    """No prediction, whatever the level: a value is not known, or theory has no such ball."""
 
 
-class RollsInPartError(AnalysisError):
-    """No prediction and no replay, whatever the level: of a ball that neither theory has."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "the ball slides when it leaves a wall and rolls before it reaches the other; theory "
-            "and simulation know balls that slide or roll all the way, so there is no prediction "
-            "and no replay"
-        )
+#: Why there is none of a ball that neither slides nor rolls all the way.
+ROLLS_IN_PART = (
+    "the ball slides when it leaves a wall and rolls before it reaches the other; theory and "
+    "simulation know balls that slide or roll all the way, so there is no prediction and no replay"
+)
 
 
 @dataclass(frozen=True)
@@ -93,7 +79,7 @@ class IdentifiedRig:
         """Why theory says nothing of it, whatever the level; empty where it does."""
         if self.missing:
             return f"it takes {', '.join(self.missing)}, which the records do not give"
-        return "" if self.slides else str(RollsInPartError())
+        return "" if self.slides else ROLLS_IN_PART
 
     @property
     def predictable(self) -> bool:
@@ -364,8 +350,8 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
 
     Raises
     ------
-    MissingValuesError
-        A value is not known.
+    UnpredictedError
+        A value is not known, or theory has no such ball.
     AnalysisError
         There is no stable orbit at any clearance.
     """
@@ -450,7 +436,7 @@ def _with_errors(
 
 
 def predicted_b_t(rig: IdentifiedRig, *, release: Quantity) -> Predicted:
-    """b_t for a release, m; MissingValuesError where r is not known."""
+    """b_t for a release, m; UnpredictedError where r is not known."""
     from vinesexp.theory.intervals import predict_transient
 
     _require(rig, ("r",))
@@ -462,11 +448,10 @@ def predicted_b_t(rig: IdentifiedRig, *, release: Quantity) -> Predicted:
 
 
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
-    missing = [name for name in names if name not in rig.values]
-    if missing:
-        raise MissingValuesError(missing)
+    if missing := [name for name in names if name not in rig.values]:
+        raise UnpredictedError(f"no prediction without {', '.join(missing)}")
     if not rig.slides:
-        raise RollsInPartError
+        raise UnpredictedError(ROLLS_IN_PART)
 
 
 # Curves that go through the predictions: amplitude and decay time over clearance.

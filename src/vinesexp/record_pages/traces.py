@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.signal import periodogram
 
 from vinesexp.arrays import OF_MEDIAN, FloatArray
 from vinesexp.figures.regime_strips import impacts_per_cycle
@@ -227,17 +228,12 @@ def spectrum(read: Callable[[int, int], FloatArray], n: int, sample_rate: float)
     size = min(1 << max(int(np.log2(max(n // 4, 1))), 5), _LONGEST, n)
     if size < 8:
         return {}
-    # Not scipy.signal.periodogram: to import it takes a process half a second.
-    window, ramp = np.hanning(size + 1)[:-1], np.linspace(-1.0, 1.0, size)
     begins, power = range(0, n - size + 1, size // 2), np.zeros(size // 2 + 1)
     for begin in begins:
         section = read(begin, begin + size)
-        section = section - section.mean()
-        lines = np.fft.rfft(window * (section - ramp * (ramp @ section) / (ramp @ ramp)))
-        power += lines.real**2 + lines.imag**2
-    power[1 : (size + 1) // 2] *= 2.0  # of both signs of the frequency, but the last of even sizes
+        power += periodogram(section, sample_rate, window="hann", detrend="linear")[1]
     frequency = np.arange(1, power.size) * (sample_rate / size)
-    density = np.sqrt(power[1:] / (len(begins) * sample_rate * (window @ window)))
+    density = np.sqrt(power[1:] / len(begins))
     edges = np.unique(np.round(np.geomspace(1, size // 2 + 1, _MOST_LINES)).astype(int)) - 1
     edges = edges[edges < density.size]
     parts = np.append(edges[1:], density.size)

@@ -14,7 +14,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_base
 from vinesexp.clearance.predicted import (
     OF_BALL,
-    RollsInPartError,
+    ROLLS_IN_PART,
     ball_of,
     cubic_stiffness,
     over_whole,
@@ -171,7 +171,7 @@ def rig_of(record: Record, model: Model) -> Rig:
     if missing:
         raise AnalysisError(f"no replay without {', '.join(missing)}")
     if balls and "rolls_from" in model.effects:
-        raise RollsInPartError
+        raise AnalysisError(ROLLS_IN_PART)
     return Rig(_oscillator(record, model), nes=balls)
 
 

@@ -319,11 +319,9 @@ def _best(row: Row) -> str:
 
 def predicted(row: Row) -> str:
     """The exact prediction of a row with half of its 95 % interval, mm; empty where unknown."""
-    exact = row.get("exact_mm")
-    if exact is None:
+    if (exact := row.get("exact_mm")) is None:
         return ""
-    low, high = (row.get(f"predicted_{end}_mm") for end in ("low", "high"))
-    return with_interval(exact, exact if low is None else low, exact if high is None else high)
+    return with_interval(exact, row["predicted_low_mm"], row["predicted_high_mm"])
 
 
 # Does the identified rig move as the records do? And where a record shows another regime than b_c
@@ -446,8 +444,8 @@ def other_branches(levels: Sequence[RigAtLevel], clearances: Sequence[Row]) -> l
 
 def _differs(test: Tested, row: Row) -> bool:
     """Whether the regime is another than b_c predicts; within its interval nothing is predicted."""
-    low, high = (row.get(f"predicted_{end}_mm") or row["exact_mm"] for end in ("low", "high"))
-    if low is None or high is None or not test.regime or test.regime == UNSEEN:
+    low, high = row["predicted_low_mm"], row["predicted_high_mm"]
+    if low is None or not test.regime or test.regime == UNSEEN:
         return False
     b = 1e3 * test.clearance
     permanent = test.regime in PERMANENT
