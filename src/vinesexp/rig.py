@@ -12,14 +12,33 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TypedDict
 
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray, as_floats, as_number, several
 from vinesexp.errors import ParameterError, RigWarning
 
-#: Values of a rig with one ball that a prediction needs, in the order of gradients and covariances.
-RIG_VALUES = ("M", "c1", "k1", "r", "m")
+#: Values of a rig with one ball that a prediction needs, in the order of gradients and covariances,
+#: each with its name and with what is expected of it.
+OF_RIG = {
+    "M": ("mass M", "kg, above zero"),
+    "c1": ("damping c1", "N s/m, zero or above"),
+    "k1": ("stiffness k1", "N/m, above zero"),
+    "r": ("restitution r", "a number from 0 to 1"),
+    "m": ("ball mass m", "kg, above zero"),
+}
+RIG_VALUES = tuple(OF_RIG)
+
+
+class RigValues(TypedDict):
+    """Oscillator M, c1, k1 and ball m, r, as functions of a rig with one ball take them; SI."""
+
+    M: ArrayLike
+    c1: ArrayLike
+    k1: ArrayLike
+    m: ArrayLike
+    r: ArrayLike
 
 
 _GREATEST = sys.float_info.max
@@ -105,13 +124,8 @@ class Oscillator:
     k3: float = 0.0
 
     def __post_init__(self) -> None:
-        check_fields(
-            self,
-            M=("mass M", "kg, above zero"),
-            c1=("damping c1", "N s/m, zero or above"),
-            k1=("stiffness k1", "N/m, above zero"),
-            k3=("cubic stiffness k3", "N/m^3, a finite number"),
-        )
+        k3 = ("cubic stiffness k3", "N/m^3, a finite number")
+        check_fields(self, **{name: OF_RIG[name] for name in ("M", "c1", "k1")}, k3=k3)
 
     @property
     def w0(self) -> float:
@@ -137,9 +151,9 @@ class Oscillator:
 
 #: Of each value of a ball its name, and what is expected of it.
 _OF_BALL = {
-    "m": ("ball mass m", "kg, above zero"),
+    "m": OF_RIG["m"],
     "b": ("clearance b", "m, above zero"),
-    "r": ("restitution r", "a number from 0 to 1"),
+    "r": OF_RIG["r"],
     "b_minus": ("clearance b_minus", "m, above zero"),
     "r_minus": ("restitution r_minus", "a number from 0 to 1"),
     "r_slope": ("r_slope", "s/m, a finite number"),

@@ -166,15 +166,7 @@ class SymmetricOrbit:
 
 
 def symmetric_orbits(
-    *,
-    G: float,
-    b: float,
-    M: float,
-    c1: float,
-    k1: float,
-    m: float,
-    r: float,
-    frequency: float | None = None,
+    *, G: float, b: float, frequency: float | None = None, **rig: float
 ) -> list[SymmetricOrbit]:
     """The symmetric orbits of a rig, larger ball speed first (none, one or two).
 
@@ -182,10 +174,10 @@ def symmetric_orbits(
     ----------
     G, b : float
         Base amplitude and clearance, m, both > 0.
-    M, c1, k1, m, r : float
-        Rig, SI.
     frequency : float, optional
         Hz; the oscillator's own frequency where None.
+    **rig : float
+        M, c1, k1, m and r, SI.
 
     Raises
     ------
@@ -201,7 +193,7 @@ def symmetric_orbits(
     """
     base = float(checked(G, "base amplitude G", "m, above zero"))
     clearance = float(checked(b, "clearance b", "m, above zero"))
-    p = Reduced.of_rig(M=M, c1=c1, k1=k1, m=m, r=r, frequency=frequency)
+    p = Reduced.of_rig(frequency=frequency, **rig)
     found = [float(C) for C in reversed(amplitudes_at(clearance / base, p)) if not np.isnan(C)]
     if not found:
         limit = 1e3 * base * float(saddle_node(p)[1])
@@ -209,7 +201,7 @@ def symmetric_orbits(
             f"no symmetric orbit with two impacts per cycle at b = {1e3 * clearance:.6g} mm; "
             f"at this base amplitude and frequency they end at b = {limit:.6g} mm"
         )
-    w0 = float(np.sqrt(k1 / M))
+    w0 = float(np.sqrt(rig["k1"] / rig["M"]))
     orbits = []
     for C in found:
         point = family(C, p)

@@ -42,14 +42,7 @@ _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 
 
 def gradient_exact(
-    *,
-    G: float,
-    M: float,
-    c1: float,
-    k1: float,
-    r: float,
-    m: float,
-    frequency: float | None = None,
+    *, G: float, frequency: float | None = None, **values: float
 ) -> tuple[float, dict[str, float]]:
     """Exact b_c and its derivative by each rig value, m per SI unit.
 
@@ -57,18 +50,18 @@ def gradient_exact(
     ----------
     G : float
         Base amplitude, m.
-    M, c1, k1, r, m : float
-        Rig, SI.
     frequency : float, optional
         Hz; the oscillator's own (moving with M and k1) where None.
+    **values : float
+        M, c1, k1, r and m, SI.
 
     Raises
     ------
     ParameterError, AnalysisError
         As for `vinesexp.theory.optimal_clearance.b_c_exact`.
     """
-    rig = {"M": M, "c1": c1, "k1": k1, "r": r, "m": m}
-    p = Reduced.of_rig(**rig, frequency=frequency)
+    p = Reduced.of_rig(frequency=frequency, **values)
+    rig = {name: values[name] for name in RIG_VALUES}
     steps = _STEP * np.array([_scale(name, rig, p, frequency) for name in rig])
     # axes: value, which of them is moved, offset
     moved = np.eye(len(rig))[:, :, None] * steps[:, None] * _OFFSETS

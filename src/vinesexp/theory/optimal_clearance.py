@@ -7,11 +7,13 @@ the periodic orbit and T2 in closed form. Their intervals are in `intervals`.
 
 from __future__ import annotations
 
+from typing import Unpack
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.rig import checked
+from vinesexp.rig import OF_RIG, RigValues, checked
 from vinesexp.theory.boundaries import end_of_permanent_response
 from vinesexp.theory.manifold import A_2, loss_parameter
 from vinesexp.theory.orbits import Reduced
@@ -57,14 +59,7 @@ def b_c_published(*, G: ArrayLike, eps: ArrayLike, lam: ArrayLike, r: ArrayLike)
 
 
 def b_c_exact(
-    *,
-    G: ArrayLike,
-    M: ArrayLike,
-    c1: ArrayLike,
-    k1: ArrayLike,
-    m: ArrayLike,
-    r: ArrayLike,
-    frequency: ArrayLike | None = None,
+    *, G: ArrayLike, frequency: ArrayLike | None = None, **rig: Unpack[RigValues]
 ) -> FloatArray:
     """Exact end of permanent two impacts per cycle: the largest clearance with a stable orbit.
 
@@ -75,10 +70,10 @@ def b_c_exact(
     ----------
     G : array_like
         Base amplitude, m, >= 0.
-    M, c1, k1, m, r : array_like
-        Rig, SI.
     frequency : array_like, optional
         Hz; the oscillator's own frequency where None.
+    **rig : array_like
+        M, c1, k1, m and r, SI.
 
     Returns
     -------
@@ -96,7 +91,7 @@ def b_c_exact(
     33.923
     """
     base = checked(G, "base amplitude G", "m, zero or above")
-    p = Reduced.of_rig(M=M, c1=c1, k1=k1, m=m, r=r, frequency=frequency)
+    p = Reduced.of_rig(frequency=frequency, **rig)
     return base * end_of_permanent_response(p).b_high
 
 
@@ -129,7 +124,6 @@ def release_amplitude(
     *, x0: ArrayLike, v0: ArrayLike = 0.0, M: ArrayLike = 1.0, k1: ArrayLike = 1.0
 ) -> FloatArray:
     """x_m = hypot(x0, v0/w0), the amplitude that a release stores (docs/theory.md, 43); m, m/s."""
-    mass = checked(M, "mass M", "kg, above zero")
-    stiffness = checked(k1, "stiffness k1", "N/m, above zero")
+    mass, stiffness = checked(M, *OF_RIG["M"]), checked(k1, *OF_RIG["k1"])
     x_m: FloatArray = np.hypot(x0, np.asarray(v0) * np.sqrt(mass / stiffness))
     return checked(x_m, "release amplitude x_m", "m, zero or above")

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.arrays import ComplexArray, FloatArray
-from vinesexp.rig import checked
+from vinesexp.rig import OF_RIG, RigValues, checked
 
 
 @dataclass(frozen=True)
@@ -48,24 +48,13 @@ class Reduced:
         return cls(*(np.array(v) for v in np.broadcast_arrays(*values)))
 
     @classmethod
-    def of_rig(
-        cls,
-        *,
-        M: ArrayLike,
-        c1: ArrayLike,
-        k1: ArrayLike,
-        m: ArrayLike,
-        r: ArrayLike,
-        frequency: ArrayLike | None = None,
-    ) -> Reduced:
+    def of_rig(cls, *, frequency: ArrayLike | None = None, **rig: Unpack[RigValues]) -> Reduced:
         """From SI values; `frequency` in Hz, at w0 where it is None."""
-        mass = checked(M, "mass M", "kg, above zero")
-        damping = checked(c1, "damping c1", "N s/m, zero or above")
-        stiffness = checked(k1, "stiffness k1", "N/m, above zero")
-        ball = checked(m, "ball mass m", "kg, above zero")
         if frequency is not None:
             frequency = checked(frequency, "frequency", "Hz, above zero")
-        return cls.of(**reduced(M=mass, c1=damping, k1=stiffness, m=ball, r=r, frequency=frequency))
+        given: dict[str, Any] = {**rig}
+        known = {name: checked(given[name], *kind) for name, kind in OF_RIG.items() if name in rig}
+        return cls.of(**reduced(**(given | known), frequency=frequency))
 
     @cached_property
     def closing(self) -> tuple[ComplexArray, ComplexArray]:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Release
-from vinesexp.rig import NES, Oscillator, Rig, checked
+from vinesexp.rig import NES, OF_RIG, Oscillator, Rig, check_fields, checked
 from vinesexp.solver.simulation import simulate
 from vinesexp.theory.manifold import A_1, A_2, C_1, loss_parameter, upper_branch
 
@@ -110,10 +110,7 @@ class Decaying:
     x_m: float
 
     def __post_init__(self) -> None:
-        Oscillator(self.M, self.c1, self.k1)  # refuses what cannot be
-        checked(self.m, "ball mass m", "kg, above zero")
-        checked(self.r, "restitution r", "a number from 0 to 1")
-        checked(self.x_m, "release amplitude x_m", "m, above zero")
+        check_fields(self, **OF_RIG, x_m=("release amplitude x_m", "m, above zero"))
 
     @property
     def w0(self) -> float:
