@@ -282,47 +282,6 @@ class Rig:
         eps = self.eps
         return 2.0 * self.oscillator.zeta / eps if eps > 0.0 else math.inf
 
-    @property
-    def alpha(self) -> tuple[float, ...]:
-        """Share of each ball in the ball mass, m_i/(eps M) (equation 47)."""
-        total = math.fsum(n.m for n in self.nes)
-        return tuple(n.m / total for n in self.nes)
-
-    @property
-    def delta(self) -> tuple[float, ...]:
-        """Clearance of each ball in units of the first one's, b_i/b_1 (equation 47)."""
-        return tuple(n.b / self.nes[0].b for n in self.nes)
-
-    def forcing(self, G: float) -> float:
-        """Reduced forcing F = G/(eps b_1) of a base amplitude G in m (equations 5, 47).
-
-        Examples
-        --------
-        >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.034, r=0.6)])
-        >>> round(rig.forcing(0.25e-3), 4), round(1e3 * rig.base_amplitude(rig.forcing(0.25e-3)), 9)
-        (1.08, 0.25)
-        """
-        return G / self._reduction_length()
-
-    def base_amplitude(self, F: float) -> float:
-        """Base amplitude G = eps b_1 F in m of a reduced forcing (the inverse of `forcing`)."""
-        return F * self._reduction_length()
-
-    def _reduction_length(self) -> float:
-        if not self.nes:
-            raise ParameterError("a rig without a ball has no reduced forcing: add an NES")
-        return self.eps * self.nes[0].b
-
-    def detuning(self, frequency: float) -> float:
-        """sigma of Omega = w/w0 = 1 + eps sigma, frequency in Hz (equation 5)."""
-        if not self.nes:
-            raise ParameterError("a rig without a ball has no detuning sigma: add an NES")
-        return (frequency / self.oscillator.f0 - 1.0) / self.eps
-
-    def frequency(self, sigma: float) -> float:
-        """Excitation frequency in Hz of a detuning sigma (the inverse of `detuning`)."""
-        return self.oscillator.f0 * (1.0 + self.eps * sigma)
-
 
 #: Speed of a ball, m/s, beyond which a clearance is taken for a slip of its unit.
 UNHEARD_OF = 100.0

@@ -31,6 +31,8 @@ def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
     height : float
         Inches; the names of the clearances stay apart.
     """
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     found = advice.found
     b, from_rest = 1e3 * found.grid, 1e3 * found.rest.average(found.rest.mean)
     low, middle, high = 1e3 * _percentiles(found.random.mean, found.random.weight)
@@ -59,7 +61,10 @@ def design_curve(advice: Advice, *, height: float = 5.2) -> Figure:
     axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
     share.plot(b, 100.0 * found.random.share, color=random)
     share.set(xlabel="clearance b (mm)", ylabel="captured (%)", ylim=(0.0, 105.0))
-    _plain_ticks(share, b)
+    share.set_xlim(b[0], b[-1])
+    share.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    share.xaxis.set_major_formatter("{x:g}")
+    share.xaxis.set_minor_formatter(NullFormatter())
     return figure
 
 
@@ -117,15 +122,3 @@ def _close(values: Mapping[str, float | None]) -> list[list[tuple[float, str]]]:
             groups.append([])
         groups[-1].append((b, name))
     return groups
-
-
-def _plain_ticks(axis: Axes, b: FloatArray) -> None:
-    """1, 2 and 5 in every decade, written out."""
-    from matplotlib.ticker import NullFormatter
-
-    decades = 10.0 ** np.arange(np.floor(np.log10(b[0])), np.ceil(np.log10(b[-1])) + 1)
-    ticks = np.outer(decades, [1.0, 2.0, 5.0]).ravel()
-    ticks = ticks[(ticks >= b[0]) & (ticks <= b[-1])]
-    axis.set_xlim(b[0], b[-1])
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.xaxis.set_minor_formatter(NullFormatter())

@@ -17,7 +17,6 @@ from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from uuid import uuid4
 
 from vinesexp.figures.style import Drawn, save
 from vinesexp.records.campaign.schema import Campaign
@@ -224,12 +223,9 @@ class _Pickler(pickle.Pickler):
 
 
 def _digest(figure: Figure) -> str:
-    """Of all that a figure shows and how; a new one each time where it holds what has no bytes."""
+    """Of all that a figure shows and how."""
     written = io.BytesIO()
-    try:
-        _Pickler(written, protocol=5).dump(figure)
-    except (pickle.PicklingError, AttributeError, TypeError):
-        return uuid4().hex
+    _Pickler(written, protocol=5).dump(figure)
     return sha256(written.getvalue()).hexdigest()
 
 
