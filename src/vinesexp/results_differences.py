@@ -295,45 +295,32 @@ def _regimes(a: Results, b: Results) -> Iterator[Difference]:
             regime = (one.get(name) or other[name])["regime"] or "no regime"
             yield _only(name in one, "regime", name, regime)
             continue
-        regimes = [row[name]["regime"] for row in (one, other)]
-        sizes = [row[name]["amplitude_mean_m"] for row in (one, other)]
+        regime, now = (row[name]["regime"] for row in (one, other))
+        size, new = (row[name]["amplitude_mean_m"] for row in (one, other))
         note = ""
-        if sizes[0] and sizes[1] and abs(sizes[1] / sizes[0] - 1.0) > _AMPLITUDE:
-            note = f"mean amplitude {sizes[1] / sizes[0]:.3g} times that of A"
-        changed = regimes[0] != regimes[1] or bool(note)
-        ab = (regimes[0], regimes[1])
-        yield Difference("regime", name, "", *ab, "changed" if changed else "same", note=note)
+        if size and new and abs(new / size - 1.0) > _AMPLITUDE:
+            note = f"mean amplitude {new / size:.3g} times that of A"
+        verdict: Verdict = "changed" if regime != now or note else "same"
+        yield Difference("regime", name, "", regime, now, verdict, note=note)
 
 
 def _checks(a: Results, b: Results) -> Iterator[Difference]:
     """Warnings and refusals that only one of them has."""
-    found = [
-        {
-            (check.record, check.check, check.outcome): check.detail
-            for check in read_checks(ResultPaths(of.folder).checks)
-            if check.outcome != "ok"
-        }
-        for of in (a, b)
-    ]
-    for key in dict.fromkeys([*found[0], *found[1]]):
-        if (key in found[0]) == (key in found[1]):
-            continue
-        record, check, outcome = key
-        name = f"{record or 'campaign'}: {check}"
-        detail = found[0].get(key) or found[1].get(key) or ""
-        yield _only(key in found[0], "check", name, outcome, note=detail)
+    one, other = (
+        {(check.record, check.check, check.outcome): check.detail for check in checks}
+        for checks in (read_checks(ResultPaths(of.folder).checks) for of in (a, b))
+    )
+    for record, check, outcome in dict.fromkeys([*one, *other]):
+        key = record, check, outcome
+        if outcome != "ok" and (key in one) != (key in other):
+            name = f"{record or 'campaign'}: {check}"
+            yield _only(key in one, "check", name, outcome, note=(one | other)[key])
 
 
 def _only(in_a: bool, kind: str, what: str, text: str, *, note: str = "") -> Difference:
-    return Difference(
-        kind,
-        what,
-        "",
-        text if in_a else "",
-        "" if in_a else text,
-        "only in A" if in_a else "only in B",
-        note=note,
-    )
+    a, b = (text, "") if in_a else ("", text)
+    verdict: Verdict = "only in A" if in_a else "only in B"
+    return Difference(kind, what, "", a, b, verdict, note=note)
 
 
 # The same rig measured several times: every value over the results folders, and its scatter.
