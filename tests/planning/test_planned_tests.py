@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from vinesexp.clearance.levels import ReleaseLevel, Tested
+from vinesexp.clearance.optimum import fastest
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import (
     Needs,
@@ -50,6 +51,14 @@ def test_a_release_known_on_one_side_asks_beyond_the_edge_and_a_bracketed_one_do
     (below,) = both.next
     assert float(below.cells["clearance_mm"]) == pytest.approx(19.2)
     assert "to 10 mm the fastest one is between two others" in both.state
+
+
+def test_a_release_as_fast_at_the_edge_is_known_on_one_side_as_in_clearances_csv():
+    level = release(5e-3, b24=4.0, b30=3.0, b36=2.0, b42=2.03)
+    rig = IdentifiedRig({}, f0=Quantity(8.0))
+    assert fastest(level.tests, resolution=rig.half_period).bound == "at least"
+    assert "to 5 mm it is known from one side only" in plan_releases([level], rig).state
+    assert plan_releases([level], NOTHING).next == ()
 
 
 def test_two_clearances_of_a_release_are_too_few():

@@ -257,11 +257,9 @@ def compare(
             checks, release.name, partial(predicted_b_t, own, release=release.release)
         )
         predictions[f"b_t, {1e3 * release.x0:.6g} mm{of_state(release.state)}"] = predicted
-        # Without f0 the time between two samples of the amplitude is unknown: no ties.
-        resolution = 0.5 / own.f0.value if own.f0 else 0.0
         optimum = _measured(
             *(checks, FASTEST, f"release from {release.name}", release.tests),
-            partial(fastest, resolution=resolution),
+            partial(fastest, resolution=own.half_period),
             reach,
         )
         row = _row("transient", release.name, FASTEST, optimum, predicted)

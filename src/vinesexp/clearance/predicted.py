@@ -87,6 +87,11 @@ class IdentifiedRig:
         return not self.unpredicted
 
     @property
+    def half_period(self) -> float:
+        """Of the oscillator, s: times to an amplitude that are closer are alike; 0 if unknown."""
+        return 0.5 / self.f0.value if self.f0 else 0.0
+
+    @property
     def numbers(self) -> dict[str, float]:
         """The values of `RIG_VALUES`, all of them known, without their errors."""
         return {name: self.values[name].value for name in RIG_VALUES}
@@ -116,35 +121,31 @@ def identified_rig(
     }
     if weighed := found.get("m") or next(iter(known.nes_mass), None):
         values["m"] = weighed
-    effects = ball_effects(identified)
+    rows = {row["parameter"]: row for row in identified}
+    effects = {name: float(rows[name]["value"]) for name in OF_BALL if name in rows}
     balls: tuple[NES, ...] = ()
     if effects and {"r", "m"} <= set(values):
         own = values["r"].value, values["m"].value
         if joint is not None and joint.ball is not None:
             own = joint.ball
         balls = _as_simulated(*own, effects)
-    for row in identified:
-        name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
-        if name is not None and name in values:
+    for name, effective in (("r", "r_effective"), ("m", "nes_mass_effective")):
+        if effective in rows and name in values:
+            row = rows[effective]
             values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
     if joint is not None and joint.ball is not None:  # with what is too small to be named
         for name in {"r", "m"} & set(values):
             shown = joint.of(name)
             values[name] = values[name] if shown is None else Quantity(*shown)
-    rolling = found_rolling(identified)
+    rolling = effects.get("rolling", 0.0)
     if rolling and {"M", "m"} <= set(values):
         M, m = values["M"], values["m"]
         values["M"] = Quantity(M.value + rolling * m.value, M.std_error)
         values["m"] = Quantity((1.0 - rolling) * m.value, (1.0 - rolling) * m.std_error)
-    spring = {
-        row["parameter"]: float(row["value"]) for row in identified
-        if row["parameter"] in ("f0_small", "stiffening")
-    }  # fmt: skip
-    stiffens = (spring["f0_small"], spring["stiffening"]) if len(spring) == 2 else None
-    return IdentifiedRig(
-        values, found.get("f0"), found.get("zeta"), balls, rolling, joint, stiffens,
-        "rolls_from" not in effects,
-    )  # fmt: skip
+    spring = [float(rows[name]["value"]) for name in ("f0_small", "stiffening") if name in rows]
+    stiffens = (spring[0], spring[1]) if len(spring) == 2 else None
+    f0, zeta, slides = found.get("f0"), found.get("zeta"), "rolls_from" not in effects
+    return IdentifiedRig(values, f0, zeta, balls, rolling, joint, stiffens, slides)
 
 
 def cubic_stiffness(k1: float, kappa: float) -> float:
@@ -164,12 +165,6 @@ OF_BALL = (
     "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow", "drag", "viscous",
     "rolls_from",
 )  # fmt: skip
-
-
-def ball_effects(identified: Rows) -> dict[str, float]:
-    """What identified.csv says of the ball beyond its mass and r, SI."""
-    rows = (row for row in identified if row["parameter"] in OF_BALL)
-    return {row["parameter"]: float(row["value"]) for row in rows}
 
 
 def ball_of(m: float, b: float, r: float, effects: Mapping[str, float]) -> NES:
@@ -249,11 +244,6 @@ def _end_over_plain(
     for ball in balls[1:]:  # what a second one has moves what the first one gives
         end /= end_of(ball.m, ball.r)
     return end / plain_end
-
-
-def found_rolling(identified: Rows) -> float:
-    """Share of the floor's motion that the ball takes, by its flights; 0 for one that slides."""
-    return next((float(row["value"]) for row in identified if row["parameter"] == "rolling"), 0.0)
 
 
 def at_level(rig: IdentifiedRig, levels: Rows, *, G: float) -> IdentifiedRig:

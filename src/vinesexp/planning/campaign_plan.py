@@ -442,7 +442,7 @@ def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPl
     """
     x0 = levels[0].x0
     tried = sorted({test.clearance for level in levels for test in level.tests})
-    low_open, high_open = _open_sides(levels)
+    low_open, high_open = _open_sides(levels, rig)
     wanted: list[tuple[float, str]] = []
     if len(tried) < _FEWEST:
         r = rig.values.get("r") if rig.slides else None
@@ -479,19 +479,20 @@ def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPl
     return OtherPlan(f"releases from {in_mm(x0)} mm", state, tuple(tests))
 
 
-def _open_sides(levels: Iterable[ReleaseLevel]) -> tuple[list[float], list[float]]:
-    """Amplitudes whose fastest clearance is the smallest, and the largest, that was tried."""
+def _open_sides(
+    levels: Sequence[ReleaseLevel], rig: IdentifiedRig
+) -> tuple[list[float], list[float]]:
+    """Amplitudes whose fastest clearance may be the smallest, and the largest, that was tried.
+
+    As `clearance.optimum.fastest` has it: times within half a period of the best are ties.
+    """
     low, high = [], []
     for level in levels:
-        times: dict[float, list[float]] = {}
-        for test in level.tests:
-            if test.value is not None:
-                times.setdefault(test.clearance, []).append(test.value)
-        found = bracket_of({b: float(np.mean(own)) for b, own in times.items()})
-        tried = {test.clearance for test in level.tests}
-        if found.best == min(tried):
+        times, tried = amplitudes_of(level.tests), {test.clearance for test in level.tests}
+        ties = [b for b, time in times.items() if time <= min(times.values()) + rig.half_period]
+        if min(tried) in ties:
             low.append(level.target)
-        if found.best == max(tried):
+        if max(tried) in ties:
             high.append(level.target)
     return sorted(low), sorted(high)
 
