@@ -223,9 +223,8 @@ def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
 def test_an_added_mass_that_is_wrong_by_10_g_is_seen():
     """Residuals have an axis of their own; on the line itself 10 g of 5 kg are no width of it."""
     M, k1, stated, true = 4.7, 1e4, np.array([0.0, 0.2, 0.4]), np.array([0.0, 0.2, 0.39])
-    figure = added_mass_line(
-        ["a", "b", "c"], stated, (M + true) / k1, np.full(3, 0.001), M=M, title="M = 4.7 kg"
-    )
+    points = list(zip("abc", stated, (M + true) / k1, np.full(3, 0.001), strict=True))
+    figure = added_mass_line(points, M=M, title="M = 4.7 kg")
     residuals = figure.axes[1]
     points = [line for line in residuals.lines if line.get_url()]
     wrong, right, other = sorted(float(point.get_ydata()[0]) for point in points)

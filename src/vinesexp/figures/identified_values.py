@@ -7,12 +7,12 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.arrays import FloatArray
 from vinesexp.figures.numbers import difference, plus_minus
 from vinesexp.figures.record_words import short
 from vinesexp.figures.style import COLOURS, FAINT, SEQUENCE, Drawn, key, label, link, new_figure
 from vinesexp.records.stored.tables import Row, ids_of
 from vinesexp.results import CampaignResults, Results
+from vinesexp.results_differences import Repeated
 from vinesexp.units import COVERAGE_95, first_of
 
 if TYPE_CHECKING:
@@ -20,40 +20,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def value_over_folders(
-    names: Sequence[str],
-    values: FloatArray,
-    errors: FloatArray,
-    *,
-    mean: tuple[float, float],
-    unit: str,
-) -> Figure:
-    """A row a folder, the first at the top: the value with its 95 % interval, beside the mean's.
-
-    Parameters
-    ----------
-    names : sequence of str
-    values, errors : ndarray
-        With standard errors.
-    mean : pair of float
-        Of all, and its standard error.
-    unit : str
-        Of the values; ``1`` for a ratio.
-    """
+def value_over_folders(one: Repeated) -> Figure:
+    """A row a folder, the first at the top: the value with its 95 % interval, beside the mean's."""
+    names, mean = one.folders, one.mean
     figure, (axis,) = new_figure(height=0.95 + 0.24 * len(names))
-    low, high = (mean[0] + side * COVERAGE_95 * mean[1] for side in (-1.0, 1.0))
+    low, high = (mean + side * COVERAGE_95 * one.mean_error for side in (-1.0, 1.0))
     axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.18, linewidth=0)
-    axis.axvline(mean[0], color=COLOURS["exact"])
+    axis.axvline(mean, color=COLOURS["exact"])
     places = range(len(names))[::-1]
-    half, ink = COVERAGE_95 * errors, COLOURS["measured"]
-    axis.errorbar(values, places, xerr=half, fmt="o", color=ink, capsize=2.5, linewidth=1.2)
+    half, ink = COVERAGE_95 * one.errors, COLOURS["measured"]
+    axis.errorbar(one.values, places, xerr=half, fmt="o", color=ink, capsize=2.5, linewidth=1.2)
     axis.set_yticks(list(places), [short(name) for name in names])
     axis.set_ylim(-0.6, len(names) - 0.4)
     axis.grid(axis="y", visible=False)
     axis.ticklabel_format(axis="x", useOffset=False)
-    axis.set_xlabel("value" if unit in ("", "1") else unit)
+    axis.set_xlabel("value" if one.unit in ("", "1") else one.unit)
     above = {"va": "bottom", "xycoords": axis.get_xaxis_transform()}
-    label(axis, "mean", (mean[0], 1.0), "exact", (0, 3), ha="center", **above)
+    label(axis, "mean", (mean, 1.0), "exact", (0, 3), ha="center", **above)
     return figure
 
 

@@ -160,31 +160,22 @@ def ringdowns_and_fits(trace: Trace, decays: Sequence[DrawnDecay], *, title: str
 
 
 def added_mass_line(
-    names: Sequence[str],
-    loads: FloatArray,
-    periods: FloatArray,
-    half: FloatArray,
-    *,
-    M: float,
-    title: str,
+    points: Sequence[tuple[str, float, float, float]], *, M: float, title: str
 ) -> Figure:
     """Squared period over added mass, a straight line; and how far each point is off it, in grams.
 
     Parameters
     ----------
-    names : sequence of str
-        Of the records.
-    loads : ndarray
-        Added masses, kg.
-    periods : ndarray
-        1/(2 pi f)^2, s^2.
-    half : ndarray
-        Half of the 95 % interval of what each is off the line, kg.
+    points : sequence of (str, float, float, float)
+        Of each record its id, its added mass, kg, 1/(2 pi f)^2, s^2, and half of the 95 % interval
+        of what it is off the line, kg.
     M : float
         The identified mass, kg: the line is (M + load)/k1.
     title : str
         With the identified mass.
     """
+    names = [point[0] for point in points]
+    loads, periods, half = np.array([point[1:] for point in points]).T
     figure, (line, off) = new_figure(1, 2, height=2.7, gridspec_kw={"width_ratios": [1.0, 1.35]})
     k1 = float(np.mean((M + loads) / periods))
     away = k1 * periods - (M + loads)
@@ -269,15 +260,13 @@ def _line(results: CampaignResults, found: Mapping[str, Found]) -> Iterator[tupl
     if row is None:
         return
     M = row["value"]
-    f0 = [found[record.id]["f0"] for record in records]
-    figure = added_mass_line(
-        [record.id for record in records],
-        np.array([record.added_mass or 0.0 for record in records]),
-        np.array([(2.0 * np.pi * f.value) ** -2.0 for f in f0]),
-        np.array([_half(campaign, r, f, M) for r, f in zip(records, f0, strict=True)]),
-        M=M,
-        title=f"M = {plus_minus(M, row['std_error'] or 0.0, 'kg')}",
-    )
+    points = [
+        (r.id, r.added_mass or 0.0, (2.0 * np.pi * f0.value) ** -2.0, _half(campaign, r, f0, M))
+        for r in records
+        for f0 in [found[r.id]["f0"]]
+    ]
+    title = f"M = {plus_minus(M, row['std_error'] or 0.0, 'kg')}"
+    figure = added_mass_line(points, M=M, title=title)
     text = (
         "Left: the squared period grows with the mass along a straight line, which meets zero at "
         "minus the mass of the oscillator. Right: distance of each ring-down from that line, as a "

@@ -197,7 +197,4 @@ def repeatability_page(found: Repeatability) -> str:
 
 
 def _figure(one: Repeated, number: int) -> str:
-    figure = value_over_folders(
-        one.folders, one.values, one.errors, mean=(one.mean, one.mean_error), unit=one.unit
-    )
-    return figure_markup(figure, f"value-{number}")
+    return figure_markup(value_over_folders(one), f"value-{number}")
