@@ -43,6 +43,7 @@ from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import CLEARANCES
 from vinesexp.records.stored.tables import Value
+from vinesexp.rig import RIG_VALUES
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import COVERAGE_95
 
@@ -177,9 +178,7 @@ def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
 
 def _large_motion(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say where b_c is of one motion of two."""
-    frequency = level.base.frequency
-    at = None if frequency is None else frequency.value
-    found = swing_beside_orbit(rig, G=level.G, frequency=at)
+    found = swing_beside_orbit(rig, G=level.G, frequency=level.frequency)
     if found is None:
         return []
     detail = (
@@ -401,19 +400,12 @@ def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Rows) -> list[Check]:
             + ("; tests with several NESs do not enter" if several else "")
         )
         checks.append(Check("", "optimal clearance", "warning", detail))
-    needed = {
-        "periodic": [n for n in rig.missing if any(row["test"] == "periodic" for row in rows)],
-        "transient": [
-            n for n in rig.missing if n == "r" and any(row["test"] == "transient" for row in rows)
-        ],
-    }
     if rows and not rig.slides:
         checks.append(Check("", "prediction", "warning", ROLLS_IN_PART))
-    for test, names in needed.items():
-        if names:
-            symbol = {"periodic": "b_c", "transient": "b_t"}[test]
+    for test, symbol, needed in (("periodic", "b_c", RIG_VALUES), ("transient", "b_t", ("r",))):
+        names = [name for name in needed if name in rig.missing]
+        if names and any(row["test"] == test for row in rows):
             how = "; ".join(f"{name} needs {_HOW_TO_KNOW[name]}" for name in names)
-            checks.append(
-                Check("", "prediction", "warning", f"no {symbol} without {', '.join(names)}: {how}")
-            )
+            detail = f"no {symbol} without {', '.join(names)}: {how}"
+            checks.append(Check("", "prediction", "warning", detail))
     return checks

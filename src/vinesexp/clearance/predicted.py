@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING
@@ -481,10 +482,9 @@ def amplitude_curve(
     """
     from vinesexp.theory.orbits import Reduced
 
-    try:
+    end = 0.0
+    with suppress(AnalysisError):
         end = end_of_orbit(rig, G=G, frequency=frequency)
-    except AnalysisError:
-        return np.empty(0), np.empty(0)
     low = 0.5 * end if low is None else low
     if end <= low:
         return np.empty(0), np.empty(0)
@@ -600,9 +600,8 @@ def decay_curves(
 
     if not (rig.predictable and targets):
         return None
-    try:
+    with suppress(AnalysisError):
         release = Decaying(x_m=x0, **rig.numbers)
         b = clearances / (1.0 - rig.rolling)
         return captured_time(release, b=b, level=np.asarray(targets)[:, None])
-    except AnalysisError:
-        return None
+    return None
