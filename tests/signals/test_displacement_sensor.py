@@ -98,6 +98,17 @@ def test_a_good_sensor_is_left_alone(channels, tmp_path):
         np.testing.assert_allclose(x, own["displacement"], atol=1e-8)
 
 
+def test_an_accelerometer_on_a_mount_that_gives_way_is_no_slow_displacement(channels, tmp_path):
+    """Its ratio to the displacement grows over frequency, too; impacts were lost by the mend."""
+    w, quality = 2.0 * np.pi * 200.0, 5.0
+    mount = signal.bilinear([w**2], [1.0, w / quality, w**2], RATE)
+    a = channels["acceleration"]
+    own = {**channels, "acceleration": signal.lfilter(*mount, a - a[0]) + a[0]}
+    x, checks = mended(own, tmp_path)
+    assert not checks
+    np.testing.assert_allclose(x, channels["displacement"], atol=1e-8)
+
+
 def test_a_motion_across_the_accelerometer_is_no_coupling(channels, measure, tmp_path):
     """All displacements of such a campaign were changed, and r was 3 % off."""
     release = Release(x0=0.02, v0=0.0, y0=[0.02 + 0.99 * B], vy0=[0.0])

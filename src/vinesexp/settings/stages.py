@@ -20,6 +20,7 @@ _TABLE = "docs/benchmarks/impacts.md, halved and doubled"
 _ABLATION = "docs/benchmarks/impacts.md, effect of each part"
 _CONDITION = "tests/signals/test_condition.py"
 _DROP = "tests/hard_cases/test_drop_records.py"
+_FOLLOWED = "tests/signals/impacts/test_soft_contacts.py"
 _FIND = "tests/signals/impacts/test_find.py"
 
 
@@ -147,6 +148,14 @@ class FilterSettings:
     impacts_low: float = number(
         20.0, "lower edge for the acceleration; removes the motion, keeps a contact of 0.4 ms",
         measured=_CONDITION, low=1.0, high=1000.0, of="oscillator's frequency",
+    )
+    impacts_low_content: float = number(
+        0.33, "nor above this share of the frequency below which half of what impacts leave lies",
+        measured=_FOLLOWED, low=0.01, high=10.0, of="that frequency",
+    )
+    impacts_low_soft: float = number(
+        7.0, "unless it would be below this: less of the motion is removed",
+        measured=_FOLLOWED, low=1.0, high=1000.0, of="oscillator's frequency",
     )
     impacts_low_most: float = number(
         0.04, "the lower edge for the acceleration is not above this share of the sample rate",

@@ -39,6 +39,7 @@ from vinesexp.signals.clipping import Range, converter_range, read_unstuck
 from vinesexp.signals.filters import (
     Bands,
     butterworth,
+    content_of_impacts,
     default_bands,
     oscillation_of,
     settling_samples,
@@ -102,8 +103,10 @@ def condition(
             write_refused(Path(out_path), record.refused)
             return None
         frequency = f0_hint if f0_hint is not None else oscillation_of(record)
+        content = content_of_impacts(record, frequency) if frequency else math.inf
         bands = default_bands(
             sample_rate=record.sample_rate,
+            content=content,
             frequency=frequency,
             bandpass=bandpass,
             duration=record.n / record.sample_rate,

@@ -2,8 +2,10 @@
 
 A laser that averages, or is filtered, shows a mean over times of some variance s^2: the kinks that
 impacts make in the motion become round, and velocities beside them are wrong. Between the two
-channels this is a ratio that grows as exp((w s)^2/2) over frequency. What such a mean leaves out
-of the displacement is the acceleration, integrated twice, over a few s around:
+channels this is a ratio that grows as exp((w s)^2/2) over frequency. So does that of an
+accelerometer on a mount that gives way, below its resonance; but such a mean comes late by s at
+least, and a mount does not. What such a mean leaves out of the displacement is the acceleration,
+integrated twice, over a few s around:
 
     x - mean of x = K * a,    K'' = delta - Gauss(s),
 
@@ -26,13 +28,14 @@ from scipy.special import ndtr
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import RELEASES, Record
 from vinesexp.records.stored.checks import Check, Outcome
-from vinesexp.records.stored.store import RecordView
+from vinesexp.records.stored.store import RECORDERS, RecordView
 from vinesexp.signals.channel_agreement import PhaseLaw, law_in
 from vinesexp.signals.corrections import Correction, correct, samples_of
 from vinesexp.signals.means import block_means, coarse_channels, fill_gaps
 from vinesexp.units import SURE
 
 _LEAST = 3e-4  # s: contacts and mounts have as much
+_LATE = 0.5  # of s, that a slow displacement comes late at least; the acceleration has filters, too
 _DISPLACEMENT = "displacement"
 _FEWEST, _POINTS = 8, 96  # cycles; means a cycle
 _LEFT, _ALIKE = 0.1, 0.2  # of the way of the middle, unexplained; of the release, unlike
@@ -185,6 +188,8 @@ def _slow(view: RecordView, frequency: float) -> Mended | None:
     law = law_in(view, frequency=frequency)
     if law is None or law.spread < max(SURE * law.spread_error, _LEAST**2):
         return None
+    if law.above < _LATE * math.sqrt(law.spread) and RECORDERS not in view.attributes:
+        return None  # the accelerometer's mount; what two recorders show has no common time
     detail = (
         f"the displacement is a mean over some {1e3 * math.sqrt(12.0 * law.spread):.2g} ms (an "
         "average, a filter, or a sensor of its own rate): what it leaves out beside impacts was "

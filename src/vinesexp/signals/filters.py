@@ -42,6 +42,10 @@ _FINEST = 2.5  # samples a period: a peak closer to the Nyquist frequency may be
 _SHARE = 0.01  # of the velocity that the oscillation holds, in an acceleration
 _TRIED = 2000  # peaks that are looked at, the strongest first
 _REPEATED = 0.25  # of the power of a line: what it may repeat; steps add up to 2.5 times of it
+#: Cycles of a window, and windows, in which impacts are looked for above so many times f0; what is
+#: narrower than so many times f0 either side is a line; noise is up to so many times its least.
+_CYCLES, _WINDOWS, _ABOVE_MOTION, _LONE, _AS_EVERYWHERE = 4.0, 100, 4.5, 2.5, 1.5
+_TAPER = 0.35875, -0.48829, 0.14128, -0.01168  # Blackman and Harris: a steady motion ends beside it
 _LOW_MOST = 0.2  # of the sample rate: a pulse needs what is above
 
 #: Power of the frequency that turns each quantity into velocity.
@@ -69,14 +73,17 @@ def default_bands(
     duration: float = math.inf,
     settings: FilterSettings = _AS_BY_DEFAULT,
     drop: bool = False,
+    content: float = math.inf,
 ) -> Bands:
     """Bands that follow the oscillator.
 
     Displacement: a quarter to five times its frequency, or what the user says; nothing beyond the
-    Nyquist frequency. Acceleration: everything above twenty times its frequency, but never less
-    than the upper 23 of 25 parts of what the sample rate holds, unless these begin below three
-    times its frequency; without an oscillation everything that three periods fit into. A drop test
-    (`drop`): everything above hum and handling, of every channel. `settings` holds these numbers.
+    Nyquist frequency. Acceleration: everything above twenty times its frequency, or above a third
+    of the frequency `content` below which half of what impacts leave lies, if this is less and more
+    than seven times its frequency; but never less than the upper 23 of 25 parts of what the sample
+    rate holds, unless these begin below three times its frequency; without an oscillation
+    everything that three periods fit into. A drop test (`drop`): everything above hum and handling,
+    of every channel. `settings` holds these numbers.
 
     Examples
     --------
@@ -86,6 +93,8 @@ def default_bands(
     (2.0, None)
     >>> default_bands(sample_rate=280.0, frequency=8.0).acceleration
     (24.0, None)
+    >>> default_bands(sample_rate=1e4, frequency=16.0, content=450.0).acceleration
+    (148.5, None)
     >>> default_bands(sample_rate=50.0, frequency=8.0).displacement
     (2.0, None)
     """
@@ -99,7 +108,8 @@ def default_bands(
     high = settings.motion_high * frequency
     held = high < 0.5 * _TOP * sample_rate
     motion = min(low, 0.5 * frequency) or None, high if held else None
-    impacts = min(settings.impacts_low * frequency, settings.impacts_low_most * sample_rate)
+    soft = max(settings.impacts_low_soft * frequency, settings.impacts_low_content * content)
+    impacts = min(settings.impacts_low * frequency, soft, settings.impacts_low_most * sample_rate)
     # slow sampling: with less of the motion taken away it would be taken for impacts itself
     impacts = max(impacts, min(settings.impacts_low_least * frequency, _LOW_MOST * sample_rate))
     return Bands(frequency, bandpass or motion, (impacts, None))
@@ -118,6 +128,43 @@ def oscillation_of(record: RecordView) -> float | None:
     looked_at = _LOOKED_AT if test else _LOOKED_AT[:1]
     lines = (line_of(record, role) for role in looked_at if role in record.roles)
     return next((line for line in lines if line is not None), None)
+
+
+def content_of_impacts(record: RecordView, frequency: float) -> float:
+    """Frequency below which half of what impacts leave of the acceleration lies, Hz.
+
+    Soft contacts end below a few hundred Hz, and a mount rings at its own frequency. Lines that
+    stand alone (hum, a harmonic) do not count, and what is as everywhere is noise. Infinite where
+    the test has no ball, or the acceleration shows nothing else.
+
+    Parameters
+    ----------
+    record : RecordView
+    frequency : float
+        Of the oscillation, Hz.
+    """
+    from scipy.ndimage import median_filter  # half a second to import
+
+    n = round(_CYCLES * record.sample_rate / frequency)
+    if "acceleration" not in record.roles or "clearance_m" not in record.attributes:
+        return math.inf
+    starts = np.arange(0, record.n - n, max(n // 2, (record.n - n) // _WINDOWS))
+    t = 2.0 * math.pi * np.arange(n) / n
+    taper = sum(a * np.cos(k * t) for k, a in enumerate(_TAPER))
+    windows = (record.read("acceleration", int(i), int(i) + n) for i in starts)
+    spectra = [np.abs(np.fft.rfft((a - a.mean()) * taper)) ** 2 for a in windows if _known(a)]
+    f = np.fft.rfftfreq(n, 1.0 / record.sample_rate)
+    above = f > _ABOVE_MOTION * frequency
+    if len(spectra) < _FEWEST or not above.any():
+        return math.inf
+    around = 2 * math.ceil(_LONE * _CYCLES) + 1
+    power = median_filter(np.mean(spectra, axis=0), around, mode="nearest")[above]
+    own = np.maximum(power - _AS_EVERYWHERE * float(np.quantile(power, 0.05)), 0.0).cumsum()
+    return float(f[above][np.searchsorted(own, 0.5 * own[-1])]) if own[-1] else math.inf
+
+
+def _known(x: FloatArray) -> bool:
+    return bool(np.isfinite(x).all())
 
 
 def line_of(record: RecordView, role: str) -> float | None:

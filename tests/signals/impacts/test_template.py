@@ -41,6 +41,19 @@ def test_a_resonance_shows_a_contact_as_its_answer_does(ring, damping):
     np.testing.assert_allclose(shown, np.convolve(contact, answer)[: U.size], atol=1e-9)
 
 
+def test_a_highpass_takes_of_the_ringing_as_of_the_contact():
+    """A mount of 700 Hz beside a highpass of 400 Hz: each impact was found several times."""
+    rings = Shape(duration=4.0, ring=0.07, ring_damping=0.1)
+    plain = template_of(rings, (-60, 200), highpass=None, dt=1e-4)
+    after = template_of(rings, (-60, 200), highpass=400.0, dt=1e-4)
+    lags = np.arange(-260.0, 261.0)
+    whole = plain.at(lags)[0] / plain.area
+    taken = np.convolve(whole, lowpassed_impulse(lags, 0.04), "same")
+    shown = after.at(lags)[0] / after.area
+    near = np.abs(lags) < 50
+    np.testing.assert_allclose(shown[near], (whole - taken)[near], atol=0.01 * np.abs(whole).max())
+
+
 def test_between_its_points_a_template_is_a_straight_line_and_beyond_it_nothing():
     template = template_of(Shape(duration=6.0), (-20, 20), highpass=50.0, dt=1e-4)
     at = np.linspace(

@@ -181,10 +181,12 @@ def template_of(
     """
     u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
     corner = math.sqrt(2.0) * math.pi * (highpass or 0.0) * dt / FINE
-    contact, lost = _contact(shape.duration, shape.power, shape.skew, span, corner)
-    values = _resonated(contact, shape) if shape.ring > 0.0 else contact
+    values, lost = _contact(shape.duration, shape.power, shape.skew, span, corner)
     momentum = 1.0  # of the contact: it survives the resonance, whose static gain is 1
-    values = values - momentum * lost
+    if shape.ring > 0.0:
+        values = _resonated(values, shape)
+        lost = _undershoot(values, corner) if corner else lost
+    values = values - lost
     height = float(np.abs(values).max())
     reach = math.ceil(0.5 * shape.duration * (1.0 + 0.3 * abs(shape.skew)) + 0.5)
     core = (-reach, reach)
@@ -237,7 +239,7 @@ def _resonated(values: FloatArray, shape: Shape) -> FloatArray:
 
 
 def _undershoot(contact: FloatArray, corner: float) -> FloatArray:
-    """What the highpass takes of a contact, by a recursion either way.
+    """What the highpass takes of a contact, ringing included, by a recursion either way.
 
     The impulse response is that of `lowpassed_impulse`; `corner` is its x for one step.
     """
@@ -248,7 +250,7 @@ def _undershoot(contact: FloatArray, corner: float) -> FloatArray:
     poles = [1.0, -2.0 * shrinks * math.cos(corner), shrinks * shrinks]
     after = lfilter(numerator, poles, contact)
     before = lfilter(numerator, poles, contact[::-1])[::-1]
-    return np.asarray(0.5 * corner * FINE / contact.sum() * (after + before - contact))
+    return np.asarray(0.5 * corner * (after + before - contact))
 
 
 def lowpassed_impulse(t: FloatArray, corner: float) -> FloatArray:
