@@ -110,3 +110,16 @@ def test_a_stretch_in_which_nothing_stands_out_has_no_contacts(ring):
         noise=np.ones(1), settings=ImpactSettings(),
     )  # fmt: skip
     assert (found.place.size, found.crowded.dtype, found.sure.dtype) == (0, bool, bool)
+
+
+def test_contacts_that_led_away_are_none():
+    """Of opposite signs beside one another, some had grown to 6000 times what the samples show."""
+    rings = Shape(duration=2.0, ring=0.06, ring_damping=0.1)
+    template = template_of(rings, (-70, 190), highpass=100.0, dt=2e-4)
+    a = -less(np.zeros(400), np.array([150.2, 300.0]), np.array([10.0, -7.0]), template)
+    good = np.ones(a.size, dtype=bool)
+    place, height = np.array([149.0, 152.7, 155.2, 300.0]), np.array([9.0, -60.0, 64.0, -7.0])
+    sure = np.ones(4, dtype=bool)
+    state = matching.State(a, np.full(1, 0.01), good, ~good, template, place, height, sure)
+    matching._merge(state, 6.0, matching.seen_lags(template))
+    assert state.place.tolist() == [149.0, 300.0]

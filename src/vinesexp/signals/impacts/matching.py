@@ -32,6 +32,7 @@ _STEPS_CLIPPED = 40  # where each step changes what the samples are
 _WORSE = 3  # steps that fit no better than the best, after which none will
 _STILL = 1e-3  # samples: a smaller step changes nothing
 _QUIET = 0.1  # of the noise: a smaller change of what is given back changes nothing
+_MOST = 4.0  # of the largest sample of a contact: its height, where others take from it
 _TOGETHER = 16  # contacts of a chain that are moved at once
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 _RINGS = 0.5  # of its peak: ringing that overlaps the next contact
@@ -132,14 +133,20 @@ def _quieter(state: State, rest: FloatArray, box: BoxNoise) -> bool:
 
 
 def _merge(state: State, threshold: float, seen: IntArray) -> None:
-    """Drop contacts that became insignificant or that coincide with a stronger one."""
+    """Drop contacts that became insignificant, coincide with a stronger one, or led away.
+
+    Contacts of opposite signs beside one another may grow without end, each less the other: what
+    is far larger than anything that the samples show is none.
+    """
     keep_only(state, np.argsort(state.place, kind="stable"))
-    _, _, _, vv, _, ss = normal_equations(state, seen)
+    index, _, _, vv, _, ss = normal_equations(state, seen)
+    possible = np.abs(state.height) < _MOST * np.abs(state.a[index]).max(axis=1, initial=0.0)
+    possible |= state.clipped[index].any(axis=1)
     norm = float(np.sqrt((state.template.at(seen.astype(np.float64))[0] ** 2).sum()))
     # A contact at the edge or half clipped is judged by what is left of it.
     strength = np.abs(state.height) * np.sqrt(np.maximum(vv, 0.04 * norm**2)) / state.noise_at()
     inside = (state.place > -0.5) & (state.place < state.a.size - 0.5)
-    keep = inside & (ss > 0.0) & (strength >= 0.8 * threshold)  # some of it was seen
+    keep = inside & possible & (ss > 0.0) & (strength >= 0.8 * threshold)  # some of it was seen
     keep_only(state, keep)
     while state.place.size > 1:
         close = np.flatnonzero(np.diff(state.place) < 0.75 * state.template.width)
