@@ -65,6 +65,8 @@ class Detection:
         Overlapping others or ill explained; partly beyond the sensor's range.
     template : Template or None
         The shape that was used, in samples or in the means that were fitted.
+    lasts : float
+        How long a contact of this shape pushes, s; 0: not known.
     """
 
     time: FloatArray
@@ -77,6 +79,7 @@ class Detection:
     crowded: BoolArray
     clipped: BoolArray
     template: Template | None = None
+    lasts: float = 0.0
 
     def keep(self, chosen: BoolArray) -> Detection:
         """The chosen contacts."""
@@ -287,6 +290,7 @@ def _gathered(
         crowded=found.crowded.astype(bool),
         clipped=np.concatenate([clipped for _, clipped in parts]),
         template=template,
+        lasts=template.shape.duration * dt,
     )
 
 

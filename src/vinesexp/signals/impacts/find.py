@@ -480,7 +480,7 @@ def _by_pulses(
         return found, slopes, 1.0, 0.0
     x = coarse_displacement(record, motion)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
-    x = replace(x, late=max(lag, 0.0))
+    x = replace(x, late=max(lag, 0.0), lasts=found.lasts)
     free = freed(conditioned)
     let_go = _let_go(found, x, free=free, frequency=motion)
     if let_go.all():
@@ -507,7 +507,7 @@ def _by_pulses(
         said.some_lost("aliased", _UNRESOLVED)
         found, slopes = _by_displacement(found, slopes, x, frequency=motion, lag=lag)
     elif slopes is not None:
-        if _slow(conditioned, settings):
+        if _slow(conditioned, settings) or (stream.highpass or 0.0) * found.lasts > _TAKEN:
             unknown = np.full(found.time.size, np.nan)
             found = replace(found, jump=unknown, jump_error=unknown)
             slopes = fit(found)
@@ -527,6 +527,9 @@ def _slow(conditioned: RecordView, settings: Settings) -> bool:
 
 
 _TINY = 1e-6
+#: Of a period of the highpass, from which on it leaves so little of a contact's area that its shape
+#: says what the rest is.
+_TAKEN = 0.3
 #: Of an accelerometer that shows the release and nothing else.
 _NONE = SlopeChanges.unknown(0)
 

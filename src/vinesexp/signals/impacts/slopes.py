@@ -35,6 +35,9 @@ _WINDOW = 0.35  # periods on either side of an impact; a longer one would hold t
 _DAMPING, _DAMPING_ERROR, _DETUNING_ERROR = 0.01, 0.01, 0.02
 #: s, by which a sensor is late at least that may be a low-pass; share of it that is, and its error.
 _PROMPT, _LOW_PASS = 1e-5, 0.5
+#: Of the time that a half sine lasts, a box that is as wide; share of what the accelerometer shows
+#: of it that is no filter's, and its error.
+_AS_WIDE, _SOFT = 0.754, (0.5, 0.5)
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record and beside gaps
 _LEAST = 6  # points to either side
 _AREA = 0.15  # share by which the area of a pulse may be off
@@ -61,9 +64,10 @@ class JumpResponse:
 
     `w` is that of the oscillation around it, rad/s; `w_free` (None: the same) and `rate` (1/s) are
     the oscillator's own; `late`, s, is that of the sensor and `low_pass` the share of it that is a
-    low-pass of first order, the rest a delay; `rounded` is what the samples around a unit jump show
-    more than means over their step would, at `ROUNDED` times `sample`, s; `common` is the relative
-    error that they leave to all jumps alike.
+    low-pass of first order, the rest a delay; `lasts`, s, is how long the accelerometer shows a
+    contact, and `soft` the share of it (by the bend) that is the contact's own; `rounded` is what
+    the samples around a unit jump show more than means over their step would, at `ROUNDED` times
+    `sample`, s; `common` is the relative error that they leave to all jumps alike.
     """
 
     w: float
@@ -71,19 +75,30 @@ class JumpResponse:
     rate: float = 0.0
     late: float = 0.0
     low_pass: float = 0.0
+    lasts: float = 0.0
+    soft: float = 0.0
     sample: float = 0.0
     rounded: tuple[float, ...] = ()
     common: float = 0.0
 
     def bend(self, s: FloatArray, step: float) -> FloatArray:
         """Displacement s after a unit jump of velocity, averaged over `step`."""
-        w = self.w_free or self.w
-        late = np.maximum(s, 0.0)
-        value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
-        kink = np.where(np.abs(s) < 0.5 * step, (s + 0.5 * step) ** 2 / (2.0 * step), value)
+        kink = self._mean(s, step)
+        if self.soft:
+            kink += self.soft * self.by_contact(s, step)
         if self.rounded:
             kink += np.interp(np.abs(s) / self.sample, ROUNDED, self.rounded, right=0.0)
         return kink + self.low_pass * rounded(s, step, self.late) if self.low_pass else kink
+
+    def _mean(self, s: FloatArray, step: float) -> FloatArray:
+        w = self.w_free or self.w
+        late = np.maximum(s, 0.0)
+        value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
+        return np.where(np.abs(s) < 0.5 * step, (s + 0.5 * step) ** 2 / (2.0 * step), value)
+
+    def by_contact(self, s: FloatArray, step: float) -> FloatArray:
+        """What a contact that lasts adds to a bend: the jump comes in as many parts."""
+        return self._mean(s, math.hypot(step, _AS_WIDE * self.lasts)) - self._mean(s, step)
 
     def since(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity s after a unit jump."""
@@ -158,7 +173,8 @@ class Coarse:
 
     `missing` says which of them the sensor did not show; the values there are no measurement.
     `forced` is what may move the mass beside its sine. By `late`, s, the sensor is late; that may
-    be a delay, or a low-pass. Each is the mean of so many `samples`; 0: of the motion itself.
+    be a delay, or a low-pass. Contacts seem to push for `lasts`, s. Each is the mean of so many
+    `samples`; 0: of the motion itself.
     """
 
     values: FloatArray
@@ -167,6 +183,7 @@ class Coarse:
     missing: BoolArray | None = None
     forced: tuple[Forced, ...] = ()
     late: float = 0.0
+    lasts: float = 0.0
     samples: int = 0
 
     @property
@@ -340,7 +357,8 @@ def slope_changes(
     """
     k = times.size
     late = x.late if x.late > _PROMPT else 0.0
-    response = JumpResponse(2.0 * math.pi * frequency, late=late)
+    lasts = x.lasts if x.lasts > x.step else 0.0  # a mean is wider than any other
+    response = JumpResponse(2.0 * math.pi * frequency, late=late, lasts=lasts)
     out = SlopeChanges.unknown(k)
     half = max(_LEAST, round(_WINDOW / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
@@ -521,8 +539,8 @@ class _Answer:
     """How what the jumps leave in all windows changes with the oscillator's answer to them.
 
     `columns` are those of its decay, its free frequency, the share of a low-pass, which is missing
-    for a prompt sensor, and how bends are rounded; `now` are these numbers, `usual` and `error`
-    first guesses.
+    for a prompt sensor, that of a contact that lasts, and how bends are rounded; `now` are these
+    numbers, `usual` and `error` first guesses.
     """
 
     rest: FloatArray
@@ -555,6 +573,9 @@ class _Answer:
         if response.late:
             by_low_pass = rounded(windows.s, x.step, response.late)
             numbers.append((by_low_pass, response.low_pass, _LOW_PASS, _LOW_PASS))
+        if response.lasts:
+            by_contact = response.by_contact(windows.s, x.step)
+            numbers.append((by_contact, response.soft, *_SOFT))
         if x.rounds:
             errors = _ROUNDING * x.step / x.samples**2
             at, now = (
@@ -597,13 +618,14 @@ def _refined(windows: _Windows, response: JumpResponse, x: Coarse, unsure: float
     values = one.now + change
     rate, free, *others = values.tolist()
     share = others.pop(0) if response.late else 0.0
+    soft = others.pop(0) if response.lasts else 0.0
     sample = x.step / x.samples if others else 0.0
     # a filter rounds otherwise before a bend than after it: half of what this corrects is unsure
     if others:
         common = math.hypot(common, 0.5 * one.shares[-len(others) :] @ values[-len(others) :])
     return replace(
-        response, w_free=free, rate=rate, low_pass=share, sample=sample, rounded=tuple(others),
-        common=common,
+        response, w_free=free, rate=rate, low_pass=share, soft=soft, sample=sample,
+        rounded=tuple(others), common=common,
     )  # fmt: skip
 
 

@@ -181,12 +181,12 @@ def template_of(
     """
     u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
     corner = math.sqrt(2.0) * math.pi * (highpass or 0.0) * dt / FINE
-    values, lost = _contact(shape.duration, shape.power, shape.skew, span, corner)
+    contact, lost = _contact(shape.duration, shape.power, shape.skew, span, corner)
     momentum = 1.0  # of the contact: it survives the resonance, whose static gain is 1
+    values = contact - lost
     if shape.ring > 0.0:
-        values = _resonated(values, shape)
-        lost = _undershoot(values, corner) if corner else lost
-    values = values - lost
+        values = _resonated(contact, shape)
+        values = values - (_undershoot(values, corner) if corner else 0.0)
     height = float(np.abs(values).max())
     reach = math.ceil(0.5 * shape.duration * (1.0 + 0.3 * abs(shape.skew)) + 0.5)
     core = (-reach, reach)
