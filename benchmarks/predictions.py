@@ -34,6 +34,7 @@ from vinesexp.theory import (
     multiple,
     optimal_clearance,
     orbits,
+    slowflow,
 )
 from vinesexp.theory.floquet import steady_samples
 from vinesexp.theory.manifold import project
@@ -140,7 +141,7 @@ def study_amplitude() -> np.ndarray:
             C = float(orbits.amplitudes_at(b, p)[1])
             orbit = orbits.family(C, p)
             exact = float(np.abs(steady_samples(orbit, samples=512)[0]).max())
-            points = slow_flow.fixed_points(F=1 / (eps * b), sigma=0.0, lam=2 * zeta / eps, r=r)
+            points = slowflow.fixed_points(F=1 / (eps * b), sigma=0.0, lam=2 * zeta / eps, r=r)
             slow = next((q.A * b for q in points if q.stable), np.nan)
             rig = Rig(Oscillator(M=1.0, c1=2 * zeta, k1=1.0), [NES(m=eps, b=b, r=r)])
             cycles = int(min(max(40.0 / (eps + zeta), 300), 6000))
@@ -407,7 +408,7 @@ def speeds() -> list[tuple[str, str, float]]:
         (
             "slow flow",
             "all fixed points of one rig",
-            timed(lambda: slow_flow.fixed_points(F=1.3, sigma=0.0, lam=1.9, r=0.6), 20),
+            timed(lambda: slowflow.fixed_points(F=1.3, sigma=0.0, lam=1.9, r=0.6), 20),
         ),
         ("exact orbit", "b_c of one rig", timed(lambda: boundaries.stable_range(one), 10)),
         ("exact orbit", "b_c of a thousand rigs", timed(lambda: boundaries.stable_range(many), 2)),

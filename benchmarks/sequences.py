@@ -18,20 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.theory.boundaries import end_of_permanent_response
-from vinesexp.theory.floquet import hurwitz, jacobian, routh_stable, stays_inside
+from vinesexp.theory.floquet import jacobian
 from vinesexp.theory.manifold import FloatArray
 from vinesexp.theory.orbits import Reduced, amplitudes_at, family, transition
 
 _TOLERANCE = 1e-11  # residual relative to the clearance: rounding times the condition of Newton
-
-
-def lower_end(C: ArrayLike, p: Reduced) -> NDArray[np.str_]:
-    """What ends the stretch at its upper end C: symmetry breaking, neimark-sacker, or a graze."""
-    B, _ = hurwitz(jacobian(family(C, p)))
-    beyond = family(np.asarray(C) + 1e-6, p)
-    broken = np.abs(B[4]) < 1e-6 * np.abs(B).max(axis=0)
-    kind = np.where(broken, "symmetry breaking", "neimark-sacker")
-    return np.where(routh_stable(jacobian(beyond)) & ~stays_inside(beyond), "graze", kind)
 
 
 @dataclass(frozen=True)
@@ -223,9 +214,9 @@ def asymmetric_orbit(*, b: float, p: Reduced) -> SequenceOrbit:
     """
     ends = end_of_permanent_response(p)
     breaking = float(ends.b_low)
-    if (kind := str(lower_end(ends.C_high, p))) != "symmetry breaking":
+    if str(ends.kind_low) != "symmetry breaking":
         raise AnalysisError(
-            f"two symmetric impacts end by a {kind} at b = {breaking:.6g} base "
+            f"two symmetric impacts end by a {ends.kind_low} at b = {breaking:.6g} base "
             "amplitudes, not by symmetry breaking: no asymmetric orbit branches off"
         )
     if not 0.0 < b < breaking:

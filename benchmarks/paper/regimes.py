@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from benchmarks import slow_flow
 from benchmarks.paper.rig import (
     BALL,
     TABLE_2,
@@ -19,7 +18,7 @@ from benchmarks.paper.rig import (
 )
 
 from vinesexp.design.task import bare_gain
-from vinesexp.theory import boundaries, manifold, orbits
+from vinesexp.theory import boundaries, manifold, orbits, slowflow
 from vinesexp.theory.regime_definitions import Regime, regime_of
 
 SETTLED, DURATION = 60.0, 240.0
@@ -45,7 +44,7 @@ class Seen:
 def seen(b: float, level: float = G) -> Seen:
     """Clearance and level in m."""
     rig = rig_with(b)
-    points = slow_flow.fixed_points(F=level / (rig.eps * b), sigma=0.0, lam=rig.lam, r=R)
+    points = slowflow.fixed_points(F=level / (rig.eps * b), sigma=0.0, lam=rig.lam, r=R)
     motion = periodic(b, DURATION, level)
     i = motion.impacts
     found = regime_of(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from benchmarks import slow_flow
 from benchmarks.paper import figures
 from benchmarks.paper.rig import (
     BALL,
@@ -54,7 +53,7 @@ def on_sim(motion: Motion, label: str, *, show: float) -> dict[str, object]:
 def figure_2() -> tuple[list[str], Verdicts]:
     style.write_figure(figures.sim_figure(r=R), FIGURES / "figure_2.svg")
     C = np.linspace(0.05, 2.0, 400)
-    stable = C[slow_flow.is_stable(C, r=R)]
+    stable = C[manifold.is_stable(C, r=R)]
     lines = [
         "![SIM](figures/paper/figure_2.svg)",
         "",

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from benchmarks import free_decay, sequences, slow_flow
+from benchmarks import free_decay, sequences
 from tests.combined import combined
 from tests.theory.half_period import multipliers
 
@@ -29,7 +29,7 @@ def test_elastic_limit() -> None:
         np.pi**2 / (8.0 * 0.01)
     )
     assert float(manifold.upper_branch(0.3, r=1.0)) == pytest.approx(1.3)
-    for point in slow_flow.fixed_points(F=1.2, sigma=0.0, lam=2.0, r=1.0):
+    for point in slowflow.fixed_points(F=1.2, sigma=0.0, lam=2.0, r=1.0):
         assert np.isfinite([point.A, point.C, point.rho]).all()
 
 
@@ -90,16 +90,16 @@ def test_exactly_on_the_fold() -> None:
 
 def test_forcing_exactly_f_c_and_at_the_saddle_node_of_the_slow_flow() -> None:
     lam, r = 1.91, 0.6
-    points = slow_flow.fixed_points(
+    points = slowflow.fixed_points(
         F=float(slowflow.threshold(lam=lam, r=r)), sigma=0.0, lam=lam, r=r
     )
     assert points
     assert not any(p.stable for p in points), "the fixed point has already left the stable branch"
     C = np.linspace(0.05, 0.97, 20001)
-    F = slow_flow.forcing(C, sigma=0.0, lam=lam, r=r)[0]
+    F = slowflow.forcing(C, sigma=0.0, lam=lam, r=r)[0]
     i = int(F.argmin())
-    below = slow_flow.fixed_points(F=float(F[i]) * (1 - 1e-6), sigma=0.0, lam=lam, r=r)
-    above = slow_flow.fixed_points(F=float(F[i]) * (1 + 1e-6), sigma=0.0, lam=lam, r=r)
+    below = slowflow.fixed_points(F=float(F[i]) * (1 - 1e-6), sigma=0.0, lam=lam, r=r)
+    above = slowflow.fixed_points(F=float(F[i]) * (1 + 1e-6), sigma=0.0, lam=lam, r=r)
     assert (len(below), len(above)) == (0, 2)
 
 
@@ -146,8 +146,7 @@ def test_every_stretch_found_stays_in_its_cavity() -> None:
     for share in (1e-6, 0.3, 0.6, 1.0 - 1e-6):
         C = ends.C_low[there] + share * (ends.C_high[there] - ends.C_low[there])
         assert floquet.stays_inside(orbits.family(C, p[there])).all()
-    kinds = sequences.lower_end(ends.C_high[there], p[there])
-    assert {"symmetry breaking", "graze"} <= set(kinds.tolist())
+    assert {"symmetry breaking", "graze"} <= set(ends.kind_low[there].tolist())
 
 
 @pytest.mark.parametrize(

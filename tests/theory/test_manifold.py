@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks import slow_flow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.theory.half_period import impact_map, impact_phase, multipliers
@@ -56,7 +55,7 @@ def test_the_manifold_attracts_where_both_eigenvalues_are_inside_the_unit_circle
 ) -> None:
     largest = float(np.abs(multipliers(C, r=r)).max())
     if abs(largest - 1.0) > 1e-6:
-        assert bool(slow_flow.is_stable(C, r=r)) == (largest < 1.0)
+        assert bool(manifold.is_stable(C, r=r)) == (largest < 1.0)
 
 
 @settings(deadline=None, max_examples=60)
@@ -112,7 +111,7 @@ def test_stability_is_between_the_transitions() -> None:
     for r in (0.05, 0.3, 0.6, 0.95):
         C_1, C_2 = float(manifold.C_1(r)), float(manifold.C_2())
         C = np.array([C_1 - 1e-6, C_1 + 1e-6, C_2 - 1e-6, C_2 + 1e-6])
-        assert slow_flow.is_stable(C, r=r).tolist() == [False, True, True, False]
+        assert manifold.is_stable(C, r=r).tolist() == [False, True, True, False]
 
 
 def test_below_the_fold_is_refused_in_one_line() -> None:

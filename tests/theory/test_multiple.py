@@ -7,7 +7,7 @@ import pytest
 from benchmarks import slow_flow
 
 from vinesexp import NES, Oscillator, Rig
-from vinesexp.theory import manifold, multiple, orbits
+from vinesexp.theory import manifold, multiple, orbits, slowflow
 from vinesexp.theory.manifold import project
 
 OSCILLATOR = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -28,14 +28,12 @@ def test_one_ball_balance_is_the_slow_flow() -> None:
     G, b, eps = 0.25e-3, 0.025, 0.032 / 4.7
     rig = Rig(OSCILLATOR, [NES(m=0.032, b=b, r=0.6)])
     for frequency, sigma in ((None, 0.0), (OSCILLATOR.f0 * (1 + 0.5 * eps), 0.5)):
-        points = slow_flow.fixed_points(F=G / (eps * b), sigma=sigma, lam=rig.lam, r=0.6)
+        points = slowflow.fixed_points(F=G / (eps * b), sigma=sigma, lam=rig.lam, r=0.6)
         A = next(p.A for p in points if p.stable)
         assert multiple.base_amplitude_for(A * b, rig, frequency=frequency) == pytest.approx(G)
     response = slow_flow.response_amplitude(G, rig)
     stable = next(
-        p.A
-        for p in slow_flow.fixed_points(F=G / (eps * b), sigma=0, lam=rig.lam, r=0.6)
-        if p.stable
+        p.A for p in slowflow.fixed_points(F=G / (eps * b), sigma=0, lam=rig.lam, r=0.6) if p.stable
     )
     assert response == pytest.approx(stable * b, rel=1e-3)
 

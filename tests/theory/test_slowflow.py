@@ -30,7 +30,7 @@ def test_threshold_agrees_with_the_force_needed_at_the_fold() -> None:
 def test_parametric_form_is_at_rest_in_the_flow(
     C: float, sigma: float, lam: float, r: float
 ) -> None:
-    F, rho = slow_flow.forcing(C, sigma=sigma, lam=lam, r=r)
+    F, rho = slowflow.forcing(C, sigma=sigma, lam=lam, r=r)
     A = float(manifold.amplitude(C, r=r))
     if A < 1e-3:
         return
@@ -43,8 +43,8 @@ def test_parametric_form_is_at_rest_in_the_flow(
 @settings(deadline=None, max_examples=80)
 @given(st.floats(0.1, 2.5), st.floats(-3.0, 3.0), st.floats(0.0, 5.0), st.floats(0.1, 0.95))
 def test_every_fixed_point_is_found(C: float, sigma: float, lam: float, r: float) -> None:
-    F = float(slow_flow.forcing(C, sigma=sigma, lam=lam, r=r)[0])
-    found = [p.C for p in slow_flow.fixed_points(F=F, sigma=sigma, lam=lam, r=r)]
+    F = float(slowflow.forcing(C, sigma=sigma, lam=lam, r=r)[0])
+    found = [p.C for p in slowflow.fixed_points(F=F, sigma=sigma, lam=lam, r=r)]
     # a double root is only as good as the square root of rounding
     assert min(abs(c - C) for c in found) < 1e-5
 
@@ -70,7 +70,7 @@ def test_the_rate_of_the_paper_lacks_a_factor_pi(C: float, rho: float) -> None:
 
 def test_flow_jacobian_is_the_derivative_of_the_flow() -> None:
     F, sigma, r = 1.6, 0.7, 0.6
-    point = next(p for p in slow_flow.fixed_points(F=F, sigma=sigma, lam=LAM, r=r) if p.stable)
+    point = next(p for p in slowflow.fixed_points(F=F, sigma=sigma, lam=LAM, r=r) if p.stable)
     h = 1e-6
     numeric = np.empty((2, 2))
     for j, (dA, drho) in enumerate([(h, 0.0), (0.0, h)]):
@@ -88,13 +88,13 @@ def test_flow_jacobian_is_the_derivative_of_the_flow() -> None:
             for s in (1, -1)
         ]
         numeric[:, j] = (ends[0] - ends[1]) / (2.0 * h)
-    analytic = slow_flow.flow_jacobian(point.C, point.rho, F=F, lam=LAM, r=r)
+    analytic = slowflow.flow_jacobian(point.C, point.rho, F=F, lam=LAM, r=r)
     np.testing.assert_allclose(analytic, numeric, rtol=1e-7, atol=1e-8)
 
 
 def test_a_stable_fixed_point_attracts_the_integrated_flow() -> None:
     F, r = 1.6, 0.6
-    point = next(p for p in slow_flow.fixed_points(F=F, sigma=0.0, lam=LAM, r=r) if p.stable)
+    point = next(p for p in slowflow.fixed_points(F=F, sigma=0.0, lam=LAM, r=r) if p.stable)
 
     def slope(_: float, state: np.ndarray) -> np.ndarray:
         C = manifold.upper_branch(state[0], r=r)
@@ -107,21 +107,21 @@ def test_a_stable_fixed_point_attracts_the_integrated_flow() -> None:
 
 def test_fold_forcing_is_the_parametric_form_at_the_fold() -> None:
     for sigma in (-2.0, 0.0, 0.5, 3.0):
-        F = slow_flow.forcing(manifold.C_1(0.6), sigma=sigma, lam=LAM, r=0.6)[0]
+        F = slowflow.forcing(manifold.C_1(0.6), sigma=sigma, lam=LAM, r=0.6)[0]
         assert slow_flow.fold_forcing(lam=LAM, r=0.6, sigma=sigma) == pytest.approx(float(F))
         assert slowflow.threshold(lam=LAM, r=0.6) <= F
 
 
 def test_exactly_at_the_threshold_and_at_the_fold_there_are_answers() -> None:
     F_c = float(slowflow.threshold(lam=LAM, r=0.6))
-    assert slow_flow.fixed_points(F=F_c, sigma=0.0, lam=LAM, r=0.6)
+    assert slowflow.fixed_points(F=F_c, sigma=0.0, lam=LAM, r=0.6)
     F_fold = float(slow_flow.fold_forcing(lam=LAM, r=0.6))
     nearest = min(
         abs(p.C - float(manifold.C_1(0.6)))
-        for p in slow_flow.fixed_points(F=F_fold, sigma=0.0, lam=LAM, r=0.6)
+        for p in slowflow.fixed_points(F=F_fold, sigma=0.0, lam=LAM, r=0.6)
     )
     assert nearest < 1e-7
-    assert slow_flow.fixed_points(F=0.0, sigma=0.0, lam=LAM, r=0.6) == []
+    assert slowflow.fixed_points(F=0.0, sigma=0.0, lam=LAM, r=0.6) == []
 
 
 def test_decay_time_of_the_published_rig() -> None:

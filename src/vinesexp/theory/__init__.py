@@ -9,6 +9,7 @@ __all__, __getattr__, __dir__ = lazy(
         "intervals": ["predict_periodic", "predict_transient"],
         "floquet": ["symmetric_orbits"],
         "simulated_orbit": ["simulated_end"],
+        "slowflow": ["fixed_points"],
         "manifold": ["amplitude"],
         "transient": ["best_clearance"],
         "regime_definitions": ["Regime", "regime_of"],

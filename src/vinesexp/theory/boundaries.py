@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.theory.floquet import jacobian, routh_stable, stays_inside
+from vinesexp.theory.floquet import hurwitz, jacobian, routh_stable, stays_inside
 from vinesexp.theory.orbits import Reduced, family, saddle_node
 
 #: Ball amplitudes looked at for a stable stretch; T1 and T2 of every r lie between (0.71, 1.68).
@@ -33,6 +33,7 @@ class StableRange:
     C_high, b_low : the end towards small ones: mostly symmetry breaking, the exact T2; a graze
         where the ball would meet a wall once more before that.
     kind : how it ends at b_high: "neimark-sacker" or "saddle-node"; "" where nothing is stable.
+    kind_low : how it ends at b_low: "symmetry breaking", "neimark-sacker" or "graze".
     """
 
     C_low: FloatArray
@@ -40,6 +41,7 @@ class StableRange:
     C_high: FloatArray
     b_low: FloatArray
     kind: NDArray[np.str_]
+    kind_low: NDArray[np.str_]
 
     @property
     def exists(self) -> BoolArray:
@@ -112,7 +114,19 @@ def stable_range(p: Reduced) -> StableRange:
         C_high=np.where(found, high, nan).reshape(shape),
         b_low=np.where(found, family(high, flat).b, nan).reshape(shape),
         kind=np.where(found, kind, "").reshape(shape),
+        kind_low=np.where(found, _kind_low(high, flat), "").reshape(shape),
     )
+
+
+def _kind_low(C: FloatArray, p: Reduced) -> NDArray[np.str_]:
+    """What ends the stretch at its upper end C: a multiplier -1, a pair, or a graze."""
+    J = jacobian(family(C, p))
+    B, _ = hurwitz(J)
+    beyond = C + 1e-6
+    kind = np.where(
+        np.abs(B[4]) < 1e-6 * np.abs(B).max(axis=0), "symmetry breaking", "neimark-sacker"
+    )
+    return np.where(_stable(beyond, p) & ~stays_inside(family(beyond, p)), "graze", kind)
 
 
 def loss_of(p: Reduced) -> FloatArray:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
 
@@ -148,3 +148,17 @@ def upper_branch(A: ArrayLike, *, r: ArrayLike) -> FloatArray:
         )
     branch: FloatArray = scale + np.sqrt(scale * np.maximum(square, 0.0))
     return branch
+
+
+def is_stable(C: ArrayLike, *, r: ArrayLike) -> BoolArray:
+    """Whether the SIM attracts at C: C_1 < C < C_2, and impacts take energy (docs/theory.md, 11).
+
+    Both eigenvalues of the half-period impact map are inside the unit circle there.
+
+    Examples
+    --------
+    >>> is_stable([0.9, 1.2, 1.7], r=0.6).tolist()
+    [False, True, False]
+    """
+    ball = checked(C, "ball amplitude C", "a number above zero")
+    return np.asarray((C_1(r) < ball) & (ball < C_2()) & (np.asarray(r) < 1.0))
