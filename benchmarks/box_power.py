@@ -15,7 +15,7 @@ from numpy.polynomial.legendre import legvander2d
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.rig import checked
+from vinesexp.rig import ABOVE_ZERO, BELOW_1, checked
 from vinesexp.theory.manifold import A_1, A_2
 from vinesexp.theory.transient import HIGHEST, RISE, captured_power
 
@@ -58,8 +58,8 @@ def mean_power(
     >>> bool(abs(P[0] / (8 * 0.25 * upper_branch(0.5, r=0.6) ** 2 / np.pi**3) - 1) < 1e-6)
     True
     """
-    heights = np.atleast_1d(checked(A, "amplitude A", "a number above zero"))
-    checked(r, "restitution r", "a number from 0 to below 1")
+    heights = np.atleast_1d(checked(A, "amplitude A", "", ABOVE_ZERO))
+    checked(r, "restitution r", "", BELOW_1)
     rng = np.random.default_rng(seed)
     a = np.repeat(heights, starts)
     y = rng.uniform(-1.0, 1.0, a.size)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.rig import checked
+from vinesexp.rig import ZERO_OR_ABOVE, checked
 from vinesexp.theory.manifold import loss_parameter, upper_branch
 
 
@@ -42,7 +42,7 @@ def decay_time(start: ArrayLike, end: ArrayLike, *, lam: ArrayLike, r: ArrayLike
     if np.any(np.asarray(start) < np.asarray(end)):
         raise AnalysisError("free decay: the start amplitude is below the one to be reached")
     Gamma = loss_parameter(r)
-    damping = checked(lam, "reduced damping lambda", "a number, zero or above")
+    damping = checked(lam, "reduced damping lambda", "", ZERO_OR_ABOVE)
     if np.any((Gamma == 0.0) & (damping == 0.0)):
         raise AnalysisError("free decay: a ball of r = 1 without damping never loses energy")
     high, low = upper_branch(start, r=r), upper_branch(end, r=r)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.rig import Rig, checked
+from vinesexp.rig import ABOVE_ZERO, Rig, checked
 from vinesexp.theory.manifold import A_1, C_1, C_2, amplitude, loss_parameter
 from vinesexp.theory.multiple import bands, base_amplitude_for
 from vinesexp.theory.slowflow import forcing, threshold
@@ -115,7 +115,7 @@ def response_amplitude(
     AnalysisError
         No balance below ten times the largest band (no damping at all).
     """
-    checked(G, "base amplitude G", "m, above zero")
+    checked(G, "base amplitude G", "m", ABOVE_ZERO)
     spread = bands(rig.nes)
     top = 10.0 * max((one.high for one in spread), default=1.0)
     bare = G / (2.0 * rig.oscillator.zeta) if rig.oscillator.zeta > 0.0 else top

@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike
 
 from vinesexp.arrays import as_floats, several
 from vinesexp.errors import ParameterError
-from vinesexp.rig import check_fields, checked_number
+from vinesexp.rig import ABOVE_ZERO, FINITE, ZERO_OR_ABOVE, Kind, check_fields, checked_number
 
-_AMPLITUDE = ("base amplitude", "m, zero or above")
-_FREQUENCY = ("base frequency", "Hz, above zero")
-_PHASE = ("base phase", "a finite number")
-_DWELL = ("dwell", "s, above zero")
+_AMPLITUDE = ("base amplitude", "m", ZERO_OR_ABOVE)
+_FREQUENCY = ("base frequency", "Hz", ABOVE_ZERO)
+_PHASE = ("base phase", "", FINITE)
+_DWELL = ("dwell", "s", ABOVE_ZERO)
 
 
-def _check_each(thing: object, field: str, kind: tuple[str, str]) -> None:
+def _check_each(thing: object, field: str, kind: Kind) -> None:
     """Make a field of a frozen dataclass a tuple of numbers, of one number, too."""
     values = tuple(checked_number(one, *kind) for one in several(getattr(thing, field)))
     object.__setattr__(thing, field, values)
@@ -52,8 +52,9 @@ class Sweep:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        ends = {"f_start": ("sweep start", _FREQUENCY[1]), "f_end": ("sweep end", _FREQUENCY[1])}
-        lasts = ("sweep duration", "s, above zero")
+        names = {"f_start": "sweep start", "f_end": "sweep end"}
+        ends = {field: (name, "Hz", ABOVE_ZERO) for field, name in names.items()}
+        lasts = ("sweep duration", "s", ABOVE_ZERO)
         check_fields(self, amplitude=_AMPLITUDE, **ends, duration=lasts, phase=_PHASE)
 
 
@@ -133,7 +134,7 @@ class Measured:
     sample_rate: float
 
     def __post_init__(self) -> None:
-        check_fields(self, sample_rate=("sample rate", "Hz, above zero"))
+        check_fields(self, sample_rate=("sample rate", "Hz", ABOVE_ZERO))
         array = as_floats(self.samples, "base record").copy()
         if array.ndim != 1 or array.size < 6:
             raise ParameterError(
@@ -173,9 +174,8 @@ class WeakDamping:
     coulomb: float = 0.0
 
     def __post_init__(self) -> None:
-        expected = "a number, zero or above"
-        names = {"quadratic": ("quadratic damping", expected), "coulomb": ("Coulomb", expected)}
-        check_fields(self, **names)
+        names = {"quadratic": "quadratic damping", "coulomb": "Coulomb"}
+        check_fields(self, **{field: (name, "", ZERO_OR_ABOVE) for field, name in names.items()})
 
 
 @dataclass(frozen=True)
@@ -191,6 +191,6 @@ class Release:
     vy0: Sequence[float] = field(default=())
 
     def __post_init__(self) -> None:
-        check_fields(self, x0=("x0", "a finite number"), v0=("v0", "a finite number"))
+        check_fields(self, x0=("x0", "", FINITE), v0=("v0", "", FINITE))
         for name in ("y0", "vy0"):
-            _check_each(self, name, (name, "a finite number"))
+            _check_each(self, name, (name, "", FINITE))

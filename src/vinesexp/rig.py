@@ -11,22 +11,50 @@ import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray, as_floats, as_number, several
 from vinesexp.errors import ParameterError, RigWarning
 
+
+class Limits(NamedTuple):
+    """What a value may be: in words after its unit, in words alone, at least and at most.
+
+    Examples
+    --------
+    >>> ABOVE_ZERO.of("kg"), UP_TO_1.of("")
+    ('kg, above zero', 'a number from 0 to 1')
+    """
+
+    words: str
+    alone: str
+    low: float = 0.0
+    high: float = sys.float_info.max
+
+    def of(self, unit: str) -> str:
+        """What is expected of a value in a unit, or of a number without one."""
+        return f"{unit}, {self.words}" if unit else self.alone
+
+
+ABOVE_ZERO = Limits("above zero", "a number above zero", math.ulp(0.0))
+ZERO_OR_ABOVE = Limits("zero or above", "a number, zero or above")
+FINITE = Limits("a finite number", "a finite number", -sys.float_info.max)
+UP_TO_1 = Limits("from 0 to 1", "a number from 0 to 1", high=1.0)
+BELOW_1 = Limits("from 0 to below 1", "a number from 0 to below 1", high=1.0 - 1e-9)
+
+#: Name, unit and limits of a value.
+Kind = tuple[str, str, Limits]
+
 #: Values of a rig with one ball that a prediction needs, in the order of gradients and covariances,
-#: each with its name and with what is expected of it.
+#: each with its name, its unit and its limits.
 OF_RIG = {
-    "M": ("mass M", "kg, above zero"),
-    "c1": ("damping c1", "N s/m, zero or above"),
-    "k1": ("stiffness k1", "N/m, above zero"),
-    "r": ("restitution r", "a number from 0 to 1"),
-    "m": ("ball mass m", "kg, above zero"),
+    "M": ("mass M", "kg", ABOVE_ZERO),
+    "c1": ("damping c1", "N s/m", ZERO_OR_ABOVE),
+    "k1": ("stiffness k1", "N/m", ABOVE_ZERO),
+    "r": ("restitution r", "", UP_TO_1),
+    "m": ("ball mass m", "kg", ABOVE_ZERO),
 }
 RIG_VALUES = tuple(OF_RIG)
 
@@ -41,60 +69,37 @@ class RigValues(TypedDict):
     r: ArrayLike
 
 
-_GREATEST = sys.float_info.max
-#: What may be expected of a value, and the least and the greatest that this allows.
-_LIMITS = {
-    "above zero": (math.ulp(0.0), _GREATEST),
-    "zero or above": (0.0, _GREATEST),
-    "a finite number": (-_GREATEST, _GREATEST),
-    "from 0 to 1": (0.0, 1.0),
-    "from 0 to below 1": (0.0, 1.0 - 1e-9),
-}
-
-
-@cache
-def _limits(expected: str) -> tuple[float, float]:
-    """The limits that the words of a message end with."""
-    return next(limits for words, limits in _LIMITS.items() if expected.endswith(words))
-
-
-def checked(values: ArrayLike, name: str, expected: str) -> FloatArray:
-    """Values as float64, refused in one line where one is not what is expected of all.
-
-    Parameters
-    ----------
-    values : array_like
-    name, expected : str
-        For the message; `expected` ends with one of the limits that are known in words, such as
-        ``"kg, above zero"``.
+def checked(values: ArrayLike, name: str, unit: str, limits: Limits) -> FloatArray:
+    """Values as float64, refused in one line where one is beyond its limits.
 
     Examples
     --------
-    >>> checked([0.5, 1.5], "restitution r", "a number from 0 to 1")
+    >>> checked([0.5, 1.5], "restitution r", "", UP_TO_1)
     Traceback (most recent call last):
     vinesexp.errors.ParameterError: restitution r = 1.5: expected a number from 0 to 1
     """
-    array, (low, high) = as_floats(values, name), _limits(expected)
+    array, (*_, low, high) = as_floats(values, name), limits
     # A NaN makes either comparison false: two passes, no masks.
     if array.size and not (array.min() >= low and array.max() <= high):
         wrong = array[~((array >= low) & (array <= high))]
-        raise ParameterError(f"{name} = {float(wrong.flat[0]):.9g}: expected {expected}")
+        found = f"{float(wrong.flat[0]):.9g}"
+        raise ParameterError(f"{name} = {found}: expected {limits.of(unit)}")
     return array
 
 
-def checked_number(value: object, name: str, expected: str) -> float:
+def checked_number(value: object, name: str, unit: str, limits: Limits) -> float:
     """The same of one number."""
-    number, (low, high) = as_number(value, name), _limits(expected)
-    if not low <= number <= high:
-        raise ParameterError(f"{name} = {number}: expected {expected}")
+    number = as_number(value, name)
+    if not limits.low <= number <= limits.high:
+        raise ParameterError(f"{name} = {number}: expected {limits.of(unit)}")
     return number
 
 
-def check_fields(thing: object, **kinds: tuple[str, str]) -> None:
+def check_fields(thing: object, **kinds: Kind) -> None:
     """Make fields of a frozen dataclass numbers, each with its name and what is expected of it."""
-    for field, (name, expected) in kinds.items():
+    for field, kind in kinds.items():
         value = getattr(thing, field)
-        number = checked_number(value, name, expected)
+        number = checked_number(value, *kind)
         if number is not value:  # rigs are made by the thousand
             object.__setattr__(thing, field, number)
 
@@ -124,7 +129,7 @@ class Oscillator:
     k3: float = 0.0
 
     def __post_init__(self) -> None:
-        k3 = ("cubic stiffness k3", "N/m^3, a finite number")
+        k3 = ("cubic stiffness k3", "N/m^3", FINITE)
         check_fields(self, **{name: OF_RIG[name] for name in ("M", "c1", "k1")}, k3=k3)
 
     @property
@@ -152,14 +157,14 @@ class Oscillator:
 #: Of each value of a ball its name, and what is expected of it.
 _OF_BALL = {
     "m": OF_RIG["m"],
-    "b": ("clearance b", "m, above zero"),
+    "b": ("clearance b", "m", ABOVE_ZERO),
     "r": OF_RIG["r"],
-    "b_minus": ("clearance b_minus", "m, above zero"),
-    "r_minus": ("restitution r_minus", "a number from 0 to 1"),
-    "r_slope": ("r_slope", "s/m, a finite number"),
-    "friction": ("friction mu g", "m/s^2, zero or above"),
-    "tilt": ("tilt", "m/s^2, a finite number"),
-    "contact_time": ("contact_time", "s, zero or above"),
+    "b_minus": ("clearance b_minus", "m", ABOVE_ZERO),
+    "r_minus": ("restitution r_minus", "", UP_TO_1),
+    "r_slope": ("r_slope", "s/m", FINITE),
+    "friction": ("friction mu g", "m/s^2", ZERO_OR_ABOVE),
+    "tilt": ("tilt", "m/s^2", FINITE),
+    "contact_time": ("contact_time", "s", ZERO_OR_ABOVE),
 }
 
 
@@ -281,6 +286,47 @@ class Rig:
         """Reduced damping lambda = c1/(eps M w0) (equations 5, 47); infinite without a ball."""
         eps = self.eps
         return 2.0 * self.oscillator.zeta / eps if eps > 0.0 else math.inf
+
+    @property
+    def alpha(self) -> tuple[float, ...]:
+        """Share of each ball in the ball mass, m_i/(eps M) (equation 47)."""
+        total = math.fsum(n.m for n in self.nes)
+        return tuple(n.m / total for n in self.nes)
+
+    @property
+    def delta(self) -> tuple[float, ...]:
+        """Clearance of each ball in units of the first one's, b_i/b_1 (equation 47)."""
+        return tuple(n.b / self.nes[0].b for n in self.nes)
+
+    def forcing(self, G: float) -> float:
+        """Reduced forcing F = G/(eps b_1) of a base amplitude G in m (equations 5, 47).
+
+        Examples
+        --------
+        >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.034, r=0.6)])
+        >>> round(rig.forcing(0.25e-3), 4), round(1e3 * rig.base_amplitude(rig.forcing(0.25e-3)), 9)
+        (1.08, 0.25)
+        """
+        return G / self._reduction_length()
+
+    def base_amplitude(self, F: float) -> float:
+        """Base amplitude G = eps b_1 F in m of a reduced forcing (the inverse of `forcing`)."""
+        return F * self._reduction_length()
+
+    def _reduction_length(self) -> float:
+        if not self.nes:
+            raise ParameterError("a rig without a ball has no reduced forcing: add an NES")
+        return self.eps * self.nes[0].b
+
+    def detuning(self, frequency: float) -> float:
+        """sigma of Omega = w/w0 = 1 + eps sigma, frequency in Hz (equation 5)."""
+        if not self.nes:
+            raise ParameterError("a rig without a ball has no detuning sigma: add an NES")
+        return (frequency / self.oscillator.f0 - 1.0) / self.eps
+
+    def frequency(self, sigma: float) -> float:
+        """Excitation frequency in Hz of a detuning sigma (the inverse of `detuning`)."""
+        return self.oscillator.f0 * (1.0 + self.eps * sigma)
 
 
 #: Speed of a ball, m/s, beyond which a clearance is taken for a slip of its unit.

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp import NES, Oscillator, Rig
+from vinesexp.errors import ParameterError
 
 positive = st.floats(1e-3, 1e3)
 
@@ -22,6 +23,10 @@ def test_reduced_and_back(eps: float, lam: float, r: float, M: float, f0: float,
     assert rig.eps == pytest.approx(eps)
     assert rig.lam == pytest.approx(lam, abs=1e-12)
     assert rig.oscillator.f0 == pytest.approx(f0)
+    assert rig.alpha == pytest.approx((0.25, 0.75))
+    assert rig.delta == pytest.approx((1.0, 1.5))
+    assert rig.base_amplitude(rig.forcing(2e-4)) == pytest.approx(2e-4)
+    assert rig.detuning(rig.frequency(0.7)) == pytest.approx(0.7, abs=1e-9 / eps)
 
 
 def test_table_2() -> None:
@@ -31,3 +36,11 @@ def test_table_2() -> None:
     assert rig.oscillator.f0 == pytest.approx(7.862, abs=5e-4)
     assert rig.oscillator.zeta == pytest.approx(0.0065, abs=5e-5)
     assert rig.nes[0].Gamma == pytest.approx(0.25)
+
+
+def test_refusals() -> None:
+    bare = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4))
+    with pytest.raises(ParameterError, match="without a ball"):
+        bare.forcing(1e-3)
+    with pytest.raises(ParameterError, match="without a ball"):
+        bare.detuning(8.0)

@@ -13,7 +13,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
-from vinesexp.rig import Rig, checked_number
+from vinesexp.rig import ABOVE_ZERO, Rig, checked_number
 from vinesexp.solver.arrays import (
     ball_table,
     closed_form,
@@ -93,7 +93,7 @@ def simulate(
     2.0
     """
     release = release or Release()
-    duration = checked_number(duration, "duration", "s, above zero")  # a float: one version
+    duration = checked_number(duration, "duration", "s", ABOVE_ZERO)  # a float: one version
     damping = damping or WeakDamping()
     if isinstance(base, Measured) and duration > base.duration * (1.0 + 1e-12):
         raise ParameterError(

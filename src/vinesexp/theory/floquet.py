@@ -15,7 +15,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.rig import checked
+from vinesexp.rig import ABOVE_ZERO, checked
 from vinesexp.theory.orbits import Family, Reduced, amplitudes_at, family, saddle_node
 
 
@@ -191,8 +191,8 @@ def symmetric_orbits(
     >>> round(1e3 * best.amplitude, 3), best.stable, other.stable
     (5.128, True, False)
     """
-    base = float(checked(G, "base amplitude G", "m, above zero"))
-    clearance = float(checked(b, "clearance b", "m, above zero"))
+    base = float(checked(G, "base amplitude G", "m", ABOVE_ZERO))
+    clearance = float(checked(b, "clearance b", "m", ABOVE_ZERO))
     p = Reduced.of_rig(frequency=frequency, **rig)
     found = [float(C) for C in reversed(amplitudes_at(clearance / base, p)) if not np.isnan(C)]
     if not found:

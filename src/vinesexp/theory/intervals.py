@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.rig import RIG_VALUES, checked
+from vinesexp.rig import RIG_VALUES, ZERO_OR_ABOVE, checked
 from vinesexp.theory.boundaries import end_of_permanent_response, loss_of, stable_range
 from vinesexp.theory.manifold import A_1, loss_parameter
 from vinesexp.theory.optimal_clearance import (
@@ -128,7 +128,7 @@ def rig_values(values: Mapping[str, Quantity], needed: tuple[str, ...]) -> dict[
 def _errors(values: Mapping[str, Quantity]) -> dict[str, float]:
     """Standard errors of the rig's values, 0 where none is given; those without meaning refused."""
     errors = {name: values[name].std_error if name in values else 0.0 for name in RIG_VALUES}
-    checked(list(errors.values()), "standard error", "a number, zero or above")
+    checked(list(errors.values()), "standard error", "", ZERO_OR_ABOVE)
     return errors
 
 

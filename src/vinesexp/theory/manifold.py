@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.rig import checked
+from vinesexp.rig import ABOVE_ZERO, UP_TO_1, ZERO_OR_ABOVE, checked
 
 
 # Project a motion onto the SIM: one point (C, A) an impact, from measured or simulated impacts.
@@ -50,8 +50,8 @@ def project(
     >>> round(float(C), 4), round(float(A), 4)
     (1.5708, 0.25)
     """
-    length = checked(b, "clearance b", "m, above zero")
-    rate = checked(w0, "angular frequency w0", "rad/s, above zero")
+    length = checked(b, "clearance b", "m", ABOVE_ZERO)
+    rate = checked(w0, "angular frequency w0", "rad/s", ABOVE_ZERO)
     place = np.asarray(x, dtype=np.float64) + eps * np.asarray(y)
     speed = np.asarray(v, dtype=np.float64) + eps * np.asarray(vy)
     A: FloatArray = np.hypot(place, speed / rate) / length
@@ -67,7 +67,7 @@ def loss_parameter(r: ArrayLike) -> FloatArray:
     >>> round(float(loss_parameter(0.6)), 12)
     0.25
     """
-    restitution = checked(r, "restitution r", "a number from 0 to 1")
+    restitution = checked(r, "restitution r", "", UP_TO_1)
     return (1.0 - restitution) / (1.0 + restitution)
 
 
@@ -127,13 +127,13 @@ def amplitude(C: ArrayLike, *, r: ArrayLike) -> FloatArray:
     >>> round(float(amplitude(C_1(0.6), r=0.6)), 8)
     0.15717673
     """
-    ball = checked(C, "ball amplitude C", "a number, zero or above")
+    ball = checked(C, "ball amplitude C", "", ZERO_OR_ABOVE)
     return np.hypot(1.0 - ball, 2.0 * ball * loss_parameter(r) / np.pi)
 
 
 def upper_branch(A: ArrayLike, *, r: ArrayLike) -> FloatArray:
     """C on the right branch, the one with a stable part (docs/theory.md, 10)."""
-    height = checked(A, "amplitude A", "a number, zero or above")
+    height = checked(A, "amplitude A", "", ZERO_OR_ABOVE)
     Gamma = loss_parameter(r)
     scale = np.pi**2 / (np.pi**2 + 4.0 * Gamma * Gamma)  # pi^2/S, C_1
     fold = (2.0 / np.pi) * Gamma * np.sqrt(scale)
@@ -160,5 +160,5 @@ def is_stable(C: ArrayLike, *, r: ArrayLike) -> BoolArray:
     >>> is_stable([0.9, 1.2, 1.7], r=0.6).tolist()
     [False, True, False]
     """
-    ball = checked(C, "ball amplitude C", "a number above zero")
+    ball = checked(C, "ball amplitude C", "", ABOVE_ZERO)
     return np.asarray((C_1(r) < ball) & (ball < C_2()) & (np.asarray(r) < 1.0))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
-from vinesexp.rig import NES, Oscillator, Rig, checked
+from vinesexp.rig import ABOVE_ZERO, NES, Oscillator, Rig, checked
 from vinesexp.theory.manifold import A_1, A_2, upper_branch
 
 
@@ -74,7 +74,7 @@ def base_amplitude_for(x: ArrayLike, rig: Rig, *, frequency: float | None = None
     >>> round(1e3 * float(base_amplitude_for(10e-3, rig)), 3)  # mm
     0.33
     """
-    height = checked(x, "amplitude x", "m, above zero")
+    height = checked(x, "amplitude x", "m", ABOVE_ZERO)
     o = rig.oscillator
     detuning = 0.0 if frequency is None else frequency / o.f0 - 1.0
     across = 2.0 * o.zeta * height**2

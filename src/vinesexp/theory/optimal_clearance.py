@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.rig import OF_RIG, RigValues, checked
+from vinesexp.rig import ABOVE_ZERO, OF_RIG, ZERO_OR_ABOVE, RigValues, checked
 from vinesexp.theory.boundaries import end_of_permanent_response
 from vinesexp.theory.manifold import A_2, loss_parameter
 from vinesexp.theory.orbits import Reduced
@@ -50,9 +50,9 @@ def b_c_published(*, G: ArrayLike, eps: ArrayLike, lam: ArrayLike, r: ArrayLike)
     >>> round(float(1e3 * b_c_published(G=0.25e-3, eps=eps, lam=lam, r=0.6)), 3)
     33.968
     """
-    base = checked(G, "base amplitude G", "m, zero or above")
-    ratio = checked(eps, "mass ratio eps", "a number above zero")
-    damping = checked(lam, "reduced damping lambda", "a number, zero or above")
+    base = checked(G, "base amplitude G", "m", ZERO_OR_ABOVE)
+    ratio = checked(eps, "mass ratio eps", "", ABOVE_ZERO)
+    damping = checked(lam, "reduced damping lambda", "", ZERO_OR_ABOVE)
     Gamma = loss_parameter(r)
     S = np.pi**2 + 4.0 * Gamma * Gamma
     return np.asarray(0.5 * base * S * np.sqrt(S) / (ratio * (damping * Gamma * S + 4.0 * np.pi)))
@@ -90,7 +90,7 @@ def b_c_exact(
     >>> round(float(1e3 * b_c_exact(G=0.25e-3, M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6)), 3)
     33.923
     """
-    base = checked(G, "base amplitude G", "m, zero or above")
+    base = checked(G, "base amplitude G", "m", ZERO_OR_ABOVE)
     p = Reduced.of_rig(frequency=frequency, **rig)
     return base * end_of_permanent_response(p).b_high
 
@@ -103,7 +103,7 @@ def b_t_published(*, x_m: ArrayLike) -> FloatArray:
     >>> round(float(1e3 * b_t_published(x_m=0.03)), 2)
     50.0
     """
-    return checked(x_m, "release amplitude x_m", "m, zero or above") / PUBLISHED_A_2
+    return checked(x_m, "release amplitude x_m", "m", ZERO_OR_ABOVE) / PUBLISHED_A_2
 
 
 def b_t_exact(*, x_m: ArrayLike, r: ArrayLike) -> FloatArray:
@@ -116,7 +116,7 @@ def b_t_exact(*, x_m: ArrayLike, r: ArrayLike) -> FloatArray:
     >>> round(float(1e3 * b_t_exact(x_m=0.03, r=0.6)), 2)
     40.98
     """
-    clearance: FloatArray = checked(x_m, "release amplitude x_m", "m, zero or above") / A_2(r)
+    clearance: FloatArray = checked(x_m, "release amplitude x_m", "m", ZERO_OR_ABOVE) / A_2(r)
     return clearance
 
 
@@ -126,4 +126,4 @@ def release_amplitude(
     """x_m = hypot(x0, v0/w0), the amplitude that a release stores (docs/theory.md, 43); m, m/s."""
     mass, stiffness = checked(M, *OF_RIG["M"]), checked(k1, *OF_RIG["k1"])
     x_m: FloatArray = np.hypot(x0, np.asarray(v0) * np.sqrt(mass / stiffness))
-    return checked(x_m, "release amplitude x_m", "m, zero or above")
+    return checked(x_m, "release amplitude x_m", "m", ZERO_OR_ABOVE)

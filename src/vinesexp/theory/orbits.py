@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.arrays import ComplexArray, FloatArray
-from vinesexp.rig import OF_RIG, RigValues, checked
+from vinesexp.rig import ABOVE_ZERO, BELOW_1, OF_RIG, UP_TO_1, RigValues, checked
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ class Reduced:
     ) -> Reduced:
         """Checked and broadcast against each other."""
         values = (
-            checked(eps, "mass ratio eps", "a number above zero"),
-            checked(zeta, "damping ratio zeta", "a number from 0 to below 1"),
-            checked(r, "restitution r", "a number from 0 to 1"),
-            checked(Omega, "frequency ratio Omega", "a number above zero"),
+            checked(eps, "mass ratio eps", "", ABOVE_ZERO),
+            checked(zeta, "damping ratio zeta", "", BELOW_1),
+            checked(r, "restitution r", "", UP_TO_1),
+            checked(Omega, "frequency ratio Omega", "", ABOVE_ZERO),
         )
         return cls(*(np.array(v) for v in np.broadcast_arrays(*values)))
 
@@ -51,7 +51,7 @@ class Reduced:
     def of_rig(cls, *, frequency: ArrayLike | None = None, **rig: Unpack[RigValues]) -> Reduced:
         """From SI values; `frequency` in Hz, at w0 where it is None."""
         if frequency is not None:
-            frequency = checked(frequency, "frequency", "Hz, above zero")
+            frequency = checked(frequency, "frequency", "Hz", ABOVE_ZERO)
         given: dict[str, Any] = {**rig}
         known = {name: checked(given[name], *kind) for name, kind in OF_RIG.items() if name in rig}
         return cls.of(**reduced(**(given | known), frequency=frequency))
@@ -184,7 +184,7 @@ def family(C: ArrayLike, p: Reduced) -> Family:
     >>> round(float(0.25 * orbit.b), 4), round(float(0.25 * orbit.amplitude), 4)  # mm, G = 0.25 mm
     (32.8834, 5.1267)
     """
-    ball = checked(C, "ball amplitude C", "a number above zero")
+    ball = checked(C, "ball amplitude C", "", ABOVE_ZERO)
     D0, D1 = p.closing
     slope = 2.0 * ball * p.Omega / np.pi  # u/b
     closing = D0 + D1 * slope
@@ -230,7 +230,7 @@ def amplitudes_at(b: ArrayLike, p: Reduced) -> tuple[FloatArray, FloatArray]:
         NaN where that orbit does not exist (b past the saddle-node, or a ball speed that is not
         positive): an orbit that is not there, not a failed computation.
     """
-    clearance = checked(b, "clearance b", "a number above zero")
+    clearance = checked(b, "clearance b", "", ABOVE_ZERO)
     D0, D1 = p.closing
     speed = np.abs(D1) ** 2
     inner = (D0 * np.conj(D1)).real

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.rig import checked
+from vinesexp.rig import ZERO_OR_ABOVE, checked
 from vinesexp.theory.manifold import C_1, amplitude, is_stable, loss_parameter
 
 
@@ -28,7 +28,7 @@ def threshold(*, lam: ArrayLike, r: ArrayLike) -> FloatArray:
     >>> round(float(threshold(lam=1.910, r=0.6)), 5)
     1.08093
     """
-    damping = checked(lam, "reduced damping lambda", "a number, zero or above")
+    damping = checked(lam, "reduced damping lambda", "", ZERO_OR_ABOVE)
     Gamma = loss_parameter(r)
     S = np.pi**2 + 4.0 * Gamma**2
     F_c: FloatArray = 2.0 * (Gamma * damping * S + 4.0 * np.pi) / (S * np.sqrt(S))
@@ -39,7 +39,7 @@ def forcing(
     C: ArrayLike, *, sigma: ArrayLike, lam: ArrayLike, r: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
     """F and rho of the fixed point at C: the closed parametric form (docs/theory.md, 19)."""
-    ball = checked(C, "ball amplitude C", "a number, zero or above")
+    ball = checked(C, "ball amplitude C", "", ZERO_OR_ABOVE)
     A = amplitude(ball, r=r)
     sine = np.asarray(lam) * A + 16.0 * loss_parameter(r) * ball**2 / (np.pi**3 * A)
     cosine = 8.0 * ball * (1.0 - ball) / (np.pi**2 * A) - 2.0 * np.asarray(sigma) * A
@@ -96,8 +96,8 @@ def fixed_points(*, F: float, sigma: float, lam: float, r: float) -> list[FixedP
     >>> [(p.branch, round(p.C, 4), p.stable) for p in fixed_points(F=1.8, sigma=0, lam=1.91, r=0.6)]
     [('left', 0.0582, False), ('stable', 1.4338, True)]
     """
-    checked(F, "forcing F", "a number, zero or above")
-    checked(lam, "reduced damping lambda", "a number, zero or above")
+    checked(F, "forcing F", "", ZERO_OR_ABOVE)
+    checked(lam, "reduced damping lambda", "", ZERO_OR_ABOVE)
     Gamma = float(loss_parameter(r))
     square = np.array([1.0 + 4.0 * Gamma**2 / np.pi**2, -2.0, 1.0])  # A^2 as polynomial in C
     sine = lam * square + np.array([16.0 * Gamma / np.pi**3, 0.0, 0.0])

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Release
-from vinesexp.rig import NES, OF_RIG, Oscillator, Rig, check_fields, checked
+from vinesexp.rig import ABOVE_ZERO, NES, OF_RIG, Oscillator, Rig, check_fields, checked
 from vinesexp.solver.simulation import simulate
 from vinesexp.theory.manifold import A_1, A_2, C_1, loss_parameter, upper_branch
 
@@ -82,7 +82,7 @@ def ball_power(A: ArrayLike, *, r: float) -> FloatArray:
     >>> round(float(ball_power(0.5, r=0.6)), 5)
     0.13451
     """
-    height = checked(A, "amplitude A", "a number above zero")
+    height = checked(A, "amplitude A", "", ABOVE_ZERO)
     fold, breaking = float(A_1(r)), float(A_2(r))
     power = captured_power(np.maximum(height, fold), r=r)
     if np.any(height < fold):
@@ -110,7 +110,7 @@ class Decaying:
     x_m: float
 
     def __post_init__(self) -> None:
-        check_fields(self, **OF_RIG, x_m=("release amplitude x_m", "m, above zero"))
+        check_fields(self, **OF_RIG, x_m=("release amplitude x_m", "m", ABOVE_ZERO))
 
     @property
     def w0(self) -> float:
@@ -136,7 +136,7 @@ def bare_time(release: Decaying, *, level: float) -> float:
 
 
 def _reachable(release: Decaying, level: ArrayLike) -> None:
-    high = float(np.max(checked(level, "level", "m, above zero")))
+    high = float(np.max(checked(level, "level", "m", ABOVE_ZERO)))
     if high > release.x_m:
         raise AnalysisError(
             f"level {1e3 * high:.6g} mm is above the release amplitude {1e3 * release.x_m:.6g} mm"
@@ -373,7 +373,7 @@ def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
     """
     _reachable(release, level)
     clearance, target = np.broadcast_arrays(
-        checked(b, "clearance b", "m, above zero"), np.asarray(level, dtype=float)
+        checked(b, "clearance b", "m", ABOVE_ZERO), np.asarray(level, dtype=float)
     )
     eps, lam = release.eps, release.lam
     if release.r == 1.0:  # elastic: the ball takes nothing on the average
@@ -400,7 +400,7 @@ def capture_rate(*, x_m: ArrayLike, b: ArrayLike) -> FloatArray:
     >>> float(capture_rate(x_m=0.02, b=0.04))
     0.5
     """
-    length = checked(b, "clearance b", "m, above zero")
+    length = checked(b, "clearance b", "m", ABOVE_ZERO)
     return np.minimum(1.0, np.asarray(x_m, dtype=np.float64) / length)
 
 
