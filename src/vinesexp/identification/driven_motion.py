@@ -351,7 +351,8 @@ def _freely(
     along, lag = rows.of(moments), _LAG
     rubbed = -rows.of(flights.rubbing())[:, 0]
     others = [rubbed, *rows.of(flights.drift()).T, rows.jump]
-    design, y = np.stack([along[:, 0], -along[:, 1], *others], axis=1), -along[:, 2]
+    design = np.stack([along[:, 0], -along[:, 1], *others], axis=1)
+    y = rows.of(flights.touching())[:, 0] - along[:, 2]
     for _ in range(_TURNS):
         white = rows.whitener(lag)(np.column_stack([design, y]))
         A, rest = white[:, :-1], white[:, -1]
@@ -383,6 +384,8 @@ class _Flights:
     length : array (flights,), s.
     jump, push : arrays (flights,)
         Of the velocity at the impact that ends a flight and at the one that begins it, m/s.
+    lasts : float
+        Variance of the times at which a contact pushes, about its middle, s^2.
     joined : bool array (flights,), whether the next flight begins where this one ends.
     begin, step : s; of the first sample, between samples.
     """
@@ -395,6 +398,7 @@ class _Flights:
     length: FloatArray
     jump: FloatArray
     push: FloatArray
+    lasts: float
     joined: BoolArray
     begin: float
     step: float
@@ -422,6 +426,17 @@ class _Flights:
         It left the wall that it pushed: friction on its floor takes the mass along.
         """
         return np.asarray(-np.sign(self.push)[:, None, None] * self.drift()[..., :1])
+
+    def touching(self) -> FloatArray:
+        """Integrals of phi times what contacts push before and after their middle; as `rubbing`.
+
+        phi is 0 in the middle, and bends from there: phi'' over 2, for one half of the contact.
+        """
+        bends = np.stack([_VALUES[2][:, 0], _VALUES[2].sum(axis=1)])  # where a flight begins, ends
+        found = 0.25 * self.lasts * np.stack([self.push, self.jump], axis=1) @ bends
+        found /= self.length[:, None] ** 2
+        found[:, _INSIDE:] *= self.length[:, None]
+        return np.asarray(found[..., None])
 
     def noise(self, w: float) -> FloatArray:
         """Products of phi'' + w^2 phi, integrated: covariance of moments of white noise."""
@@ -469,8 +484,21 @@ def _flights(
     joined = np.append(np.diff(own) == 1, False)
     return _Flights(
         first, low.astype(np.int64), node - low, weight, powers, (end - start)[own],
-        jumps[1:][own], jumps[:-1][own], joined, begin, step,
+        jumps[1:][own], jumps[:-1][own], _lasts(impacts), joined, begin, step,
     )  # fmt: skip
+
+
+def _lasts(impacts: Impacts) -> float:
+    """Variance of a half-sine with the area and the peak of the pulses; 0 without these."""
+    by_pulse = impacts.jump_acceleration_m_s
+    area = np.abs(np.where(np.isfinite(by_pulse), by_pulse, impacts.velocity_jump_m_s))
+    with np.errstate(divide="ignore"):
+        pulse = 0.5 * np.pi * area / impacts.peak_acceleration_m_s2
+    shown = pulse[np.isfinite(pulse)]
+    return _OF_HALF_SINE * float(np.median(shown)) ** 2 if shown.size else 0.0
+
+
+_OF_HALF_SINE = 0.25 - 2.0 / math.pi**2
 
 
 @dataclass(frozen=True)
@@ -576,6 +604,7 @@ def _fitted(
     # x'' + w0^2 x + 2 zeta w0 x' = w0^2 x_e + 2 zeta w0 x_e', integrated by parts
     along, rubbed = rows.of(moments), -rows.of(flights.rubbing())[:, 0]
     others = [*rows.of(flights.drift()).T, rows.jump]
+    y = rows.of(flights.touching())[:, 0] - along[:, 2]
     # AC coupling with a corner of w_c leaves y of x = y + w_c (integral of y)
     total = (np.cumsum(x) - 0.5 * x) * flights.step
     wanders = min(_WANDERS * 2.0 * math.pi / (w * flights.step), 0.5 * x.size)
@@ -592,9 +621,7 @@ def _fitted(
         ahead = -driven[0][:, 1] / w if e is not None else driven[1][:, 0]
         design = [along[:, 0], -along[:, 1], -driven[0][:, 0], -ahead, rubbed, *turning, *others]
         lag = _LAG if found is None else found.lag
-        found = _solved(
-            rows, np.stack(design, axis=1), -along[:, 2], coupled, lag, w, held=len(turning)
-        )
+        found = _solved(rows, np.stack(design, axis=1), y, coupled, lag, w, held=len(turning))
         if found is None:
             return None
         if e is None:
