@@ -62,6 +62,7 @@ _SHOWS = (0.5, 12.0)  # of the oscillation: where two recorders are compared
 _EDGE = 1.0  # periods at the ends of a record, over which a filter fades in
 _OVERLAP = 0.5  # of the record, that two recorders share at least
 _MOVE_ALIKE, _AS_GOOD = 0.8, 1.5  # correlation; times what the best shift leaves
+_NEARLY = 0.97  # correlation of a motion that repeats, of which samples were lost
 _SAME_MOTION = 1e-5  # of the correlation: a cycle that differs by less is the same
 _TOGETHER = 0.04  # periods: less may be a lag, or a filter
 _STARTED = "start of recorders"  # check
@@ -447,11 +448,10 @@ def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> C
     v_a = _velocity(a, step, frequency, -1)
     # A steady motion of two clocks is most alike where the least of it overlaps.
     law, t = law_of(lag_over_time(a, x, step, frequency=frequency)), step * np.arange(x.size)
-    if law is not None and law.steps:  # lost samples, beside which no one shift is the best
-        return None
     slopes = [law.slope] if law is not None and law.slopes and law.straight else []
     tried = (np.interp(t, (1.0 - slope) * t, x) for slope in (*slopes, 0.0))
-    shifts = (_best_shift(v_a, _velocity(one, step, frequency, 1)) for one in tried)
+    near = _TOGETHER / (step * frequency)
+    shifts = (_best_shift(v_a, _velocity(one, step, frequency, 1), near=near) for one in tried)
     best, shift, others = max(shifts, key=lambda one: one[0])
     if best < _MOVE_ALIKE or abs(shift) * step * frequency <= _TOGETHER:
         return None
@@ -469,10 +469,12 @@ def _start_of_recorders(view: RecordView, record: Record, frequency: float) -> C
     return Correction([Check(record.id, _STARTED, "warning", detail)], streams, start)
 
 
-def _best_shift(v_a: FloatArray, v_x: FloatArray) -> tuple[float, int, bool]:
+def _best_shift(v_a: FloatArray, v_x: FloatArray, *, near: float) -> tuple[float, int, bool]:
     """How alike two records of one motion are at most, where, and whether elsewhere as well.
 
-    Of the shifts by which the second comes later at which they are, in samples, the smallest.
+    Of the shifts by which the second comes later at which they are, in samples, the smallest. A
+    motion that repeats and is nearly as alike `near` no shift has none: of samples that were lost
+    in one of the two, parts are more alike whole periods apart.
     """
     n = v_a.size
     late = np.arange(-int(_OVERLAP * n), int(_OVERLAP * n) + 1)
@@ -490,8 +492,11 @@ def _best_shift(v_a: FloatArray, v_x: FloatArray) -> tuple[float, int, bool]:
     high = alike[top] - (below - above) ** 2 / (8.0 * bend)
     best = float(high.max(initial=0.0))
     good = top[1.0 - high <= _AS_GOOD * (1.0 - best) + _SAME_MOTION]
+    several = good.size > 1
+    at_hand = top[(np.abs(late[top]) <= near) & (high > _NEARLY)]
+    good = at_hand if several and at_hand.size else good
     shift = int(late[good[np.argmin(np.abs(late[good]))]]) if good.size else 0
-    return best, shift, good.size > 1
+    return best, shift, several
 
 
 def _velocity(y: FloatArray, step: float, frequency: float, order: int) -> FloatArray:

@@ -319,7 +319,7 @@ class Collisions:
         `scatter` is one of the readings, which are true values times these `gains`.
         """
         of_laser, of_pulse = (
-            known * (1.0 / scatter) ** 2
+            known * (_first(gain) / scatter) ** 2
             for known, gain, scatter in zip(self.known[1:], gains, self.scatter[1:], strict=True)
         )
         whole = of_laser + of_pulse
@@ -566,7 +566,7 @@ def with_errors(
         variance = _of_sums(own, np.where(good, off / scatter[k], 0.0))
         used = (member & good).sum(axis=1) > 0
         single = scatter[k] * np.sqrt(variance) / np.maximum(total, 1e-300)
-        floor = _READ[k] * (member @ sizes[0]) / member.sum(axis=1)
+        floor = _READ[k] * (member @ sizes[k]) / member.sum(axis=1)
         sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
     return replace(
         c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma, one_sided=one_sided
