@@ -330,7 +330,7 @@ def test_knocks_in_a_release_are_no_impacts_where_flights_are_few_or_none(b, cou
         given, RATE, test="transient", clearance=b, nes_mass=BALL, release=0.02, exact=True
     )
     assert "of the ball" in found.checks[found.checks.check == "knocks"].detail.item()
-    assert abs(len(found.impacts) - true) <= 2
+    assert abs(len(found.impacts) - true) <= 4  # with other noise as many as 9
     assert found.regime["regime"] == ("two asymmetric" if true else "no impact")
 
 

@@ -150,7 +150,7 @@ class FilterSettings:
         measured=_CONDITION, low=1.0, high=1000.0, of="oscillator's frequency",
     )
     impacts_low_content: float = number(
-        0.5, "nor above this share of the frequency below which half of what impacts leave lies",
+        0.6, "nor above this share of the frequency below which half of what impacts leave lies",
         measured=_FOLLOWED, low=0.01, high=10.0, of="that frequency",
     )
     impacts_low_soft: float = number(

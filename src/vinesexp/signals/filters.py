@@ -78,7 +78,7 @@ def default_bands(
     """Bands that follow the oscillator.
 
     Displacement: a quarter to five times its frequency, or what the user says; nothing beyond the
-    Nyquist frequency. Acceleration: everything above twenty times its frequency, or above half
+    Nyquist frequency. Acceleration: everything above twenty times its frequency, or above 0.6
     of the frequency `content` below which half of what impacts leave lies, if this is less and more
     than seven times its frequency; but never less than the upper 23 of 25 parts of what the sample
     rate holds, unless these begin below three times its frequency; without an oscillation
@@ -94,7 +94,7 @@ def default_bands(
     >>> default_bands(sample_rate=280.0, frequency=8.0).acceleration
     (24.0, None)
     >>> default_bands(sample_rate=1e4, frequency=16.0, content=450.0).acceleration
-    (225.0, None)
+    (270.0, None)
     >>> default_bands(sample_rate=50.0, frequency=8.0).displacement
     (2.0, None)
     """

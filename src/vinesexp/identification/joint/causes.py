@@ -992,7 +992,7 @@ def _in_rings(
 def _by_factor(about: str, items: Sequence[_Stated], factors: Sequence[float]) -> list[Cause]:
     causes = []
     for factor in factors:
-        own = [item for item in items if abs(item[1] / factor / item[2] - 1.0) < _LIKE_FACTOR]
+        own = [i for i in items if abs(i[1] / factor - i[2]) < _LIKE_FACTOR * abs(i[2])]
         if 0 < len(own) < len(items):
             moves = {item[0]: item[1] / factor - item[1] for item in own}
             causes.append(
