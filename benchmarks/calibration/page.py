@@ -75,10 +75,10 @@ more than 4 errors off without a word. A contact that rings at 1.7 kHz is not na
 wrong there. Short contacts are those of a ball on a plane, behind a low-pass of order four at 0.4
 of a sample rate of 5 kHz.
 
-Two mistakes at once (`--mistakes two --first 500 --count 40`, 44e77233): 59 of 65 mistakes are named,
-no false cause is stated, and in one campaign a value is more than 4 errors off without a word: a
-ball that was replaced beside one wrong added mass. 0cf4dde5 states both, and M is 0.2 errors off.
-A second recorder that also lost samples was not named; 6e780e4d names both.
+Two mistakes at once (`--mistakes two --first 500 --count 40`, 44e77233): 59 of 65 mistakes are
+named, no false cause is stated, and in one campaign a value is more than 4 errors off without a
+word: a ball that was replaced beside one wrong added mass. 0cf4dde5 states both, and M is 0.2
+errors off. A second recorder that also lost samples was not named; 6e780e4d names both.
 
 A vibrometer in the place of the laser (`--mistakes open --only vibrometer --first 20 --count 16`,
 e45f243c; 28 of these 32 campaigns had been looked at): AC-coupled at 0.3 Hz in 16, in 16 without
