@@ -320,17 +320,20 @@ def released(b, seconds=6.0):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("b", "count"), [(0.05, 6), (0.05, 20), (0.0195, 6), (0.0195, 20)])
-def test_knocks_in_a_release_are_no_impacts_where_flights_are_few_or_none(b, count):
+@pytest.mark.parametrize(
+    ("b", "count", "seed"),
+    [(0.05, 6, 2), (0.05, 20, 2), (0.0195, 6, 2), *((0.0195, 20, seed) for seed in (0, 2, 4))],
+)
+def test_knocks_in_a_release_are_no_impacts_where_flights_are_few_or_none(b, count, seed):
     """A ball that no wall reaches has no flights that could tell a knock from an impact."""
     given, true = released(b)
     assert (true == 0) == (b == 0.05)
-    given["acceleration"] = knocked(given["acceleration"], count)
+    given["acceleration"] = knocked(given["acceleration"], count, seed=seed)
     found = analyse(
         given, RATE, test="transient", clearance=b, nes_mass=BALL, release=0.02, exact=True
     )
     assert "of the ball" in found.checks[found.checks.check == "knocks"].detail.item()
-    assert abs(len(found.impacts) - true) <= 4  # with other noise as many as 9
+    assert abs(len(found.impacts) - true) <= 2
     assert found.regime["regime"] == ("two asymmetric" if true else "no impact")
 
 

@@ -7,7 +7,14 @@ import pytest
 from scipy import signal
 from tests.signals.contacts import coarsen, struck
 
-from vinesexp.signals.impacts.slopes import Forced, bent_forces, forced_motion, slope_changes
+from vinesexp.signals.impacts.detection import detection_at
+from vinesexp.signals.impacts.slopes import (
+    Forced,
+    bent_forces,
+    forced_motion,
+    slope_changes,
+    unmoved,
+)
 
 RATE, F, JUMP = 4000.0, 8.0, 0.01
 W = 2.0 * np.pi * F
@@ -234,3 +241,18 @@ def test_a_jump_that_comes_in_the_course_of_a_contact_is_as_large(samples):
     found = slope_changes(replace(x, lasts=4e-3), times, jumps, frequency=f)
     ratio, error = found.jump[4:-8] / jumps[4:-8], found.jump_error[4:-8] / 0.03
     assert abs(np.median(ratio) - 1.0) < min(0.02, 3.0 * np.median(error))
+
+
+@pytest.mark.parametrize("before", [[0.016], [0.016, 0.033], [0.016, -0.02], [0.003]])
+@pytest.mark.parametrize("claim", [1.5, -1.5, 8.0])
+def test_knocks_beside_an_impact_are_told_from_it(before, claim):
+    """Each seems to be what its neighbours' areas are off by, unless all are looked at at once."""
+    x, _, times, jumps = displacement(0.0)
+    x += 3e-6 * np.random.default_rng(4).standard_normal(x.size)
+    knocks = np.append(times[::6, np.newaxis] - np.array(before), times[3] + 0.03)
+    when = np.append(times, knocks)
+    order, is_knock = np.argsort(when), np.arange(when.size) >= times.size
+    size = np.append(jumps, np.full(knocks.size, claim * JUMP))
+    found = detection_at(when[order], jump=size[order])
+    told = unmoved(found, coarsen(x, RATE, F), frequency=F, sign=1.0, lag=0.0)
+    assert (told == is_knock[order]).all()

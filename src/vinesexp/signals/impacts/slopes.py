@@ -859,7 +859,8 @@ def unmoved(
     """Which spikes do not move the mass: the displacement would show a jump such as they ask for.
 
     Spikes within a few milliseconds are of one event, and their jumps add up. Where flights are too
-    few to tell impacts from knocks, this tells most of them.
+    few to tell impacts from knocks, this tells most of them. Where there are knocks, some come
+    within milliseconds of an impact: the displacement bends at one of the spikes of the event.
 
     Parameters
     ----------
@@ -873,18 +874,83 @@ def unmoved(
         displacement is late.
     """
     event = events_of(found.time, frequency=frequency)
-    jumps = found.jump / sign
+    jumps, times = found.jump / sign, found.time + lag
     size = np.maximum(np.bincount(event, np.abs(jumps)), 1e-300)
-    at = np.bincount(event, np.abs(jumps) * found.time) / size
+    at = np.bincount(event, np.abs(jumps) * times) / size
     net = np.asarray(np.bincount(event, jumps), dtype=np.float64)
-    knocked = np.zeros(size.size, dtype=bool)
-    for _ in range(3):  # without those that seem to be knocks the others are seen better
-        own = np.where(knocked, 0.0, net)
-        seen = slope_changes(x, at + lag, own, frequency=frequency)
-        still = (seen.jump / seen.alone) ** 2
-        asked = ((np.abs(seen.jump) - size) / np.hypot(seen.alone, _AREA * size)) ** 2
-        again: BoolArray = (still < LIKELY**2) & (asked - still > SURE**2)
-        if (again == knocked).all():
+    seen = slope_changes(x, at, net, frequency=frequency)
+    off = np.maximum(np.abs(seen.jump - net), np.abs(np.abs(seen.jump) - size))
+    odd = np.flatnonzero(off > LIKELY * _AREA * size)
+    events = _Events(x, at, net, _AREA * size, np.ones(size.size, dtype=bool), frequency)
+    asked = np.zeros(size.size)
+    while odd.size:  # without those that are knocks the others are seen better
+        gain = np.zeros(size.size)
+        for k in odd[events.moves[odd]]:
+            jump, error, _ = events.jump_of(k, at[k])
+            still = (jump / error) ** 2
+            asked[k] = ((abs(jump) - size[k]) / math.hypot(error, _AREA * size[k])) ** 2
+            gain[k] = asked[k] - still if still < LIKELY**2 else 0.0
+        gain[gain <= SURE**2] = 0.0
+        if not gain.any():
             break
-        knocked = again
-    return np.asarray(knocked[event])
+        events.moves[_largest_around(gain, at, _WINDOW / frequency)] = False
+    knocked = ~events.moves[event]
+    if knocked.any():  # and some may have come beside an impact
+        for k in np.flatnonzero(events.moves & (asked > LIKELY**2)):
+            own = np.flatnonzero(event == k)
+            left = [events.jump_of(int(k), times[i])[2] for i in own]
+            knocked[np.delete(own, np.argmin(left))] = True
+    return np.asarray(knocked)
+
+
+def _largest_around(gain: FloatArray, at: FloatArray, reach: float) -> BoolArray:
+    """Which of some gains, above zero, are the largest of those within reach."""
+    first, last = np.searchsorted(at, at - reach), np.searchsorted(at, at + reach, side="right")
+    most = np.array([gain[i:j].max() for i, j in zip(first, last, strict=True)])
+    return np.asarray((gain > 0.0) & (gain >= most))
+
+
+@dataclass(frozen=True)
+class _Events:
+    """Spikes that the displacement tells apart: times, jumps `net` give or take `sure` (m/s).
+
+    And which of them move the mass.
+    """
+
+    x: Coarse
+    at: FloatArray
+    net: FloatArray
+    sure: FloatArray
+    moves: BoolArray
+    frequency: float
+
+    def jump_of(self, k: int, when: float) -> tuple[float, float, float]:
+        """Jump of one of them at a time, by the displacement alone, its error; m/s.
+
+        And the noise that this leaves, m. Its neighbours jump as their spikes say and as the
+        displacement shows of them.
+        """
+        x, step = self.x, self.x.step
+        centre = round((self.at[k] - x.start) / step)
+        half = min(round(_WINDOW / self.frequency / step), centre, x.values.size - 1 - centre)
+        inside = np.arange(centre - half, centre + half + 1)
+        if x.missing is not None:
+            inside = inside[~x.missing[inside]]
+        t, near = x.start + step * inside, np.abs(self.at - self.at[k]) < half * step
+        near[k] = False
+        others = np.flatnonzero(near & self.moves)
+        w = 2.0 * math.pi * self.frequency
+        response = JumpResponse(w, late=x.late if x.late > _PROMPT else 0.0)
+        bends = response.bend(t - np.append(when, self.at[others])[:, np.newaxis], step)
+        columns = np.concatenate([bends.T, smooth(t - self.at[k], w, full=True)[0]], axis=1)
+        free = t.size - columns.shape[1]
+        if free < 1 or not bends[0].any():
+            return math.nan, math.nan, math.inf
+        left = x.values[inside] - columns @ np.linalg.lstsq(columns, x.values[inside])[0]
+        noise = math.sqrt(float(left @ left) / free)
+        held, expected = np.zeros((2, columns.shape[1]))
+        held[1 : bends.shape[0]] = (noise / self.sure[others]) ** 2
+        expected[1 : bends.shape[0]] = self.net[others]
+        inverse = np.linalg.inv(columns.T @ columns + np.diag(held))
+        jump = inverse[0] @ (columns.T @ x.values[inside] + held * expected)
+        return float(jump), noise * math.sqrt(inverse[0, 0]), noise
