@@ -17,6 +17,7 @@ from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 from vinesexp.figures.style import Drawn, save
 from vinesexp.records.campaign.schema import Campaign
@@ -223,9 +224,12 @@ class _Pickler(pickle.Pickler):
 
 
 def _digest(figure: Figure) -> str:
-    """Of all that a figure shows and how."""
+    """Of all that a figure shows and how; a new one each time where it holds what has no bytes."""
     written = io.BytesIO()
-    _Pickler(written, protocol=5).dump(figure)
+    try:
+        _Pickler(written, protocol=5).dump(figure)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return uuid4().hex
     return sha256(written.getvalue()).hexdigest()
 
 

@@ -65,6 +65,7 @@ _DRIFTS, _MOST_DRIFTS = 16, 24  # flights for each cosine of the displacement's 
 _GREGORY = (-1.0 / 8.0, 1.0 / 6.0, -1.0 / 24.0)  # added to the trapezoidal rule: cubics are exact
 _FAR = 0.03  # share of the stated frequency within which that of an unseen base is looked for
 _INSIDE = 4  # functions of one flight; then the halves of those around its two impacts
+_OF_HALF_SINE = 0.25 - 2.0 / math.pi**2  # of its length squared: the variance of its push
 _BUMP = Polynomial([0.0, 1.0, -1.0]) ** 2
 _SHAPES = (
     *(16.0 * _BUMP * Polynomial([-0.5, 1.0]) ** p for p in range(_INSIDE)),
@@ -482,23 +483,12 @@ def _flights(
     tau = (node - at[0][flight]) / (at[1] - at[0])[flight]
     powers = np.cumprod(np.vstack([np.ones_like(tau), np.tile(tau, (7, 1))]), axis=0)
     joined = np.append(np.diff(own) == 1, False)
+    pulses = impacts.pulses[np.isfinite(impacts.pulses)]
+    lasts = _OF_HALF_SINE * float(np.median(pulses)) ** 2 if pulses.size else 0.0
     return _Flights(
         first, low.astype(np.int64), node - low, weight, powers, (end - start)[own],
-        jumps[1:][own], jumps[:-1][own], _lasts(impacts), joined, begin, step,
+        jumps[1:][own], jumps[:-1][own], lasts, joined, begin, step,
     )  # fmt: skip
-
-
-def _lasts(impacts: Impacts) -> float:
-    """Variance of a half-sine with the area and the peak of the pulses; 0 without these."""
-    by_pulse = impacts.jump_acceleration_m_s
-    area = np.abs(np.where(np.isfinite(by_pulse), by_pulse, impacts.velocity_jump_m_s))
-    with np.errstate(divide="ignore"):
-        pulse = 0.5 * np.pi * area / impacts.peak_acceleration_m_s2
-    shown = pulse[np.isfinite(pulse)]
-    return _OF_HALF_SINE * float(np.median(shown)) ** 2 if shown.size else 0.0
-
-
-_OF_HALF_SINE = 0.25 - 2.0 / math.pi**2
 
 
 @dataclass(frozen=True)

@@ -126,8 +126,6 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
     rows = own[inner]
     v = impacts.v_before_m_s[rows]
     jump = impacts.velocity_jump_m_s[rows]
-    by_pulse = _shown(impacts.jump_acceleration_m_s[rows])
-    area = np.where(np.isfinite(by_pulse), by_pulse, jump)  # the other may be in another unit
     before, after = own[inner - 1], own[inner + 1]
     return Flights(
         index=rows,
@@ -142,10 +140,10 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
         time_after=dt[inner],
         v_previous=impacts.v_before_m_s[before] + impacts.velocity_jump_m_s[before],
         v_next=impacts.v_before_m_s[after],
-        jump_acceleration=by_pulse,
+        jump_acceleration=_shown(impacts.jump_acceleration_m_s[rows]),
         jump_displacement=_shown(impacts.jump_displacement_m_s[rows]),
         clearance=np.full(rows.size, b),
-        pulse=0.5 * np.pi * np.abs(area) / np.maximum(impacts.peak_acceleration_m_s2[rows], 1e-9),
+        pulse=impacts.pulses[rows],
     )
 
 

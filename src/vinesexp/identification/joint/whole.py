@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -400,17 +400,19 @@ def _search(
 ) -> list[_Fit]:
     """Fit what is proposed near one fit, and what is near that, until nothing new is.
 
-    What is near the best fit goes first.
+    What is near the best fit goes first, and what is near one that came to no end last.
     """
-    known = [cause for cause in causes if cause.kind != "scatter"]
-    # a scatter without a cause explains most of what several mistakes of one row each are
-    whole = [proposed(data, observed, some) for some in (known, causes)]
-    queue = [(math.inf, chosen, data) for chosen in whole]
-    if whole[0]:
-        queue.append((math.inf, proposed(data, observed, known, more=1), data))
+    queue = [(math.inf, _near(observed, causes, data, None), data)]
     fits: dict[frozenset[str], _Fit] = {}
     while queue and len(fits) < most:
-        _, chosen, data = queue.pop(max(range(len(queue)), key=lambda i: queue[i][0]))
+        best = max(range(len(queue)), key=lambda i: queue[i][0])
+        odds, sets, data = queue[best]
+        if odds == -math.inf and any(settled.settled for *_, settled in fits.values()):
+            break
+        chosen = next(sets, None)
+        if chosen is None:
+            queue.pop(best)
+            continue
         key = frozenset(cause.key for cause in chosen)
         if key in fits:
             continue
@@ -421,16 +423,28 @@ def _search(
         if not all_possible(posterior_of(data, own), chosen, observed):
             evidence -= _IMPOSSIBLE
         if not data.settled:  # what an expansion says that is far from where it holds
-            fits[key] = -math.inf, chosen, data
-            continue
+            evidence = -math.inf
         fits[key] = evidence, chosen, data
-        more = proposed(data, observed, causes, chosen)
-        queue.append((evidence, more, data))
-        if len(more) > len(chosen):
-            queue.append((evidence, proposed(data, observed, known, chosen, more=1), data))
-        if chosen:
-            queue.append((evidence, proposed(data, observed, causes), data))
+        queue.append((evidence, _near(observed, causes, data, chosen), data))
     return list(fits.values())
+
+
+def _near(
+    observed: Observed, causes: Sequence[Cause], data: Quadratic, chosen: tuple[Cause, ...] | None
+) -> Iterator[tuple[Cause, ...]]:
+    """Sets of causes that are near a fit with the chosen ones; None: with anything."""
+    known = [cause for cause in causes if cause.kind != "scatter"]
+    begin = chosen or ()
+    # a scatter without a cause explains most of what several mistakes of one row each are
+    first = known if chosen is None else causes
+    more = proposed(data, observed, first, begin)
+    yield more
+    if chosen is None:
+        yield proposed(data, observed, causes)
+    if len(more) > len(begin):
+        yield proposed(data, observed, known, begin, more=1)
+    if begin:
+        yield proposed(data, observed, causes)
 
 
 def _rubbed(observed: Observed, causes: Sequence[Cause]) -> Quadratic | None:

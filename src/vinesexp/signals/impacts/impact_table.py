@@ -68,6 +68,17 @@ class Impacts:
     def n(self) -> int:
         return self.time_s.size
 
+    @property
+    def pulses(self) -> FloatArray:
+        """How long a half-sine of each one's area and peak lasts, s; NaN without an accelerometer.
+
+        By its own area where it has one: the jump of the displacement may be in another unit.
+        """
+        own = self.jump_acceleration_m_s
+        area = np.where(np.isfinite(own) & (own != 0.0), own, self.velocity_jump_m_s)
+        pulses = 0.5 * math.pi * np.abs(area) / np.maximum(self.peak_acceleration_m_s2, 1e-9)
+        return np.asarray(pulses)
+
 
 COLUMNS = IMPACTS.names
 
