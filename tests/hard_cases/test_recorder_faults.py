@@ -337,6 +337,24 @@ def test_knocks_in_a_release_are_no_impacts_where_flights_are_few_or_none(b, cou
     assert found.regime["regime"] == ("two asymmetric" if true else "no impact")
 
 
+@pytest.mark.parametrize("b", [0.05, 0.0195])
+@pytest.mark.parametrize("lasts", [1e-5, 4e-3])
+def test_letting_go_is_no_impact_of_an_accelerometer_alone(b, lasts):
+    """It steps, and its highpass rings: up to 13 impacts, and chaos of a ball that never hit."""
+    given, true = released(b)
+    held = round(0.6 * RATE)
+    gone = np.clip((np.arange(given["acceleration"].size - held) / RATE) / lasts, 0.0, 1.0)
+    still = 0.3 * np.random.default_rng(1).standard_normal(held)
+    a = np.append(still, gone * given["acceleration"][:-held])
+    found = analyse(
+        {"acceleration": a}, RATE, test="transient", clearance=b, nes_mass=BALL, release=0.02,
+        exact=True,
+    )  # fmt: skip
+    assert not (np.abs(found.impacts["time_s"] - 0.6) < 0.02).any()
+    assert abs(len(found.impacts) - true) <= 2
+    assert found.regime["regime"] == ("two asymmetric" if true else "no impact")
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("gain", [0.1, 1 / 25.4, -1.0, 30.0])
 def test_a_sensor_with_another_gain_knocks_nothing(gain):

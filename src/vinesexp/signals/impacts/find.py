@@ -45,7 +45,7 @@ from vinesexp.signals.impacts.slopes import (
     unmoved,
     weighted,
 )
-from vinesexp.signals.means import group_size, missing_means
+from vinesexp.signals.means import coarse_channels, group_size, missing_means
 from vinesexp.units import LIKELY, SIGNIFICANT, SURE, first_of
 
 _AS_BY_DEFAULT = Settings()
@@ -470,6 +470,12 @@ def _by_pulses(
     """
     stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
     found = _detected(stream, settings.impacts, frequency=motion, balls=len(clearance))
+    free = freed(conditioned)
+    if free and motion and found.time.size:
+        step = _step_of_release(record, free=free, frequency=motion)
+        found = found.keep(~_let_go(found, step=step, free=free, frequency=motion))
+        if not found.time.size:
+            return found, _NONE, 1.0, 0.0
     if not (settings.slopes.use and motion and found.time.size):
         return found, None, 1.0, 0.0
     if "displacement" not in record.roles:
@@ -481,11 +487,6 @@ def _by_pulses(
     x = coarse_displacement(record, motion)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
     x = replace(x, late=max(lag, 0.0), lasts=found.lasts)
-    free = freed(conditioned)
-    let_go = _let_go(found, x, free=free, frequency=motion)
-    if let_go.all():
-        return found.keep(~let_go), _NONE, sign, lag
-    found = found.keep(~let_go)
     if "base" not in record.roles:
         own = replace(found, jump=found.jump / sign)
         rest, steady = without_steady(x, own, frequency=motion, driven=not free)
@@ -538,16 +539,22 @@ _NONE = SlopeChanges.unknown(0)
 _STEP_RINGS, _STEP_SHOWS, _NOT_YET = 8e-3, 1.2, 1.0 / 16.0
 
 
-def _let_go(found: Detection, x: Coarse, *, free: float, frequency: float) -> BoolArray:
-    """Which spikes are the release itself: let go, the mass steps to its largest acceleration.
+def _let_go(found: Detection, *, step: float, free: float, frequency: float) -> BoolArray:
+    """Which spikes are of a mass that is held, or of its release: it steps to its acceleration.
 
-    It does not move yet, so that no ball can hit it as hard.
+    It does not move yet, so that no ball can hit it as hard as this `step`, m/s^2.
     """
-    if not free:
-        return np.zeros(found.time.size, dtype=bool)
-    step = (2.0 * math.pi * frequency) ** 2 * 0.5 * float(np.ptp(x.values))
-    at_rest = min(_STEP_RINGS, _NOT_YET / frequency)
-    return (np.abs(found.time - free) < at_rest) & (np.abs(found.peak) < _STEP_SHOWS * step)
+    after = found.time - free
+    soon = np.abs(after) < min(_STEP_RINGS, _NOT_YET / frequency)
+    return np.asarray(np.where(soon, np.abs(found.peak) < _STEP_SHOWS * step, after < 0.0))
+
+
+def _step_of_release(record: RecordView, *, free: float, frequency: float) -> float:
+    """Amplitude of the acceleration in the first cycle, m/s^2."""
+    step, (a,) = coarse_channels(record, frequency, POINTS, "acceleration")[1:]
+    cycle = a[round(free / step) :][: round(1.0 / (frequency * step))]
+    turned = cycle * np.exp(-2j * np.pi * np.arange(cycle.size) / cycle.size)
+    return float(2.0 * abs(turned.mean()))
 
 
 def _where_it_is_late(
