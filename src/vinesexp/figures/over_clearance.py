@@ -145,7 +145,7 @@ def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: s
         return
     axis.plot(value, height, "o", color=ink, markersize=3.5)
     text = f"{name} {value:.1f}"
-    if low - left > 0.3 * (right - left):
+    if low - left > 0.36 * (right - left):
         label(axis, text, (low, height), colour, (-5, 0), ha="right")
     else:  # beside the bracket it would lie over the axis
         label(axis, text, (0.5 * sum(ends), height), colour, (0, 7), ha="center")
