@@ -49,7 +49,8 @@ FEWEST = 3
 
 #: Relative scatter of mean amplitudes from test to test before any shows it, worth one difference.
 SCATTER = 0.002
-_TIE = 2.0  # standard errors of a difference within which two values are alike
+#: Standard errors of a difference within which two values are alike.
+TIE = 2.0
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,7 @@ def lowest_amplitude(
     best = min(points, key=lambda point: point.value)
     like = [point for point in points if point.permanent is best.permanent]
     scatter = _scatter(like, expected)
-    alike = [p for p in like if p.value <= best.value * (1.0 + _TIE * _apart(p, best, scatter))]
+    alike = [p for p in like if p.value <= best.value * (1.0 + TIE * _apart(p, best, scatter))]
     first, last = points.index(alike[0]), points.index(alike[-1])
     below = [point for point in points[:first] if not point.lost]  # the smooth side
     above = [p for p in points[last + 1 :] if not (p.lost and p.clearance < (b_c or 0.0))]

@@ -17,7 +17,7 @@ from vinesexp.clearance.optimum import amplitudes_of, scatter_of
 from vinesexp.clearance.predicted import IdentifiedRig, expected_amplitude
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
-from vinesexp.planning.next_clearance import TARGET, bracket_of, follow_plan, next_clearance
+from vinesexp.planning.next_clearance import SHORT, TARGET, bracket_of, follow_plan, next_clearance
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.result_columns import IMPACTS
@@ -63,7 +63,7 @@ class LevelPlan:
     @property
     def width_now(self) -> float | None:
         """Relative width of the bracket that is measured; None while it is open."""
-        return bracket_of(self.tested).width if self.tested else None
+        return bracket_of(self.tested, scatter=self.scatter).width if self.tested else None
 
     @property
     def name(self) -> str:
@@ -109,28 +109,30 @@ def plan_level(rig: IdentifiedRig, level: PeriodicLevel, *, target: float = TARG
     valley = expected_valley(rig, G=level.base.G, frequency=level.frequency)
     scatter = scatter_of(settled, expected_amplitude(rig, level))
     if valley is not None:
-        target = max(target, valley.narrowest(scatter))
-    ahead, bracket = _ahead(tested, valley, target)
+        target = max(target, valley.narrowest(scatter) / SHORT)
+    ahead, bracket = _ahead(tested, valley, target, scatter)
     return LevelPlan(level, tested, left_out, valley, scatter, target, ahead, bracket)
 
 
 def _ahead(
-    tested: Mapping[float, float], valley: Valley | None, target: float
+    tested: Mapping[float, float], valley: Valley | None, target: float, scatter: float
 ) -> tuple[tuple[float, ...], tuple[float, float, float] | None]:
     """The next clearances if the rig is as identified, and the bracket after them."""
     if valley is None or not math.isfinite(target):
-        one = next_clearance(tested, expected=None) if len(tested) > 1 else None
+        more = len(tested) > 1
+        one = next_clearance(tested, expected=None, scatter=scatter) if more else None
         return (() if one is None else (one,)), None
     size = _scale(tested, valley)
     seen = follow_plan(
         lambda b: size * _modelled(valley, b),
         expected=valley.lowest,
         target=target,
+        scatter=scatter,
         tested=tested,
         most=len(tested) + 12,  # planned at once
     )
     ahead = tuple(seen)[len(tested) :]
-    found = bracket_of(seen)
+    found = bracket_of(seen, scatter=scatter)
     if found.low is None or found.high is None:
         return ahead, None
     return ahead, (found.low, found.best, found.high)
