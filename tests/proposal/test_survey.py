@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from vinesexp.errors import RecordError
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
@@ -211,3 +212,22 @@ def test_times_of_channels_that_follow_one_another_go_back(tmp_path):
             zip(T[20 * k : 20 * k + 20], X[20 * k : 20 * k + 20], strict=True)]  # fmt: skip
     path.write_text("time,channel,reading\n" + "\n".join(rows))
     assert "'time' goes back 60 times, first by 0.019: rows of several" in why_open(path)
+
+
+def test_a_column_without_a_name_that_cannot_be_read_is_told(tmp_path):
+    """It was left out of what `look` shows, without a word."""
+    rows = [f"{t:.3f},{x:.5f},{x:.5f}" for t, x in zip(T, X, strict=True)]
+    rows[500] = rows[500].replace(",", ",lost ", 1)
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    view = view_file(tmp_path / "a.csv")
+    assert [column.index for column in view.columns] == [0, 2]
+    assert "line 501, column 1: found 'lost " in view.problems[0]
+
+
+def test_a_file_of_which_nothing_can_be_read_is_refused(tmp_path):
+    """A row beside the others made it a file of 0 rows, without a reason."""
+    rows = [f"{t:.3f},{x:.5f}" for t, x in zip(T, X, strict=True)]
+    rows[3] += ",40,1600"
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    with pytest.raises(RecordError, match=r"line 4: 4 cells where the rows have 2"):
+        view_file(tmp_path / "a.csv")

@@ -179,23 +179,26 @@ def view_file(path: Path) -> FileView:
     Raises
     ------
     RecordError
-        The file cannot be opened as columns of numbers.
+        The file cannot be opened as columns of numbers, or none of its columns can be read.
     """
     source = open_source(path)
+    named = any(column.name for column in source.columns)
     read: dict[int, FloatArray] = {}
     problems: list[str] = []
     words: list[str] = []
     try:
         read = _values(source, range(len(source.columns)))
-    except RecordError:  # column by column, what can be read
+    except RecordError as whole:  # column by column, what can be read
         for index, column in enumerate(source.columns):
             try:
                 read |= _values(source, [index])
             except RecordError as error:
                 if column.name and str(error.where).startswith(f"{source.locate(0)}, "):
                     words.append(f"'{column.name}'")
-                elif column.name:  # a preamble beside the first rows has no name
+                elif column.name or not named:  # a preamble beside named columns has none
                     problems.append(str(error))
+        if not read:
+            raise whole
     if words:
         problems.append(f"columns whose first cell is a word: {', '.join(words)}")
     time, rate, remarks = _time_and_rate(source, read)
