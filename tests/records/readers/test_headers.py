@@ -248,6 +248,16 @@ def test_rows_of_units_may_stand_above_the_names_or_above_types(header, tmp_path
     assert [(c.name, c.unit) for c in columns] == [("Time", "s"), ("x", "mm"), ("a", "m/s²")]
 
 
+@pytest.mark.parametrize("units", ["s,A,mm", "second,Ampere,mm", "ms,um/m,mm"])
+def test_a_row_of_units_may_hold_one_that_nobody_listed(units, tmp_path):
+    """It was taken for the names, and the units of all columns were lost with them."""
+    path = tmp_path / "a.csv"
+    np.savetxt(path, TABLE, header=f"Time,Coil,Laser\n{units}", comments="", delimiter=",")
+    columns = open_source(path).columns
+    assert [column.name for column in columns] == ["Time", "Coil", "Laser"]
+    assert [columns[0].unit, columns[2].unit] == ["ms" if "ms" in units else "s", "mm"]
+
+
 def test_a_stroke_stands_for_no_unit(tmp_path):
     path = tmp_path / "a.csv"
     rows = "\n".join(f"{t:.4f};{x:.5f};{v:.5f}" for t, x, v in TABLE)

@@ -193,14 +193,17 @@ def _names_and_units(
     last = _over(layout, body, above[-1])
     upper = _over(layout, body, above[-2]) if len(above) > 1 else []
     words = [cell for cell in upper if cell]
-    if len(words) == len(upper) == len(set(upper)) == len(last):
+    full = len(words) == len(upper) == len(set(upper)) == len(last)
+    if full:
         if len(set(last)) < len(last):  # `Double,Double` or `Voltage,Sec,Voltage` under others
             if _are_units(layout, upper):
                 return _names_and_units(layout, body, above[:-1])
             return upper, [cell if _are_units(layout, [cell]) else "" for cell in last], above[-2]
         if _are_units(layout, upper) and not _are_units(layout, last):
             return last, upper, above[-1]
-    if _are_units(layout, last) and upper:
+    # Under a name for each column, a row that is mostly units holds one that nobody listed, too.
+    share = _share_of_units(layout, last)
+    if upper and (share == 1.0 or (full and share > 0.5)):
         # Names may be numbers (`x-axis,1,2,3`), or lack the first (`,CH1`). The first cell of
         # `Source,CH1` over `Second,Volt` is no name.
         timed = words[0].lower() in _SOURCE and unit_of_label(last[0]) in UNITS["time"]
@@ -209,9 +212,14 @@ def _names_and_units(
 
 
 def _are_units(layout: Layout, cells: list[str]) -> bool:
+    return _share_of_units(layout, cells) == 1.0
+
+
+def _share_of_units(layout: Layout, cells: list[str]) -> float:
+    """How many of the words are units, over how many there are."""
     words = [cell for cell in cells if cell.strip("-") and not layout.is_number(cell)]
-    bracketed = [re.fullmatch(r"[(\[].*[)\]]", word) is not None for word in words]
-    return bool(words) and all(b or unit_of_label(w) for b, w in zip(bracketed, words, strict=True))
+    units = [w for w in words if re.fullmatch(r"[(\[].*[)\]]", w) or unit_of_label(w)]
+    return len(units) / max(len(words), 1)
 
 
 def _paired(

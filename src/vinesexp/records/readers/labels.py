@@ -15,7 +15,7 @@ _WORDS = {
     "volt": "V", "s": "s", "sec": "s", "second": "s", "minute": "min", "meter": "m", "metre": "m",
     "micron": "um", "inch": "in", "inche": "in", "foot": "ft", "newton": "N", "pound": "lbf",
     "gs": "g", "degree": "deg", "radian": "rad", "sequence": "Sequence",
-    "pascal": "Pa", "hertz": "Hz", "day": "day",
+    "pascal": "Pa", "hertz": "Hz", "day": "day", "ampere": "A", "watt": "W",
     "x_value": "s",  # LabVIEW's times
 }  # fmt: skip
 _PREFIXES = {"": "", "milli": "m", "micro": "u", "nano": "n", "kilo": "k", "centi": "c"}
