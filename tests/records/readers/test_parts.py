@@ -64,6 +64,17 @@ def test_blocks_one_after_another_are_records(text, tmp_path):
         ]
 
 
+def test_a_block_of_fewer_columns_has_its_own_names(tmp_path):
+    """The spectrum that an oscilloscope writes below the record: its axis was a column of times."""
+    times = "".join(f"{i / 1000},{i % 7},{i % 5}\n" for i in range(N))
+    lines = "".join(f"{10 * i},{i % 3}\n" for i in range(N))
+    (tmp_path / "a.csv").write_text(
+        f"x-axis,1,2\nsecond,Volt,Volt\n{times}x-axis,F1\nHertz,Volt\n{lines}"
+    )
+    columns = open_source(tmp_path / "a.csv#2").columns
+    assert [(c.name, c.unit) for c in columns] == [("x-axis", "Hz"), ("F1", "V")]
+
+
 def test_segments_of_a_labview_file_have_their_own_headers(tmp_path):
     (tmp_path / "a.lvm").write_text(
         LABVIEW + segment(1) + "\n" + segment(2, 30) + "\n" + segment(3)

@@ -424,13 +424,16 @@ def lines_of_block(path: Path, layout: Layout, block: RowBlock) -> Iterator[str]
         common = list(islice(stream, layout.first))
         own = list(islice(stream, header - layout.first, first - layout.first))
         own = [line for line in own if line.strip()]
-        yield from _merged(layout, common, own) if own else common
-        yield from islice(stream, end - first)
+        rows = islice(stream, end - first)
+        row = next(rows)
+        yield from _merged(layout, common, own, len(layout.cells(row))) if own else common
+        yield row
+        yield from rows
 
 
-def _merged(layout: Layout, common: list[str], own: list[str]) -> list[str]:
-    """Lines above the first block that another one does not state anew, and its own."""
-    width = len([cell for cell in layout.cells(common[-1]) if cell]) if common else 0
+def _merged(layout: Layout, common: list[str], own: list[str], cells: int) -> list[str]:
+    """Lines above the first block that another, of `cells` cells, keeps, and its own."""
+    width = min(cells, len([cell for cell in layout.cells(common[-1]) if cell]) if common else 0)
     named = bool(own) and len([cell for cell in layout.cells(own[-1]) if cell]) >= width
     stated = {layout.cells(line)[0] for line in own}
     kept = [line for line in common if not line.strip() or layout.cells(line)[0] not in stated]
