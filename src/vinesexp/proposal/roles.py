@@ -439,8 +439,8 @@ def _named(label: str) -> str | None:
 
 
 def _called(name: str, at: Sequence[tuple[FileView, ColumnView]]) -> str:
-    """The name of a channel; of a bare axis with the sensor after which its files are called."""
-    sensors = [_SENSOR.search(file.path.name) for file, _ in at]
+    """The name of a channel; of a bare axis with the sensor that its files or tables are called."""
+    sensors = [_SENSOR.search(f"{file.path.name}/{column.name}") for file, column in at]
     first = next(iter(sensors), None)
     bare = name.lower() in ("x", "y", "z") and first is not None and all(sensors)
     return f"{first[0]} {name}" if bare and first is not None else name

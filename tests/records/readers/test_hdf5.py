@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError
+from vinesexp.proposal.roles import guess_roles
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.schema import Channel, Setup
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import open_source
@@ -72,6 +74,26 @@ def test_a_keysight_oscilloscope_says_scale_and_sampling_in_the_group(stored, tm
     assert (column.interval, source.columns[1].interval) == (2e-4, None)
     volts = codes * 0.5 + 2.0 if stored == np.int16 else codes
     np.testing.assert_array_equal(values(source, [0])[:, 0], volts)
+
+
+def test_a_table_is_a_column_for_each_field_of_numbers(tmp_path):
+    """As PyTables and sensor nodes write: it was a file without columns of numbers."""
+    fields = [("counter", "u1"), ("time_us", "<u8"), ("note", "S4"), ("x", "<f4"), ("y", "<i2")]
+    table = np.zeros(300, dtype=fields)
+    table["time_us"], table["x"] = 200 * np.arange(300), np.sin(np.arange(300))
+    table["y"] = np.round(30.0 * np.cos(np.arange(300)))
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["acceleration"] = table
+    source = open_source(tmp_path / "a.h5")
+    assert [(c.name.rpartition("/")[2], c.unit) for c in source.columns] == [
+        *(("counter", None), ("time_us", "us"), ("x", None), ("y", None))
+    ]
+    samples = np.concatenate(list(source.blocks([2, 3], rows=70)))
+    np.testing.assert_array_equal(samples, np.stack([table["x"], table["y"]], axis=1))
+    view = view_file(tmp_path / "a.h5")
+    assert view.rate == 5000.0
+    # The bare axes of a table that is called after a sensor.
+    assert guess_roles([view])["y"].role == "acceleration"
 
 
 @pytest.mark.parametrize("transposed", [False, True])

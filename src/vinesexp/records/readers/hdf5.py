@@ -1,8 +1,9 @@
 """HDF5 files: datasets as columns, wherever they stand in the file.
 
 A 1-D dataset is a column called by its path (``scope/CH1``); a 2-D one is several, along its
-longer axis, named by its attribute ``columns`` or by number (``data/0``). Integer codes with
-attributes ``scale`` and ``offset`` become code * scale + offset. The sampling is read from
+longer axis, named by its attribute ``columns`` or by number (``data/0``); a table is one for each
+of its fields that holds numbers (``acceleration/x``). Integer codes with attributes ``scale`` and
+``offset`` become code * scale + offset. The sampling is read from
 ``sample_rate_hz`` or ``sample_interval_s``, as attribute of the dataset, of a group that it stands
 in, or of the file: what another dataset states says nothing of this one.
 
@@ -77,10 +78,11 @@ def open_file(path: Path, *, scalars: bool = False) -> TableSource:
 
 def _samples(item: Any, across: int | None, scale: float, offset: float, rows: slice) -> FloatArray:
     """Samples of one column: of a dataset, at an index across the axis along which time runs."""
-    along_first = len(item.shape) == 1 or item.shape[0] >= item.shape[1]
-    place = (rows, across) if along_first else (across, rows)
     try:
-        raw = item[rows if across is None else place]
+        if across is None:
+            raw = item[rows]
+        else:
+            raw = item[(rows, across) if item.shape[0] >= item.shape[1] else (across, rows)]
     except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
         raise unreadable("HDF5", error, f"sample {rows.start}") from None
     return np.asarray(raw.astype(np.float64) * scale + offset)
@@ -147,7 +149,9 @@ class _Contents:
     def _see(self, name: str, item: Any) -> None:
         _gather(item.attrs, self.stated.setdefault(name, {}))
         dtype, shape = item.dtype, item.shape
-        if not shape or dtype.kind not in "iuf" or len(shape) > 2 or not min(shape):
+        table = len(shape) == 1 and dtype.names and not self._scalars  # MATLAB's: complex numbers
+        held = table or (dtype.kind in "iuf" and 0 < len(shape) <= 2)
+        if not held or not min(shape):
             return
         if item.size > self._most:
             sizes = " by ".join(str(length) for length in shape)
@@ -175,6 +179,13 @@ class _Contents:
         except RecordError as error:
             interval = math.nan
             self.contradictions.append(error)
+        for field in item.dtype.names or ():
+            if item.dtype[field].kind in "iuf":
+                own = f"{name}/{field}"
+                samples = partial(_samples, item.fields(field), None, 1.0, 0.0)
+                yield Column(own, unit_in_name(own), interval), Lazy(max(shape), samples)
+        if item.dtype.names:
+            return
         across = min(shape) if len(shape) == 2 else 1
         if across > WIDEST:
             raise RecordError(f"dataset '{name}' is {shape[0]} by {shape[1]}")
