@@ -231,3 +231,15 @@ def test_a_file_of_which_nothing_can_be_read_is_refused(tmp_path):
     (tmp_path / "a.csv").write_text("\n".join(rows))
     with pytest.raises(RecordError, match=r"line 4: 4 cells where the rows have 2"):
         view_file(tmp_path / "a.csv")
+
+
+def test_a_count_of_packets_that_begins_anew_is_no_signal(tmp_path):
+    """A byte of a sensor node, of three rows each and with one lost, was the displacement."""
+    packets = np.delete(np.arange(900), 500).repeat(3) % 256
+    path = tmp_path / "a.csv"
+    rows = np.stack([np.arange(packets.size) / 1000.0, packets], axis=1)
+    np.savetxt(path, rows, fmt="%.3f", delimiter=",", header="time,n", comments="")
+    assert view_file(path).columns[1].kind == "counter"
+    codes = np.round(100.0 * np.sin(0.01 * rows[:, 0] * 1000.0))
+    np.savetxt(path, np.stack([rows[:, 0], codes], axis=1), fmt="%.3f", delimiter=",")
+    assert view_file(path).columns[1].kind == "signal"

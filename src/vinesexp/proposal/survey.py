@@ -468,12 +468,14 @@ def _kind(values: FloatArray, unit: str | None) -> str:
         return "empty"
     if np.ptp(finite) == 0.0:
         return "constant"
-    steps = np.diff(finite)
+    steps, span = np.diff(finite), float(np.ptp(finite))
     if unit == SEQUENCE or (len(steps) > 2 and steps.min() == steps.max() == 1.0):
         return "counter"
     if len(finite) > _FEWEST and ((finite == finite.min()) | (finite == finite.max())).all():
         return "switch"
-    return "signal"
+    moved = steps[steps != 0.0]  # packets of several rows are counted, and the count begins anew
+    on = moved % (span + 1.0) == 1.0
+    return "counter" if moved.min() == -span < -1.0 and on.mean() > _PAIRED else "signal"
 
 
 def _clock_of(source: Source, times: FloatArray, unit: str) -> tuple[float | None, list[str], bool]:
