@@ -236,3 +236,22 @@ def test_a_damping_that_the_ring_downs_leave_open_is_said_to_be_so():
     (why,) = said(found, where, "zeta is not known")
     assert "the tests together show" in why
     assert "no free decay" not in why
+
+
+@pytest.mark.parametrize(
+    ("values", "one_rig"),
+    [
+        ((0.597, 1.448, 1.448, 27.1, 72.3), False),  # "f0 = 23 Hz, zeta = 0.0005 +- 0.0001"
+        ((5.0, 50.0), False),
+        ((F0, F0, 3.9), True),  # a mistake in one record
+        ((F0, 0.7 * F0), True),
+    ],
+)
+def test_free_motions_of_several_rigs_are_of_none(values, one_rig):
+    names = tuple(f"d{i}" for i in range(len(values)))
+    found = decays(values, amplitude=2e-3)
+    found += [replace(e, parameter="zeta", unit="1", value=0.005) for e in found]
+    rows, checks = combine(found, campaign(decays=names, clearances={}))
+    several = [c for c in checks if c.check == "several rigs"]
+    assert any(e.parameter in ("f0", "zeta") for e in rows) == one_rig == (not several)
+    assert one_rig or all(name in several[0].detail for name in names)
