@@ -307,3 +307,18 @@ def test_a_header_may_tell_that_the_axis_is_one_of_frequencies(tmp_path):
     source = pulse(tmp_path / "a.txt", "Hz", "V", rows)
     assert source.columns[1].unit == "Hz"
     assert source.sample_interval is None
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        (("time_s", "velocity_m_s", "acc_m_s2"), ("s", "m/s", "m/s2")),  # a velocity was a time
+        (("t", "vel_mmps", "acc_ms-2"), (None, "mm/s", "m/s2")),
+        (("time_ms", "Velocity_ms", "gyro_dps"), ("ms", "m/s", "deg/s")),
+        (("time_in_s", "x_in", "x_m"), ("s", None, "m")),
+    ],
+)
+def test_rates_in_names_without_strokes_are_units(names, units, tmp_path):
+    path = tmp_path / "a.csv"
+    np.savetxt(path, TABLE, fmt="%.6f", header=",".join(names), delimiter=",", comments="")
+    assert tuple(one.unit for one in open_source(path).columns) == units

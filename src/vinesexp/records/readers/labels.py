@@ -35,6 +35,14 @@ _SPELLED = re.compile(
     re.IGNORECASE,
 )
 
+#: As a name without strokes has a rate: velocity_m_s, acc_mps2, gyro_deg_per_s, a_ms-2; and
+#: Velocity_ms, which is no time. `time_in_s` holds no inches.
+_RATE = re.compile(
+    r"(?:^|[\s_])(?P<of>[mcu]?m|ft|deg|d(?=ps)|rad|in(?=_per_|ps))"
+    r"(?:[\s_]?per[\s_]|[\s_]|p|(?=s(?:2|\^2|-2|\^-2)$))s(?P<power>2|\^2|-2|\^-2)?$"
+)
+_SPEED = re.compile(r"(?:veloc|speed).*[\s_](?P<of>m)s$", re.IGNORECASE)
+
 #: The unit of a column that only counts its rows.
 SEQUENCE = "Sequence"
 #: The unit of a column of whole numbers of the converter, and what GW Instek calls such a column.
@@ -105,7 +113,14 @@ def unit_in_name(name: str) -> str | None:
     ('ms', None)
     >>> unit_in_name("seconds_elapsed"), unit_in_name("volt2"), unit_in_name("second run")
     ('s', 'V', None)
+    >>> unit_in_name("velocity_m_s"), unit_in_name("acc_mps2"), unit_in_name("time_in_s")
+    ('m/s', 'm/s2', 's')
     """
+    if rate := _RATE.search(name) or _SPEED.search(name):
+        of = "deg" if rate["of"] == "d" else rate["of"]
+        of_rate = f"{of}/s" + ("2" if rate.groupdict().get("power") else "")
+        if of_rate in _KNOWN:
+            return of_rate
     found = (unit_of_label(inside) for inside in _BRACKETS.findall(name))
     unit = next((unit for unit in found if unit is not None), None)
     if unit is None and (tail := _TAIL.search(name)):
