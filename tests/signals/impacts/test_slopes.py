@@ -8,6 +8,7 @@ from scipy import signal
 from tests.signals.contacts import coarsen, struck
 
 from vinesexp.signals.impacts.detection import detection_at
+from vinesexp.signals.impacts.find import _by_displacement
 from vinesexp.signals.impacts.slopes import (
     Forced,
     bent_forces,
@@ -256,3 +257,22 @@ def test_knocks_beside_an_impact_are_told_from_it(before, claim):
     found = detection_at(when[order], jump=size[order])
     told = unmoved(found, coarsen(x, RATE, F), frequency=F, sign=1.0, lag=0.0)
     assert (told == is_knock[order]).all()
+
+
+@pytest.mark.parametrize("contacts", [3, 6, 15])
+def test_contacts_that_only_announce_impacts_share_the_jump_that_the_displacement_shows(contacts):
+    """Each took back what all others had: of 15 within 3 ms jumps were of kilometres a second."""
+    x, _, times, jumps = displacement(0.0)
+    x += 1e-6 * np.random.default_rng(6).standard_normal(x.size)
+    crowd = times[9] + np.linspace(-1.5e-3, 1.5e-3, contacts)
+    when = np.concatenate([times[:9], crowd, times[10:]])
+    own, coarse = np.abs(when - times[9]) < 2e-3, coarsen(x, RATE, F)
+    pulses = np.where(own, 3.0 * JUMP, 0.0)  # which are no measure of jumps
+    slopes = slope_changes(coarse, when, pulses, frequency=F)
+    found = detection_at(when, jump=pulses)
+    found, slopes = _by_displacement(found, slopes, coarse, frequency=F, lag=0.0)
+    assert np.all(np.diff(found.time) > 0.0)
+    assert slopes.jump[own].sum() == pytest.approx(jumps[9], rel=0.2)
+    assert np.abs(slopes.jump[own]).max() < 3.0 * JUMP
+    alone = ~own & np.isfinite(slopes.jump)
+    assert np.abs(slopes.jump[alone] / np.delete(jumps, 9)[alone[~own]] - 1.0).max() < 0.05

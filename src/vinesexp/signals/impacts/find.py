@@ -41,6 +41,7 @@ from vinesexp.signals.impacts.slopes import (
     SlopeChanges,
     coarse_displacement,
     joined,
+    nearer,
     slope_changes,
     unmoved,
     weighted,
@@ -584,7 +585,8 @@ def _slopes(
         slopes = slope_changes(
             x, found.time + lag, np.nan_to_num(jumps), frequency=frequency, jump_errors=errors,
         )  # fmt: skip
-        jumps = np.where(parts, slopes.jump, jumps)
+        told = slopes.jump[parts], found.time[parts]
+        jumps[parts] = nearer(jumps[parts], *told, frequency=frequency)
     return slopes
 
 
@@ -847,12 +849,16 @@ def _by_displacement(
 ) -> tuple[Detection, SlopeChanges]:  # fmt: skip
     """Times and jumps as the displacement shows them, of impacts that the pulses only announce."""
     unknown = np.full(found.time.size, np.nan)
-    time, error = found.time, found.time_error
+    time, error, jumps = found.time, found.time_error, slopes.jump
     for _ in range(_TURNS):
-        shown = np.abs(slopes.shift) < _ANNOUNCED * x.step  # a line knows no more; NaN: not shown
+        # a line knows no more, nor who of two is first; NaN: not shown
+        gap = np.diff(time, prepend=-np.inf, append=np.inf)
+        near = np.minimum(_ANNOUNCED * x.step, 0.5 * np.minimum(gap[:-1], gap[1:]))
+        shown = np.abs(slopes.shift) < near
         time = time + np.where(shown, slopes.shift, 0.0)
         error = np.where(shown, slopes.shift_error, error)
-        slopes = slope_changes(x, time + lag, np.nan_to_num(slopes.jump), frequency=frequency)
+        slopes = slope_changes(x, time + lag, np.nan_to_num(jumps), frequency=frequency)
+        jumps = nearer(jumps, slopes.jump, time, frequency=frequency)
     found = replace(found, time=time, time_error=error, jump=unknown, jump_error=unknown)
     return found, slopes
 

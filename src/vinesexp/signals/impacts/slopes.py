@@ -393,6 +393,38 @@ def slope_changes(
     return replace(out, x=out.x + forced[0], v_before=out.v_before + forced[1])
 
 
+def nearer(
+    jumps: FloatArray, shown: FloatArray, times: FloatArray, *, frequency: float
+) -> FloatArray:
+    """Jumps that only the displacement shows, a step nearer to those that agree with one another.
+
+    Of three contacts at one place each would take back what both others have, and so on without
+    end: a step is as much shorter as others share the window. What cannot be told apart is shared.
+
+    Parameters
+    ----------
+    jumps, shown : arrays (k,)
+        m/s; as each was taken from its neighbours, NaN where not known, and as they are then seen.
+    times : array (k,)
+        Rising; s.
+    frequency : float
+        Of the oscillation, Hz.
+
+    Examples
+    --------
+    >>> at = np.array([0.1, 0.1, 0.1, 0.5])
+    >>> nearer(np.zeros(4), np.array([0.03, 0.03, 0.03, 0.01]), at, frequency=8.0).round(6).tolist()
+    [0.01, 0.01, 0.01, 0.01]
+    """
+    reach, own = _WINDOW / frequency, np.arange(times.size)
+    first = np.searchsorted(times, times - reach)
+    last = np.searchsorted(times, times + reach, side="right")
+    sums = np.append(0.0, np.cumsum(times))
+    away = sums[last] + sums[first] - 2.0 * sums[own] + (2.0 * own - first - last) * times
+    before = np.nan_to_num(jumps)
+    return np.asarray(before + (shown - before) / (last - first - away / reach))
+
+
 def _learnt(
     x: Coarse, response: JumpResponse, where: tuple[Any, ...], least_known: float
 ) -> tuple[Coarse, JumpResponse, FloatArray]:
