@@ -10,7 +10,13 @@ import pytest
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.joint.causes import Cause, Weighed
 from vinesexp.identification.joint.unknowns import Direction, Prior
-from vinesexp.identification.whole_campaign import _input, _left, identify_campaign, remarks
+from vinesexp.identification.whole_campaign import (
+    _absent,
+    _input,
+    _left,
+    identify_campaign,
+    remarks,
+)
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 
 
@@ -141,3 +147,17 @@ def test_a_ring_down_in_another_range_keeps_its_f0_and_no_length():
     assert (check.record, "Only f0 and zeta of this record are used" in check.detail) == (
         "ring", True,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("known", "words"),
+    [
+        ("", "k1 and c1 are not known: they need M, f0, zeta"),
+        ("M f0 k1", "c1 is not known: it needs zeta"),
+        ("M f0 zeta c1", "k1 is not known: it needs M, f0 with smaller errors"),
+    ],
+)
+def test_what_k1_and_c1_need_is_what_is_not_known(known, words):
+    """With k1 in the table: "k1 and c1 are not known"; with c1 in it: "they need", and no more."""
+    rows = [estimate(name, 1.0, 0.1) for name in known.split()]
+    assert words in [check.detail for check in _absent(rows)]

@@ -1054,9 +1054,14 @@ def _absent(
         for name, reason in reasons.items()
         if name not in present
     ]
-    if not {"k1", "c1"} <= present:
-        lacking = ", ".join(name for name in ("M", "f0", "zeta") if name not in present)
-        detail = f"k1 and c1 are not known: they need {lacking}"
+    if missing := [name for name in ("k1", "c1") if name not in present]:
+        needed = ("M", "f0", "zeta") if "c1" in missing else ("M", "f0")
+        lacking = [name for name in needed if name not in present]
+        they = "they need" if len(missing) > 1 else "it needs"
+        detail = (
+            f"{' and '.join(missing)} {'are' if len(missing) > 1 else 'is'} not known: {they} "
+            f"{', '.join(lacking) or ', '.join(needed) + ' with smaller errors'}"
+        )
         checks.append(Check("", "identification", "warning", detail))
     return checks
 
