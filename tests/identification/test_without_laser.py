@@ -1,10 +1,12 @@
 """Tests with an accelerometer and a base and no laser: r and M by flights from one sensor."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from tests.rehearsal import rehearse
 
+from vinesexp.identification.joint.observations import observe
 from vinesexp.laboratory.scene import load_scene
 from vinesexp.laboratory.simulated_files import records_text
 
@@ -148,3 +150,19 @@ def test_a_local_mode_that_answers_a_little_is_part_of_the_error(tmp_path):
     mode = "range: 50 g, mode: {frequency: 110 Hz, share: 5 %, damping: 2 %}"
     single = next(e for e in found_in(tmp_path, sensor=mode).estimates if e.parameter == "r")
     assert abs(single.value - 0.6) < 2.5 * single.std_error < 0.02
+
+
+@pytest.mark.parametrize("laser", [True, False])
+def test_a_displacement_that_is_no_sensors_has_nothing_that_a_sensor_has(laser):
+    """ "The displacement sensor is not linear" was stated of a campaign without one."""
+    from benchmarks.robustness.campaigns import Plan
+    from benchmarks.robustness.departures import one
+    from benchmarks.robustness.impact_tables import tables_of
+
+    plan = Plan(periodic=(33.0,), releases=())
+    found, campaign, tables = tables_of(replace(one("a rig", ()), plan=plan), loads=False)
+    if not laser:
+        channels = {r: c for r, c in campaign.channels.items() if r != "displacement"}
+        campaign = replace(campaign, channels=channels)
+    names = observe(found, campaign, tables, {}).names
+    assert {"even", "odd", "beside"} & set(names) == ({"even", "odd", "beside"} if laser else set())

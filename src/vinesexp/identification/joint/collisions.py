@@ -65,8 +65,8 @@ Numbers = NDArray[Any]
 FREE = {
     "r": 0.5, "ln_eps": 0.3, "g_x": 0.05, "g_a": 0.1, "reading": 0.01, "share": 0.01, "late": 3e-4,
     "b": 1e-3, "wall": 0.05, "slope": 0.05, "fade": 0.05, "friction": 0.3, "tilt": 0.3,
-    "contact": 1.5e-3, "rolling": 0.4, "hollow": 10.0, "drag": 0.1, "even": 0.5, "odd": 50.0,
-    "pad": 1e-3, "course r": 0.01, "course friction": 0.1, "viscous": 0.3, "beside": 1.0,
+    "contact": 1.5e-3, "rolling": 0.4, "hollow": 10.0, "drag": 0.1, "pad": 1e-3, "course r": 0.01,
+    "course friction": 0.1, "viscous": 0.3, "even": 0.5, "odd": 50.0, "beside": 1.0,
     "spring": 1.0, "drift": 1e-4, "pulse_power": 0.1, "late_wall": 1e-4, "pulse_wall": 0.1,
 }  # fmt: skip
 LOCALS = tuple(FREE)

@@ -796,9 +796,11 @@ def _group(
         "b": {b.add("clearance scale", 0.0, 0.0): stated,
               b.add("clearance offset", 0.0, u): 1.0, own: 1.0},
         **{name: {name: 1.0, **changing.get(name, {})} for name in EFFECTS},
-        "beside": {_beside(b, record): 1.0},
         "spring": {b.add("spring", 0.0, _SPRING): 1.0},
     }  # fmt: skip
+    if not integrated:  # of the displacement's own sensor
+        bent = {name: {b.add(name, 0.0, 0.0): 1.0} for name in ("even", "odd")}
+        local |= {**bent, "beside": {_beside(b, record): 1.0}}
     if both and record.more_files:
         half = 0.5 * float(np.ptp(impacts.time_s))
         other = b.add("second clock", 0.0, 0.0)
