@@ -696,9 +696,9 @@ def _second_in_words(x: Coarse, rest: Coarse) -> str:
 
 
 _NO_FLIGHTS = (
-    "the displacement bends, but not as a ball that flies from wall to wall makes it: another mode "
-    "or a harmonic moves the target, or the sensor shakes; no impact is taken from it. Put an "
-    "accelerometer on the mass"
+    "the displacement bends, but not as a ball that flies from wall to wall makes it: noise hides "
+    "most of its impacts, another mode or a harmonic moves the target, or the sensor shakes; no "
+    "impact is taken from it. Put an accelerometer on the mass"
 )
 _SURE_BEND = 6.0  # standard errors of a jump
 _SETTLES, _MANY_BENDS = 5, 10  # times that all jumps are looked at again; bends that say something
