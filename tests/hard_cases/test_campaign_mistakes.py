@@ -115,3 +115,16 @@ def test_one_modulated_test_beside_a_coupling_moves_no_damping(tmp_path):
     assert not [text for text in found["warnings"] if "zeta changes" in text]
     assert abs(found["values"]["zeta"]["z"]) < 3.0
     assert abs(found["values"]["b_c_0"]["off"]) < 0.01
+
+
+def test_a_displacement_in_inches_is_read_in_the_end_as_what_it_is(tmp_path):
+    """Its collisions, weighed anew in mm, led nowhere from inches: r 1.1, and b_c a 25th of it."""
+    from benchmarks.calibration.mistakes import mistaken
+    from benchmarks.calibration.study import judged, study
+
+    found = judged(study(mistaken("displacement in inches", 71), tmp_path, replay=False))
+    assert found["named"]
+    assert not found["far"]
+    assert not found["unexplained"]
+    assert abs(found["values"]["r"]["off"]) < 1e-3
+    assert abs(found["values"]["b_c_0"]["off"]) < 5e-3

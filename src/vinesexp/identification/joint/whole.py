@@ -333,8 +333,12 @@ def answer_of(
     judged, data = _explained(observed, campaign)
     begun, near = (observed.local(at) for at in (observed.start, judged.posterior.values))
     if any((np.abs(near[key] - begun[key]) > _FAR * _FREE).any() for key in near):
-        # in another unit, or another cavity, collisions scatter otherwise
-        observed = observe(found, campaign, impacts, driven, near)
+        # in another unit, or another cavity, collisions scatter otherwise; and sharper ones lead
+        # nowhere from what was stated
+        again = observe(found, campaign, impacts, driven, near)
+        at = dict(zip(observed.names, data.at.tolist(), strict=True))
+        start = [at.get(*one) for one in zip(again.names, again.start.tolist(), strict=True)]
+        observed = replace(again, start=np.array(start))
         judged, data = _explained(observed, campaign)
     judged = replace(judged, posterior=_only_so_true(data, observed, judged))
     judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
