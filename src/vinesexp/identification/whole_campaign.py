@@ -441,7 +441,7 @@ def identify_campaign(
     checks += said_of_law
     stated = _inputs(answer, campaign)
     checks += cause_checks(answer.judged)
-    checks += [*_contradicted(stated, answer), *_stretched(stated, answer)]
+    checks += [*_contradicted(stated, answer), *_stretched(stated, answer), *_far_off(answer)]
     checks += _absent(rows, answer, campaign)
     checks += [*_trust_in_mass(sources, answer, campaign), *remarks(_left(used, answer))]
     return Identified(rows, checks, sources, levels, tuple(row for row, _ in stated), rig)
@@ -1170,6 +1170,24 @@ def _stretched(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
         f"not explained: the records fit with '{name}'{more} {widths:.0f} times as far off as an "
         "ordinary lab leaves it, and no known effect or mistake goes as far: values may be wrong "
         "by more than their errors"
+    )
+    return [Check("", "plain model", "warning", detail)]
+
+
+def _far_off(answer: Answer) -> list[Check]:
+    """Records whose impacts are farther off than any scatter leaves them, by the model that fits.
+
+    No cause is told by them: the errors of all values are as much larger.
+    """
+    left = {record: answer.data.left(record) for record in answer.data.records if record}
+    far = sorted((record for record, one in left.items() if one > SURE**2), key=left.__getitem__)
+    if not far:
+        return []
+    worst = math.sqrt(left[far[-1]])
+    detail = (
+        f"not explained: the impacts of {first_of(far[::-1], _LISTED)} are up to {worst:.2g} times "
+        "as far from what the records together say as they scatter, and no known effect or mistake "
+        "explains it; the errors of all values are larger by that"
     )
     return [Check("", "plain model", "warning", detail)]
 

@@ -1,5 +1,6 @@
 """What the records say of the values that were stated."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,9 +9,17 @@ import pytest
 from tests.identification.independent import independent
 
 from vinesexp.identification.joint import whole
-from vinesexp.identification.joint.causes import Cause, Weighed
+from vinesexp.identification.joint.causes import Cause, Judged, Weighed
 from vinesexp.identification.joint.observations import Observed
-from vinesexp.identification.joint.unknowns import Beliefs, Block, Direction, Posterior, Prior
+from vinesexp.identification.joint.unknowns import (
+    Beliefs,
+    Block,
+    Direction,
+    Part,
+    Posterior,
+    Prior,
+    Quadratic,
+)
 from vinesexp.identification.joint.whole import (
     Answer,
     RigPosterior,
@@ -19,7 +28,7 @@ from vinesexp.identification.joint.whole import (
     rig_posterior,
     write_rig,
 )
-from vinesexp.identification.whole_campaign import _contradicted, _input, _stretched
+from vinesexp.identification.whole_campaign import _contradicted, _far_off, _input, _stretched
 from vinesexp.records.stored.result_columns import Verdict
 
 
@@ -127,6 +136,25 @@ def test_what_is_farther_off_than_any_cause_goes_is_not_explained(off, error, sa
     assert [check.outcome for check in checks] == ["warning"] * said
     if said:
         assert f"'generator' {abs(off):.0f} times" in checks[0].detail
+
+
+@pytest.mark.parametrize(("left", "more"), [(0.7, 1.0), (4.0, 4.0), (3e4, 3e4)])
+def test_errors_are_as_much_larger_as_flights_are_farther_off(monkeypatch, left, more):
+    """A fit that ended 250 errors off all flights had r = 1.13 +- 0.42 and b_c to a seventh."""
+    part = Part("b20", np.zeros(1, dtype=int), np.zeros(1), np.eye(1), 40.0 * left, means=40)
+    rings = Part("ring", np.zeros(1, dtype=int), np.zeros(1), np.eye(1), 1e9)
+    data = Quadratic(("r",), np.zeros(1), (part, rings), np.zeros(1), np.eye(1))
+    judged = Judged(Beliefs({}), Posterior(("r",), np.array([0.6]), independent(1e-3)), ())
+    observed = SimpleNamespace(blocks=(1,), start=np.zeros(1), local=lambda _: {})
+    monkeypatch.setattr(whole, "observe", lambda *_: observed)
+    monkeypatch.setattr(whole, "_explained", lambda *_: (judged, data))
+    for name in ("_only_so_true", "_as_sure_as_causes"):
+        monkeypatch.setattr(whole, name, lambda *_: judged.posterior)
+    answer = whole.answer_of([], None, {}, {})
+    assert answer.posterior.of({"r": 1.0}) == (0.6, pytest.approx(1e-3 * math.sqrt(more)))
+    said = _far_off(answer)
+    assert [check.outcome for check in said] == ["warning"] * (left > 9.0)
+    assert not said or "b20" in said[0].detail
 
 
 def test_the_states_of_a_rig_are_read_as_they_were_written(tmp_path):

@@ -63,6 +63,11 @@ class Covariance:
         """With more that moves all unknowns together."""
         return replace(self, shifts=np.column_stack([self.shifts, *shifts]))
 
+    def times(self, more: float) -> Covariance:
+        """As large by a factor."""
+        parts = tuple((more * share, T, factors) for share, T, factors in self.parts)
+        return Covariance(parts, more**0.5 * self.shifts)
+
     def mapped(self, M: csc_array) -> Covariance:
         """Of sums of the unknowns, whose coefficients are the rows of M."""
         parts = tuple((share, M @ T, factors) for share, T, factors in self.parts)

@@ -907,7 +907,8 @@ def _share_speed(b: _Builder) -> None:
         b.collisions[key] = replace(own, speed=speed)
         look = b.collisions[key].look
         factor = _misfit(b.collisions[key], b.alone[key])
-        b.blocks.append(Block(key[0], "flights", b.sums[key], Tempered(look, factor)))
+        means = int(np.isfinite(own.sigma).sum())
+        b.blocks.append(Block(key[0], "flights", b.sums[key], Tempered(look, factor), means))
 
 
 #: Information about the local quantities of a record on its own.

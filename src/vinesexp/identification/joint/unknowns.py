@@ -55,12 +55,15 @@ class Block:
         ``base channel``, ``channels``, ``release``, ``drop``.
     sums : the local quantities.
     look : local values to information and gradient.
+    means : of how many values, each of an error of its own, the log-likelihood is half the sum of
+        squares; 0: of none.
     """
 
     record: str
     kind: str
     sums: tuple[Sum, ...]
     look: Callable[[FloatArray], Local]
+    means: int = 0
     _seen: list[tuple[FloatArray, Local]] = field(
         init=False, default_factory=list, repr=False, compare=False
     )
@@ -89,12 +92,15 @@ class Part:
     record : id, as in `Block`.
     used : int array (k,), which unknowns.
     gradient, information : arrays (k,), (k, k)
+    square, means : sum of squares of what is left of so many values, in their errors.
     """
 
     record: str
     used: IntArray
     gradient: FloatArray
     information: FloatArray
+    square: float = 0.0
+    means: int = 0
 
 
 @dataclass(frozen=True)
@@ -128,6 +134,11 @@ class Quadratic:
     def records(self) -> tuple[str, ...]:
         """Records that have blocks."""
         return tuple(dict.fromkeys(part.record for part in self.parts))
+
+    def left(self, record: str = "") -> float:
+        """Mean square of what is left of the values of a record, or of all, in their errors."""
+        own = [p for p in self.parts if p.means and record in ("", p.record)]
+        return sum(p.square for p in own) / max(sum(p.means for p in own), 1)
 
     def of(self, records: Collection[str]) -> Quadratic:
         """The same of the blocks of some records."""
@@ -294,7 +305,8 @@ def expand(blocks: Sequence[Block], names: tuple[str, ...], at: FloatArray) -> Q
         local = np.array([constant for _, constant in block.sums]) + A @ at[used]
         information, gradient, own = block.at(local)
         value += own
-        parts.append(Part(block.record, used, A.T @ gradient, A.T @ information @ A))
+        of_all = A.T @ gradient, A.T @ information @ A
+        parts.append(Part(block.record, used, *of_all, -2.0 * own, block.means))
     return Quadratic(names, at, tuple(parts), *_sums(parts, len(names)), value)
 
 

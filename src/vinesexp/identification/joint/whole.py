@@ -342,6 +342,9 @@ def answer_of(
         judged, data = _explained(observed, campaign)
     judged = replace(judged, posterior=_only_so_true(data, observed, judged))
     judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
+    # errors as much larger as the flights are farther off than their scatter leaves them
+    whole, more = judged.posterior, max(data.left(), 1.0)
+    judged = replace(judged, posterior=replace(whole, covariance=whole.covariance.times(more)))
     return Answer(observed, data, judged)
 
 
