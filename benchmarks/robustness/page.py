@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from benchmarks.pages import code_measured
 from benchmarks.robustness.study import PARAMETERS, Outcome, Value
 
 _FAR = 4.0  # standard errors
@@ -44,7 +45,8 @@ def page(outcomes: Sequence[Outcome], *, missing: Sequence[str] = ()) -> str:
         [
             "# Rigs that differ from the model",
             "",
-            f"`python -m benchmarks.robustness`, {_seeds(by_name)}. {_HOW}",
+            f"`python -m benchmarks.robustness`, {_seeds(by_name)}, by the code of "
+            f"{code_measured()}. {_HOW}",
             "",
             summary(outcomes),
             "",
