@@ -90,7 +90,10 @@ def _in_step(file: FileView, column: ColumnView) -> ColumnView:
     if len(times) != len(known) or not np.isfinite(times[known]).all() or known.sum() < _AROUND:
         return column
     steps = np.diff(times[known])
-    counts = np.rint(steps / max(float(np.median(steps)), np.finfo(float).tiny))
+    usual = float(np.median(steps))
+    if usual <= 0.0:  # several samples at one time, as a packet has them
+        return column
+    counts = np.rint(steps / usual)
     odd = int(np.count_nonzero(counts != 1.0))
     if not 0 < odd < _ODD * len(counts) or counts.min() < 0.0 or counts.sum() > 2 * len(counts):
         return column
