@@ -439,7 +439,7 @@ def test_a_length_in_a_name_is_a_release_only_where_the_record_begins_there(tmp_
 def test_samples_that_come_in_packets_of_one_time_are_not_put_in_step(tmp_path):
     """Three or more rows share a time: the usual step is none, and nothing is divided by it."""
     path, rng = tmp_path / "sensor.csv", np.random.default_rng(0)
-    t, x = np.repeat(np.arange(400) * 3e-3, 3), rng.standard_normal(1200)
-    np.savetxt(path, np.stack([t, x], axis=1), delimiter=",", header="t,x", comments="")
+    t, x = np.repeat(np.arange(400) * 3e3, 3), rng.standard_normal(1200)
+    np.savetxt(path, np.stack([t, x], axis=1), delimiter=",", header="timestamp,acc_x", comments="")
     view = view_file(path)
     describe_test(view, guess_roles([view]))
