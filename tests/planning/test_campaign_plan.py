@@ -120,6 +120,25 @@ def test_a_plan_counts_the_tests_that_the_report_counts(campaign, capsys):
     assert "nothing more to test" not in printed
 
 
+def test_repeated_tests_bracket_in_a_plan_as_they_do_in_the_report(campaign):
+    """Two tests at one clearance tell it from another that one alone would not."""
+    sheet, paths = campaign / "records.csv", ResultPaths(campaign / "out")
+    sheet.write_text(sheet.read_text() + "b3,a.csv,periodic,33,0.25,7.862\n")
+    regimes = [
+        {"record": f"b{k}", "regime": "two symmetric", "amplitude_mean_m": a, "amplitude_max_m": a}
+        for k, a in enumerate((5.0185e-3, 5.0e-3, 6.0e-3, 5.0e-3))
+    ]
+    write_rows(paths.regimes, RECORD_REGIMES, regimes)
+    results = results_of(campaign)
+    (plan,) = plan_levels(results)
+    levels = [(level, results.rig_at(level)) for level in results.periodic]
+    (row, *_), _, _ = compare(results.as_found, results.rig, levels, [])
+    assert (plan.lowest.low, plan.lowest.high) == (0.030, 0.036)
+    assert row["measured_mm"] == pytest.approx(1e3 * plan.lowest.clearance)
+    assert row["measured_low_mm"] < 1e3 * plan.lowest.low < row["measured_mm"]
+    assert plan.width_now == pytest.approx(6e-3 / plan.lowest.clearance)
+
+
 def test_a_campaign_without_periodic_tests_is_not_sent_in_a_circle(campaign, capsys):
     """ "give --mass and the others" was answered by "a campaign has its own rig"."""
     sheet = campaign / "records.csv"

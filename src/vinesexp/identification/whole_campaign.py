@@ -472,7 +472,7 @@ def _usable(
 
 
 def _of_one_rig(found: list[Estimate]) -> tuple[list[Estimate], list[Check]]:
-    """Estimates without those of free motions of which not one half can be of one oscillator.
+    """Estimates without those of free motions of which no more than half can be of one oscillator.
 
     Fewer are mistakes in single records, which the joint model weighs. It would explain these by
     some law over amplitude or mounting, and the values of a rig that nobody has.
@@ -1187,7 +1187,7 @@ def _far_off(answer: Answer) -> list[Check]:
     detail = (
         f"not explained: the impacts of {first_of(far[::-1], _LISTED)} are up to {worst:.2g} times "
         "as far from what the records together say as they scatter, and no known effect or mistake "
-        "explains it; the errors of all values are larger by that"
+        "explains it; the errors of all values are larger for it"
     )
     return [Check("", "plain model", "warning", detail)]
 

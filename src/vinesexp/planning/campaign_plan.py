@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from vinesexp.clearance.comparison import settled_tests
 from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
-from vinesexp.clearance.optimum import amplitudes_of, scatter_of
+from vinesexp.clearance.optimum import Optimum, amplitudes_of, lowest_amplitude, scatter_of
 from vinesexp.clearance.predicted import IdentifiedRig, expected_amplitude
 from vinesexp.design.ensemble import duration_of
+from vinesexp.errors import AnalysisError
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import SHORT, TARGET, bracket_of, follow_plan, next_clearance
 from vinesexp.records.campaign.schema import Campaign, Record
@@ -37,6 +39,8 @@ class LevelPlan:
     level : PeriodicLevel
     tested : mapping
         Clearance (m) to mean amplitude (m), of the tests that count for the best clearance.
+    lowest : Optimum or None
+        The best of these, as the report has it; None of fewer than three, or without an impact.
     left_out : int
         Tests that do not count, because they had not settled.
     valley : Valley or None
@@ -53,6 +57,7 @@ class LevelPlan:
 
     level: PeriodicLevel
     tested: Mapping[float, float]
+    lowest: Optimum | None
     left_out: int
     valley: Valley | None
     scatter: float
@@ -63,7 +68,9 @@ class LevelPlan:
     @property
     def width_now(self) -> float | None:
         """Relative width of the bracket that is measured; None while it is open."""
-        return bracket_of(self.tested, scatter=self.scatter).width if self.tested else None
+        if self.lowest is None or self.lowest.low is None or self.lowest.high is None:
+            return None
+        return (self.lowest.high - self.lowest.low) / self.lowest.clearance
 
     @property
     def name(self) -> str:
@@ -107,11 +114,14 @@ def plan_level(rig: IdentifiedRig, level: PeriodicLevel, *, target: float = TARG
     settled = settled_tests(level.tests, rig)
     tested, left_out = amplitudes_of(settled), len(level.tests) - len(settled)
     valley = expected_valley(rig, G=level.base.G, frequency=level.frequency)
-    scatter = scatter_of(settled, expected_amplitude(rig, level))
+    expected = expected_amplitude(rig, level)
+    scatter, lowest = scatter_of(settled, expected), None
+    with suppress(AnalysisError):
+        lowest = lowest_amplitude(settled, expected=expected)
     if valley is not None:
         target = max(target, valley.narrowest(scatter) / SHORT)
     ahead, bracket = _ahead(tested, valley, target, scatter)
-    return LevelPlan(level, tested, left_out, valley, scatter, target, ahead, bracket)
+    return LevelPlan(level, tested, lowest, left_out, valley, scatter, target, ahead, bracket)
 
 
 def _ahead(

@@ -38,7 +38,7 @@ _SPELLED = re.compile(
 #: As a name without strokes has a rate: velocity_m_s, acc_mps2, gyro_deg_per_s, a_ms-2; and
 #: Velocity_ms, which is no time. time_in_s holds no inches.
 _RATE = re.compile(
-    r"(?:^|[\s_])(?P<of>[mcu]?m|ft|deg|d(?=ps)|rad|in(?=_per_|ps))"
+    r"^(?!t(?:ime)?[\s_]).*?(?:^|[\s_])(?P<of>[mcu]?m|ft|deg|d(?=ps)|rad|in(?=_per_|ps))"
     r"(?:[\s_]?per[\s_]|[\s_]|p|(?=s(?:2|\^2|-2|\^-2)$))s(?P<power>2|\^2|-2|\^-2)?$"
 )
 _SPEED = re.compile(r"(?:veloc|speed).*[\s_](?P<of>m)s$", re.IGNORECASE)

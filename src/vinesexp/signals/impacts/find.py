@@ -46,7 +46,7 @@ from vinesexp.signals.impacts.slopes import (
     unmoved,
     weighted,
 )
-from vinesexp.signals.means import coarse_channels, group_size, missing_means
+from vinesexp.signals.means import group_size, missing_means
 from vinesexp.units import LIKELY, SIGNIFICANT, SURE, first_of
 
 _AS_BY_DEFAULT = Settings()
@@ -552,10 +552,10 @@ def _let_go(found: Detection, *, step: float, free: float, frequency: float) -> 
 
 def _step_of_release(record: RecordView, *, free: float, frequency: float) -> float:
     """Amplitude of the acceleration in the first cycle, m/s^2."""
-    step, (a,) = coarse_channels(record, frequency, POINTS, "acceleration")[1:]
-    cycle = a[round(free / step) :][: round(1.0 / (frequency * step))]
-    turned = cycle * np.exp(-2j * np.pi * np.arange(cycle.size) / cycle.size)
-    return float(2.0 * abs(turned.mean()))
+    first, count = (round(t * record.sample_rate) for t in (free, 1.0 / frequency))
+    cycle = record.read("acceleration", first, first + count)
+    turned = cycle * np.exp(-2j * np.pi * np.arange(cycle.size) / count)
+    return float(2.0 * abs(np.nanmean(turned)))
 
 
 def _where_it_is_late(

@@ -912,55 +912,51 @@ def unmoved(
     net = np.asarray(np.bincount(event, jumps), dtype=np.float64)
     seen = slope_changes(x, at, net, frequency=frequency)
     off = np.maximum(np.abs(seen.jump - net), np.abs(np.abs(seen.jump) - size))
-    odd = np.flatnonzero(off > LIKELY * _AREA * size)
-    events = _Events(x, at, net, _AREA * size, np.ones(size.size, dtype=bool), frequency)
-    asked = np.zeros(size.size)
-    while odd.size:  # without those that are knocks the others are seen better
-        gain = np.zeros(size.size)
-        for k in odd[events.moves[odd]]:
-            jump, error, _ = events.jump_of(k, at[k])
+    odd = off > LIKELY * _AREA * size
+    events, moves = _Events(x, at, net, _AREA * size, frequency), np.ones(size.size, dtype=bool)
+    asked, gain = np.zeros((2, size.size))
+    anew = odd.copy()
+    while anew.any():  # without those that are knocks the others are seen better
+        for k in np.flatnonzero(anew).tolist():
+            jump, error, _ = events.jump_of(k, at[k], moves)
             still = (jump / error) ** 2
             asked[k] = ((abs(jump) - size[k]) / math.hypot(error, _AREA * size[k])) ** 2
             gain[k] = asked[k] - still if still < LIKELY**2 else 0.0
-        gain[gain <= SURE**2] = 0.0
-        if not gain.any():
-            break
-        events.moves[_largest_around(gain, at, _WINDOW / frequency)] = False
-    knocked = ~events.moves[event]
+        sure = np.flatnonzero(gain > SURE**2).tolist()
+        out = [k for k in sure if gain[k] >= gain[events.around(k)].max()]
+        moves[out], gain[out], anew[:] = False, 0.0, False
+        for k in out:
+            anew[events.around(k)] = True
+        anew &= odd & moves
+    knocked = ~moves[event]
     if knocked.any():  # and some may have come beside an impact
-        for k in np.flatnonzero(events.moves & (asked > LIKELY**2)):
+        for k in np.flatnonzero(moves & (asked > LIKELY**2)).tolist():
             own = np.flatnonzero(event == k)
-            left = [events.jump_of(int(k), times[i])[2] for i in own]
+            left = [events.jump_of(k, times[i], moves)[2] for i in own]
             knocked[np.delete(own, np.argmin(left))] = True
     return np.asarray(knocked)
 
 
-def _largest_around(gain: FloatArray, at: FloatArray, reach: float) -> BoolArray:
-    """Which of some gains, above zero, are the largest of those within reach."""
-    first, last = np.searchsorted(at, at - reach), np.searchsorted(at, at + reach, side="right")
-    most = np.array([gain[i:j].max() for i, j in zip(first, last, strict=True)])
-    return np.asarray((gain > 0.0) & (gain >= most))
-
-
 @dataclass(frozen=True)
 class _Events:
-    """Spikes that the displacement tells apart: times, jumps `net` give or take `sure` (m/s).
-
-    And which of them move the mass.
-    """
+    """Spikes that the displacement tells apart: times, jumps `net` give or take `sure` (m/s)."""
 
     x: Coarse
     at: FloatArray
     net: FloatArray
     sure: FloatArray
-    moves: BoolArray
     frequency: float
 
-    def jump_of(self, k: int, when: float) -> tuple[float, float, float]:
+    def around(self, k: int) -> slice:
+        """Those in the window of one of them."""
+        ends = self.at[k] + np.array([-1.0, 1.0]) * _WINDOW / self.frequency
+        return slice(*np.searchsorted(self.at, ends).tolist())
+
+    def jump_of(self, k: int, when: float, moves: BoolArray) -> tuple[float, float, float]:
         """Jump of one of them at a time, by the displacement alone, its error; m/s.
 
-        And the noise that this leaves, m. Its neighbours jump as their spikes say and as the
-        displacement shows of them.
+        And the noise that this leaves, m. Of its neighbours those that move the mass jump as their
+        spikes say and as the displacement shows of them.
         """
         x, step = self.x, self.x.step
         centre = round((self.at[k] - x.start) / step)
@@ -968,9 +964,11 @@ class _Events:
         inside = np.arange(centre - half, centre + half + 1)
         if x.missing is not None:
             inside = inside[~x.missing[inside]]
-        t, near = x.start + step * inside, np.abs(self.at - self.at[k]) < half * step
-        near[k] = False
-        others = np.flatnonzero(near & self.moves)
+        t = x.start + step * inside
+        near = np.arange(self.at.size)[self.around(k)]
+        others = near[
+            moves[near] & (near != k) & (np.abs(self.at[near] - self.at[k]) < half * step)
+        ]
         w = 2.0 * math.pi * self.frequency
         response = JumpResponse(w, late=x.late if x.late > _PROMPT else 0.0)
         bends = response.bend(t - np.append(when, self.at[others])[:, np.newaxis], step)
