@@ -913,19 +913,18 @@ def unmoved(
     seen = slope_changes(x, at, net, frequency=frequency)
     off = np.maximum(np.abs(seen.jump - net), np.abs(np.abs(seen.jump) - size))
     odd = off > LIKELY * _AREA * size
-    events, moves = _Events(x, at, net, _AREA * size, frequency), np.ones(size.size, dtype=bool)
-    asked, gain = np.zeros((2, size.size))
-    anew = odd.copy()
+    events, moves = _Events(x, at, frequency), np.ones(size.size, dtype=bool)
+    asked, anew = np.zeros(size.size), odd.copy()
     while anew.any():  # without those that are knocks the others are seen better
+        knocks = []
         for k in np.flatnonzero(anew).tolist():
             jump, error, _ = events.jump_of(k, at[k], moves)
             still = (jump / error) ** 2
             asked[k] = ((abs(jump) - size[k]) / math.hypot(error, _AREA * size[k])) ** 2
-            gain[k] = asked[k] - still if still < LIKELY**2 else 0.0
-        sure = np.flatnonzero(gain > SURE**2).tolist()
-        out = [k for k in sure if gain[k] >= gain[events.around(k)].max()]
-        moves[out], gain[out], anew[:] = False, 0.0, False
-        for k in out:
+            if still < LIKELY**2 and asked[k] - still > SURE**2:
+                knocks.append(k)
+        moves[knocks], anew[:] = False, False
+        for k in knocks:
             anew[events.around(k)] = True
         anew &= odd & moves
     knocked = ~moves[event]
@@ -939,12 +938,10 @@ def unmoved(
 
 @dataclass(frozen=True)
 class _Events:
-    """Spikes that the displacement tells apart: times, jumps `net` give or take `sure` (m/s)."""
+    """Times of spikes that the displacement tells apart, s."""
 
     x: Coarse
     at: FloatArray
-    net: FloatArray
-    sure: FloatArray
     frequency: float
 
     def around(self, k: int) -> slice:
@@ -955,8 +952,8 @@ class _Events:
     def jump_of(self, k: int, when: float, moves: BoolArray) -> tuple[float, float, float]:
         """Jump of one of them at a time, by the displacement alone, its error; m/s.
 
-        And the noise that this leaves, m. Of its neighbours those that move the mass jump as their
-        spikes say and as the displacement shows of them.
+        And the noise that this leaves, m. Its neighbours that move the mass have any jump, too:
+        what their spikes say of it may be a knock's.
         """
         x, step = self.x, self.x.step
         centre = round((self.at[k] - x.start) / step)
@@ -964,23 +961,17 @@ class _Events:
         inside = np.arange(centre - half, centre + half + 1)
         if x.missing is not None:
             inside = inside[~x.missing[inside]]
-        t = x.start + step * inside
-        near = np.arange(self.at.size)[self.around(k)]
-        others = near[
-            moves[near] & (near != k) & (np.abs(self.at[near] - self.at[k]) < half * step)
-        ]
+        t, near = x.start + step * inside, np.arange(self.at.size)[self.around(k)]
+        beside = near[moves[near] & (near != k)]
         w = 2.0 * math.pi * self.frequency
         response = JumpResponse(w, late=x.late if x.late > _PROMPT else 0.0)
-        bends = response.bend(t - np.append(when, self.at[others])[:, np.newaxis], step)
+        bends = response.bend(t - np.append(when, self.at[beside])[:, np.newaxis], step)
         columns = np.concatenate([bends.T, smooth(t - self.at[k], w, full=True)[0]], axis=1)
         free = t.size - columns.shape[1]
         if free < 1 or not bends[0].any():
             return math.nan, math.nan, math.inf
-        left = x.values[inside] - columns @ np.linalg.lstsq(columns, x.values[inside])[0]
+        by = np.linalg.pinv(columns)  # one that begins at the end of the window bends nothing
+        values = by @ x.values[inside]
+        left = x.values[inside] - columns @ values
         noise = math.sqrt(float(left @ left) / free)
-        held, expected = np.zeros((2, columns.shape[1]))
-        held[1 : bends.shape[0]] = (noise / self.sure[others]) ** 2
-        expected[1 : bends.shape[0]] = self.net[others]
-        inverse = np.linalg.inv(columns.T @ columns + np.diag(held))
-        jump = inverse[0] @ (columns.T @ x.values[inside] + held * expected)
-        return float(jump), noise * math.sqrt(inverse[0, 0]), noise
+        return float(values[0]), noise * float(np.linalg.norm(by[0])), noise
