@@ -1,7 +1,7 @@
 """What the records say of the values that were stated."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +10,7 @@ from tests.identification.independent import independent
 
 from vinesexp.identification.joint import whole
 from vinesexp.identification.joint.causes import Cause, Judged, Weighed
+from vinesexp.identification.joint.collisions import LOCALS
 from vinesexp.identification.joint.observations import Observed
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
@@ -155,6 +156,38 @@ def test_errors_are_as_much_larger_as_flights_are_farther_off(monkeypatch, left,
     said = _far_off(answer)
     assert [check.outcome for check in said] == ["warning"] * (left > 9.0)
     assert not said or "b20" in said[0].detail
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A stand-in of what is observed: names, and where a fit of them begins."""
+
+    names: tuple[str, ...]
+    start: np.ndarray
+    blocks: tuple[int, ...] = (1,)
+
+    def local(self, values):
+        return {("b20", 0): np.full(len(LOCALS), values[0])}
+
+
+def test_collisions_weighed_anew_are_fitted_from_where_they_were_found(monkeypatch):
+    """From what was stated, inches, sharper ones led nowhere: r = 1.13, and a 25th of b_c."""
+    looks = iter([Seen(("g", "old"), np.zeros(2)), Seen(("new", "g"), np.array([7.0, 0.0]))])
+    fitted = []
+
+    def explained(observed, _):
+        names = observed.names
+        fitted.append(dict(zip(names, observed.start.tolist(), strict=True)))
+        posterior = Posterior(names, np.array([-320.0, 1.0]), independent(1e-3, 1e-3))
+        data = Quadratic(names, np.array([-320.0, 1.0]), (), np.zeros(2), np.eye(2))
+        return Judged(Beliefs({}), posterior, ()), data
+
+    monkeypatch.setattr(whole, "observe", lambda *_: next(looks))
+    monkeypatch.setattr(whole, "_explained", explained)
+    for name in ("_only_so_true", "_as_sure_as_causes"):
+        monkeypatch.setattr(whole, name, lambda data, observed, judged: judged.posterior)
+    whole.answer_of([], None, {}, {})
+    assert fitted == [{"g": 0.0, "old": 0.0}, {"new": 7.0, "g": -320.0}]
 
 
 def test_the_states_of_a_rig_are_read_as_they_were_written(tmp_path):

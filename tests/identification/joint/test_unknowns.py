@@ -145,6 +145,15 @@ def test_a_tempered_block_counts_as_if_its_errors_were_larger():
         np.testing.assert_allclose(tempered, plain, rtol=1e-12)
 
 
+def test_what_is_left_is_the_mean_square_of_the_values_that_count():
+    look, p = problem(1), np.array([0.3, -0.2, 0.9])
+    blocks = (Block("a", "flights", PLAIN, look, 7), Block("a", "decay", PLAIN, problem(2)))
+    data = expand((*blocks, Block("b", "flights", PLAIN, problem(3), 7)), NAMES, p)
+    rest = (look.y - look.A @ p) / look.sigma
+    assert data.left("a") == pytest.approx((rest**2).mean())
+    assert 2.0 * data.left() == pytest.approx(data.left("a") + data.left("b"))
+
+
 @pytest.mark.parametrize("sigma", [1e-3, 1e-13])
 def test_where_digits_are_not_enough_there_is_a_value_and_no_evidence(sigma):
     """A campaign was lost: near a bad fit twelve unknowns had a sum that was known to 13 digits."""
