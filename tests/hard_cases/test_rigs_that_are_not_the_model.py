@@ -173,6 +173,26 @@ def test_r_over_impact_speed_is_reported(slope):
     assert says(found, "impact speed")
 
 
+def test_drops_are_compared_at_their_own_speed():
+    """Their r was held against that at the speed of the tests: a wall of another restitution."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.estimate import Estimate
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    slope, speeds = -0.15, np.geomspace(1.4, 0.1, 7)
+    dropped = float(np.exp(np.log(R + slope * (speeds - SPEED)).mean()))
+    drop = Estimate("r", dropped, 1e-3, "1", "drop", ("drop",), data={"speeds": speeds.tolist()})
+    found, campaign, tables = tables_of(departure(body_r_slope=slope))
+    whole = identify_campaign([*found, drop], campaign, tables)
+    assert not says(whole, "drop")
+    assert set(effects(whole)) == {"r_speed_slope", "r_speed"}
+    assert holds(effects(whole)["r_speed_slope"], slope)
+    assert effects(whole)["r_speed_slope"].std_error < 0.02
+    there = R + slope * (effects(whole)["r_speed"].value - SPEED)
+    assert holds(r_of(whole), there)
+
+
 def test_a_cavity_that_slopes():
     found = consistent(body_tilt=0.2)
     assert set(effects(found)) == {"tilt"}

@@ -15,6 +15,7 @@ from vinesexp.identification.flights import flights_of, mass_ratio, restitution
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, no_impacts
+from vinesexp.units import STANDARD_GRAVITY
 
 
 def flights(measure, tmp_path: Path, *, b: float, believed: float | None = None, **rig):
@@ -135,6 +136,49 @@ def test_a_knock_before_the_drop_and_a_missed_bounce_are_left_out() -> None:
     knocked = np.concatenate([[0.05], t[:-2], t[-1:]])
     found = restitution_of_bounces(knocked, np.full(knocked.size, 1e-6))
     assert found.r == pytest.approx(0.6, abs=1e-6)
+
+
+@pytest.mark.parametrize("missed", [1, 2])
+def test_a_series_that_goes_on_after_a_missed_bounce_is_of_the_same_drop(missed: int) -> None:
+    """Two series of one ball, whose r falls a little with its speed, were two balls that differ."""
+    speeds, flights = 0.9, []
+    for _ in range(75):
+        flights.append(2.0 * speeds / STANDARD_GRAVITY)
+        speeds *= 0.985 * speeds**0.004
+    t = 0.1 + np.cumsum([0.0, *flights])
+    heard = np.delete(t, range(70, 70 + missed))
+    found = restitution_of_bounces(heard, np.full(heard.size, 1e-5))
+    assert found.count == 70
+    assert found.error < 0.003
+
+
+def test_a_second_drop_before_the_first_ball_rests_counts() -> None:
+    """A ball that was caught and dropped again, higher than its last bounce."""
+    t = 0.1 + 0.3 * np.concatenate([[0.0], np.cumsum(0.95 ** np.arange(9))])
+    twice = np.concatenate([t, t[-1] + 0.4 + t[:8]])
+    found = restitution_of_bounces(twice, np.full(twice.size, 1e-6))
+    assert found.count == twice.size
+    assert found.r == pytest.approx(0.95, abs=1e-6)
+
+
+@pytest.mark.parametrize("power", [0.0, -0.02, 0.05])
+def test_r_that_goes_with_the_speed_is_as_unsure_as_it_differs(power: float) -> None:
+    """A ping-pong ball's goes from 0.93 to 0.96 as it falls asleep."""
+    random = np.random.default_rng(0)
+    v = [1.5]
+    for _ in range(25):
+        v.append(v[-1] * 0.9 * v[-1] ** power * (1.0 + 0.002 * random.standard_normal()))
+    t = 0.1 + np.cumsum([0.0, *(2.0 * np.array(v) / STANDARD_GRAVITY)])
+    found = restitution_of_bounces(t, np.full(t.size, 1e-6))
+    assert found.speeds[0] == pytest.approx(1.5, rel=1e-4)
+    if not power:
+        assert found.power == 0.0
+        assert found.error < 2e-3
+        return
+    assert found.power == pytest.approx(power, abs=3e-3)
+    fast, slow = 0.9 * np.array(found.speeds)[[0, -1]] ** power
+    assert found.range == pytest.approx((fast, slow), rel=5e-3)
+    assert found.error == pytest.approx(abs(fast - slow) / np.sqrt(12.0), rel=0.15)
 
 
 def test_one_bounce_is_not_enough() -> None:

@@ -45,6 +45,29 @@ def test_the_phase_that_a_sensor_on_the_table_has_is_no_other_motion(about, left
     assert [e.parameter for e in found] == (left or names)
 
 
+@pytest.mark.parametrize(("second", "alike"), [(0.601, True), (0.65, False), (0.9, False)])
+def test_drops_of_another_ball_leave_r_as_unsure_as_they_differ(second, alike):
+    """A ping-pong ball and a steel one gave r to a thousandth, without a word."""
+    drops = [
+        Estimate("r", r, 1e-3, "1", "drop", (f"drop_{k}",)) for k, r in enumerate((0.6, second))
+    ]
+    rows = tuple(Record(e.records[0], Path(), "drop") for e in drops)
+    told = identify_campaign(
+        drops, Campaign(Path(), "c", "C", Known(), {}, None, None, None, rows), {}
+    )
+    known = [e for e in told.rows if e.parameter == "r" and e.method == "combined"]
+    said = [check.detail for check in told.checks if check.check == "drop"]
+    if alike:
+        assert said == []
+        assert known[0].std_error < 1.5e-3
+        return
+    (detail,) = said
+    assert f"0.6 (drop_0), {second:g} (drop_1)" in detail
+    for r in known:
+        low, high = r.interval()
+        assert low < 0.6 < second < high
+
+
 def test_a_phase_at_the_oscillation_alone_is_one_line_and_no_lag():
     found = [estimate("accelerometer_across", 0.03 + 1e-4 * i, 1e-4, f"r{i}") for i in range(3)]
     found += [estimate("channel_lag", 1e-6, 1e-6, f"r{i}") for i in range(3)]

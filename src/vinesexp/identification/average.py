@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import brentq
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate
 from vinesexp.signals.steady_part import students_factor
 
@@ -18,11 +19,7 @@ _ROUNDING = 1e-12
 
 
 def weighted_mean(values: Sequence[float], errors: Sequence[float]) -> tuple[float, float]:
-    """Mean of estimates of one quantity, and its standard error.
-
-    Where they scatter by more than their errors allow once in twenty times, each gets the same
-    further error, with which chi^2 is what it should be (Mandel and Paule), and the error of the
-    mean is that of the scatter, wider by Student's factor for few.
+    """Mean of estimates of one quantity, and its standard error (`with_scatter`).
 
     Parameters
     ----------
@@ -37,27 +34,32 @@ def weighted_mean(values: Sequence[float], errors: Sequence[float]) -> tuple[flo
     >>> round(value, 3), error > 0.1
     (4.8, True)
     """
+    return _mean(np.asarray(values, dtype=np.float64), with_scatter(values, errors))[:2]
+
+
+def with_scatter(values: Sequence[float], errors: Sequence[float]) -> FloatArray:
+    """Errors of estimates of one quantity that hold their disagreement, shape (n,).
+
+    Where they scatter by more than their errors allow once in twenty times, each gets the same
+    further error, with which chi^2 is what it should be (Mandel and Paule), and all are wider by
+    Student's factor for few.
+    """
     v = np.asarray(values, dtype=np.float64)
     e = np.maximum(np.asarray(errors, dtype=np.float64), _ROUNDING * np.abs(v) + 1e-300)
     freedom = v.size - 1
+    if freedom < 1 or _mean(v, e)[2] <= freedom + 1.64 * math.sqrt(2.0 * freedom) + 1.0:
+        return e
+    more = float(
+        brentq(lambda tau: _mean(v, np.hypot(e, tau))[2] - freedom, 0.0, 2.0 * float(np.ptp(v)))
+    )
+    return np.hypot(e, more) * students_factor(freedom)
 
-    def mean(more: float) -> tuple[float, float, float]:
-        """Value, error and chi^2 where each has a further error."""
-        each = np.hypot(e, more)
-        w = (each.min() / each) ** 2
-        value = float(w @ v / w.sum())
-        return (
-            value,
-            float(each.min() / math.sqrt(w.sum())),
-            float((((v - value) / each) ** 2).sum()),
-        )
 
-    value, error, chi2 = mean(0.0)
-    if not freedom or chi2 <= freedom + 1.64 * math.sqrt(2.0 * freedom) + 1.0:
-        return value, error
-    more = float(brentq(lambda tau: mean(tau)[2] - freedom, 0.0, 2.0 * float(np.ptp(v))))
-    value, error, _ = mean(more)
-    return value, error * students_factor(freedom)
+def _mean(v: FloatArray, e: FloatArray) -> tuple[float, float, float]:
+    """Weighted mean, its error, and chi^2."""
+    w = (e.min() / e) ** 2
+    value = float(w @ v / w.sum())
+    return value, float(e.min() / math.sqrt(w.sum())), float((((v - value) / e) ** 2).sum())
 
 
 def mean_of(estimates: Sequence[Estimate], *, method: str) -> Estimate:

@@ -17,7 +17,7 @@ from vinesexp.signals.filters import butterworth, default_bands, zero_phase
 from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.onsets import detect_onsets
 from vinesexp.signals.steady_part import students_factor
-from vinesexp.units import COVERAGE_95, STANDARD_GRAVITY
+from vinesexp.units import COVERAGE_95, LIKELY, STANDARD_GRAVITY
 
 _SHRINKS = 0.03  # standard error of r from which on shrinking flights may be chance
 _FEWEST = 5  # hits: any four distances shrink in one order of 24
@@ -131,13 +131,37 @@ def chance_of_series(flights: FloatArray, others: int) -> float:
 
 @dataclass(frozen=True)
 class Bounces:
-    """r with its standard error, the bounces used, the first flight and when it began, s."""
+    """r of a bouncing ball.
+
+    Attributes
+    ----------
+    r, error : float
+        At the middle of the logarithms of the speeds; where r goes with the speed, its error holds
+        the range from the first bounce to the last.
+    count : int
+        Hits used.
+    first_flight, start : float
+        The longest flight, and when it began, s.
+    speeds : tuple of float
+        At which the ball hit the wall, m/s.
+    power : float
+        With which r goes with the speed; 0 where the bounces do not show it for sure.
+    """
 
     r: float
     error: float
     count: int
     first_flight: float
-    start: float = 0.0
+    start: float
+    speeds: tuple[float, ...]
+    power: float
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """r at the fastest and at the slowest bounce."""
+        logs = np.log(self.speeds)
+        fast, slow = self.r * np.exp(self.power * (logs[[0, -1]] - logs.mean()))
+        return float(fast), float(slow)
 
 
 def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
@@ -173,20 +197,20 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     if len(drops) == 1:
         return _in_air(drops[0])
     r, error = weighted_mean([one.r for one in drops], [one.error for one in drops])
-    for one in drops:
-        apart = abs(one.r - r)
-        if apart > max(_APART * r, DISAGREES * one.error):
-            shown = ", ".join(
-                f"{each.r:.3g} +- {COVERAGE_95 * each.error:.1g} from {each.start:.4g} s on"
-                for each in sorted(drops, key=lambda each: each.start)
-            )
-            raise AnalysisError(
-                f"{len(drops)} drops with different r ({shown}): several balls or several "
-                "surfaces; make each a record of its own"
-            )
+    if any(abs(one.r - r) > max(_APART * r, DISAGREES * one.error) for one in drops):
+        shown = ", ".join(
+            f"{each.r:.3g} +- {COVERAGE_95 * each.error:.1g} from {each.start:.4g} s on"
+            for each in sorted(drops, key=lambda each: each.start)
+        )
+        raise AnalysisError(
+            f"{len(drops)} drops with different r ({shown}): several balls or several "
+            "surfaces; make each a record of its own"
+        )
+    speeds = sorted((speed for one in drops for speed in one.speeds), reverse=True)
     return _in_air(Bounces(
         r, error, sum(one.count for one in drops),
         max(one.first_flight for one in drops), min(one.start for one in drops),
+        tuple(speeds), 0.0,
     ))  # fmt: skip
 
 
@@ -215,7 +239,10 @@ def drops_of(times: FloatArray, errors: FloatArray) -> list[Bounces]:
     AnalysisError
         There is none, and why.
     """
-    runs = series_of_flights(times)
+    runs: list[slice] = []
+    for run in series_of_flights(times):
+        if not any(_of_one_ball(times, *sorted((run, one), key=_begins)) for one in runs):
+            runs.append(run)
     certain = [run for run in runs if run.stop - run.start > _CERTAIN]
     refused: list[AnalysisError] = []
     found: list[Bounces] = []
@@ -231,17 +258,30 @@ def drops_of(times: FloatArray, errors: FloatArray) -> list[Bounces]:
     return found
 
 
+def _begins(run: slice) -> int:
+    return int(run.start)
+
+
+def _of_one_ball(times: FloatArray, earlier: slice, later: slice) -> bool:
+    """Whether a series goes on after a hit that was missed: its ball has not come to rest yet."""
+    before, after = np.diff(times[earlier]), np.diff(times[later])
+    ratio = min(float(np.median(before[1:] / before[:-1])), 1.0 - 1e-9)
+    rests = times[earlier][-1] + before[-1] * ratio / (1.0 - ratio)
+    return bool(times[later][0] < rests and after[0] < before[-1])
+
+
 def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
     """r of one series; `others`: hits of the record that are no bounces."""
     flights = np.diff(t)
     _require_flights(flights, others)
-    r, found = _ratio(t, error)
+    r, found, power = _ratio(t, error)
     if not (0.0 < r < 1.0 and found < _SURE * r):
         raise AnalysisError(
             f"the flights between hits do not agree on r: {r:.3g} +- "
             f"{COVERAGE_95 * found:.2g} from {flights.size} of them"
         )
-    return Bounces(r, found, t.size, float(flights[0]), float(t[0]))
+    speeds = 0.5 * STANDARD_GRAVITY * flights[:-1]
+    return Bounces(r, found, t.size, float(flights[0]), float(t[0]), tuple(speeds.tolist()), power)
 
 
 def _require_flights(flights: FloatArray, others: int) -> None:
@@ -270,36 +310,58 @@ def _require_flights(flights: FloatArray, others: int) -> None:
         )
 
 
-def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float]:
-    """r, by the ratios of successive flights, and its standard error.
+def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float, float]:
+    """r, by the ratios of successive flights, its standard error, and how r goes with the speed.
 
-    No two bounces of a ball are alike, and each moves all hits after it: the ratios scatter, not
-    the times. Their scatter is the most probable one beside the errors of the times (restricted
-    likelihood); so few show it that it is uncertain itself, by Student's distribution.
+    Each ratio is the r of one bounce, at a speed in proportion to the flight before it. Where it
+    surely goes with a power of the speed (a soft surface, air, spin), r at another speed is as
+    unsure as the range from the first bounce to the last.
     """
     flights = np.diff(t)
-    y = np.diff(np.log(flights))
+    y, faster = np.diff(np.log(flights)), np.log(flights[:-1])
+    faster = faster - faster.mean()
     by_time = np.diff(np.diff(np.eye(t.size), axis=0) / flights[:, np.newaxis], axis=0)
     known = (by_time * error**2) @ by_time.T + _TINY**2 * np.eye(y.size)
+    even = np.ones((y.size, 1))
+    value, errors = _regressed(y, even, known)
+    range_of_it, power = 0.0, 0.0
+    if y.size > 2:
+        along, of_it = _regressed(y, np.column_stack([even, faster]), known)
+        if abs(along[1]) > LIKELY * of_it[1]:
+            value, errors, power = along, of_it, float(along[1])
+            range_of_it = power * float(np.ptp(faster)) / math.sqrt(12.0)
+    r = math.exp(value[0])
+    return r, r * math.hypot(errors[0], range_of_it), power
 
-    def mean(log_scatter: float) -> tuple[float, float, float]:
-        """Mean of the ratios' logarithms, its variance, and -2 log-likelihood of a scatter."""
+
+def _regressed(y: FloatArray, X: FloatArray, known: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Coefficients of the columns of X and their standard errors, from ratios of flights.
+
+    No two bounces of a ball are alike, and each moves all hits after it: the ratios scatter, not
+    the times. Their scatter is the most probable one beside what is `known`, the errors of the
+    times (restricted likelihood); so few show it that it is uncertain itself, by Student's
+    distribution.
+    """
+
+    def of(log_scatter: float) -> tuple[FloatArray, FloatArray, float]:
+        """Coefficients, their variances, and -2 log-likelihood of a scatter."""
         C = known + math.exp(2.0 * log_scatter) * np.eye(y.size)
-        inverse = np.linalg.inv(C)
-        variance = 1.0 / float(inverse.sum())
-        value = variance * float(inverse.sum(axis=0) @ y)
-        rest = y - value
-        misfit = float(rest @ inverse @ rest)
-        return value, variance, misfit + float(np.linalg.slogdet(C)[1]) - math.log(variance)
+        weighted = np.linalg.solve(C, X)
+        covariance = np.linalg.inv(X.T @ weighted)
+        value = covariance @ (weighted.T @ y)
+        rest = y - X @ value
+        misfit = float(rest @ np.linalg.solve(C, rest))
+        less = float(np.linalg.slogdet(C)[1]) - float(np.linalg.slogdet(covariance)[1])
+        return value, np.diag(covariance), misfit + less
 
     least = math.log(_TINY + float(np.sqrt(np.diag(known).min())))
     best = minimize_scalar(
-        lambda s: mean(s)[2], bounds=(least - 3.0, math.log(_WIDEST)), method="bounded"
+        lambda s: of(s)[2], bounds=(least - 3.0, math.log(_WIDEST)), method="bounded"
     ).x  # fmt: skip
-    value, variance, _ = mean(float(best))
-    surely = min(mean(-math.inf)[1], variance)
-    r = math.exp(value)
-    return r, r * math.sqrt(surely + students_factor(y.size - 1) ** 2 * (variance - surely))
+    value, variance, _ = of(float(best))
+    surely = np.minimum(of(-math.inf)[1], variance)
+    factor = students_factor(y.size - X.shape[1])
+    return value, np.sqrt(surely + factor**2 * (variance - surely))
 
 
 def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:

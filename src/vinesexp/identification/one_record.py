@@ -387,7 +387,17 @@ def _driven(
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
     whole = (impacts.clipped == 0) | (impacts.time_error_s < 1e-4)
     found = restitution_of_bounces(impacts.time_s[whole], impacts.time_error_s[whole])
-    return estimates_of(record, "drop", [("r", found.r, found.error, "1")])
+    note = ""
+    if found.power:
+        fast, slow = found.range
+        note = (
+            f"r goes from {fast:.3g} at {found.speeds[0]:.2g} m/s to {slow:.3g} at "
+            f"{found.speeds[-1]:.2g} m/s (its "
+            "speed, the air or the spin of the ball): the error of r holds this range. Drop it "
+            "from where it hits as fast as in the tests"
+        )
+    speeds = {"speeds": list(found.speeds)}
+    return [Estimate("r", found.r, found.error, "1", "drop", (record.id,), note, data=speeds)]
 
 
 def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:

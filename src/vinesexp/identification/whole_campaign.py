@@ -84,7 +84,7 @@ def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
     return [
         *_channels(found), *_integrated(found), *_of_sweeps(found), *_misfits(found),
-        *_beats(found), *_modes(found), *_follows(found),
+        *_beats(found), *_modes(found), *_follows(found), *_of_drops(found),
     ]  # fmt: skip
 
 
@@ -221,6 +221,22 @@ def _lags(lags: Sequence[Estimate]) -> list[Check]:
                 f"other records {1e6 * middle:.0f} us; removed"
             )
             checks.append(Check(e.records[0], "lag", "warning", detail))
+    return checks
+
+
+def _of_drops(found: Sequence[Estimate]) -> list[Check]:
+    """Drops whose r goes with the speed, and drops that cannot be of one ball on one surface."""
+    drops = [e for e in found if e.parameter == "r" and e.method == "drop"]
+    checks = [Check(e.records[0], "drop", "warning", e.note) for e in drops if e.note]
+    usual = _mean(drops)[0]
+    if any(abs(e.value - usual) > DISAGREES * e.std_error for e in drops):
+        each = [f"{e.value:.3g} ({e.records[0]})" for e in sorted(drops, key=lambda e: e.value)]
+        detail = (
+            f"drops show different r: {first_of(each, _LISTED)}, and leave it as unsure as they "
+            "differ: other balls, other surfaces or other speeds. Exclude those that are not of "
+            "the ball and the walls of the tests"
+        )
+        checks.append(Check("", "drop", "warning", detail))
     return checks
 
 

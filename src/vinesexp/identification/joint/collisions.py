@@ -85,7 +85,8 @@ _OF_NORMAL = 0.831
 _STRAIGHTENED = 3  # steps towards what a bent reading stands for, each some per cent of the last
 _SETTLED = 30  # steps towards that scale, each of which leaves less than half of what is off
 _TINY = 1e-9
-_SLOWEST = 0.02  # of the usual speed: slower ones, which noise may turn, count as this one
+#: Of the usual speed: slower collisions, which noise may turn, count as this one.
+SLOWEST = 0.02
 _LEAST, _APART_AT_MOST = 0.4, 8  # of the variance of independent collisions; of their number
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
@@ -246,7 +247,7 @@ class Collisions:
         r, slope, fade = law
         if not (slope.real.any() or fade.real.any()):  # no law has no derivative but its own
             faster = faster.real
-        faster = _within(faster, _SLOWEST, math.inf)
+        faster = _within(faster, SLOWEST, math.inf)
         along = self.speed * fade * np.log(faster)
         if fade.real.any():
             at = _within(r, *_LOSES)
@@ -272,7 +273,7 @@ class Collisions:
         if not contact.real.any():  # a contact of no duration has no derivative but its own
             spring = spring.real
             law, u, v, a = ([part.real for part in parts] for parts in (law, u, v, a))
-        faster = np.maximum(np.abs((v[1] - u[0]).real) / self.speed, _SLOWEST)
+        faster = np.maximum(np.abs((v[1] - u[0]).real) / self.speed, SLOWEST)
         r = _within(self._restitution(law, faster), *_ANY_R)
         lasts = contact * faster ** (_LONGER[0] + _LONGER[1] * np.tanh(spring))
         ends, begins = lasts * r / (1.0 + r), lasts / (1.0 + r)
@@ -311,7 +312,7 @@ class Collisions:
     @cached_property
     def _faster(self) -> FloatArray:
         """Logarithm of the speed of each impact, by the stated clearance, over the usual one."""
-        return np.log(np.maximum(self.flights.speed / self.speed, _SLOWEST))
+        return np.log(np.maximum(self.flights.speed / self.speed, SLOWEST))
 
     def _weights(self, *gains: Numbers) -> tuple[FloatArray, FloatArray]:
         """Weights of laser and accelerometer in the jump, by the scatter of their momentum, m/s.

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray, median_of
-from vinesexp.identification.average import weighted_mean
+from vinesexp.identification.average import weighted_mean, with_scatter
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import (
     F0_INTEGRATED,
@@ -26,6 +26,7 @@ from vinesexp.identification.joint.collisions import (
     EFFECTS,
     FREE,
     LOCALS,
+    SLOWEST,
     Collisions,
     bounced,
     joined,
@@ -393,8 +394,8 @@ def observe(
     _in_releases(b, found)
     _clock(b, driven)
     _releases(b, found)
-    _drops(b, found)
     _share_speed(b)
+    _drops(b, found)
     names = tuple(b.priors)
     return Observed(
         names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
@@ -1362,12 +1363,30 @@ def begins_later(seen: Estimate, campaign: Campaign) -> bool:
 
 
 def _drops(b: _Builder, found: Sequence[Estimate]) -> None:
-    """r of drop tests: the ball's own, if the ball met walls elsewhere or not."""
+    """r of drop tests: the ball's own, at their speeds, if the ball met walls elsewhere or not.
+
+    Drops that differ by more than their errors are as unsure as they differ.
+    """
     drops = [e for e in found if e.parameter == "r" and e.method == "drop"]
     model = b.campaign.known.uncertainties.model.of(1.0)
-    for e in drops:
+    errors = with_scatter([e.value for e in drops], [max(e.std_error, 1e-6) for e in drops])
+    for e, error in zip(drops, errors, strict=True):
         name = b.add("r", 0.6, _WIDE_R)
         off = b.add("drop", 0.0, model * e.value)
-        sums = ({name: 1.0, off: 1.0}, 0.0)
-        error = max(e.std_error, 1e-6)
-        b.blocks.append(Block(e.records[0], "drop", (sums,), _Single(e.value, error)))
+        terms = {name: 1.0, off: 1.0, **_at_speeds(b, e)}
+        b.blocks.append(
+            Block(e.records[0], "drop", ((terms, 0.0),), _Single(e.value, float(error)))
+        )
+
+
+def _at_speeds(b: _Builder, drop: Estimate) -> dict[str, float]:
+    """By what r of a drop differs from that at the usual speed of the tests, as a sum."""
+    if not (b.collisions and drop.data):
+        return {}
+    usual = next(iter(b.collisions.values())).speed
+    faster = np.array(drop.data["speeds"]) / usual
+    slope, fade = (b.add(name, 0.0, 0.0) for name in ("slope", "fade"))
+    return {
+        slope: usual * float(faster.mean() - 1.0),
+        fade: usual * float(np.log(np.maximum(faster, SLOWEST)).mean()),
+    }
