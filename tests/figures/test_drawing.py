@@ -20,7 +20,7 @@ from vinesexp.figures.single_records import (
     amplitude_trace,
     columns_of_screen,
     extremes,
-    impacts_on_acceleration,
+    hits_and_bounces,
     sequence,
 )
 from vinesexp.records.stored.store import RecordWriter, open_record
@@ -208,16 +208,23 @@ def test_every_channel_has_a_name_and_a_colour():
 
 @pytest.mark.parametrize("role", ["sound", "acceleration"])
 def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
-    """A microphone has none, and of a bouncing ball no velocity of the mass is known."""
+    """A microphone has none; r of each bounce stands over the speed at which the ball hit."""
     t = np.linspace(0.0, 1.0, 1000)
     shown = {"sound": "sound (uncalibrated)", "acceleration": "acceleration (m/s²)"}[role]
-    hits = np.array([0.2, 0.5, 0.7, 0.84])
-    columns = dict.fromkeys(COLUMNS, np.full(4, np.nan))
-    marks = Impacts(**{**columns, "time_s": hits, "side": np.zeros(4, dtype=np.int64)})
-    traces = Trace(shown, t, np.sin(50 * t)), Trace(shown, t, np.sin(50 * t))
-    figure = impacts_on_acceleration(*traces, marks, title="d: drop, 4 impacts")
-    labels = " ".join(axis.get_ylabel() for axis in figure.axes)
-    assert labels == " ".join([shown.replace(" (", "\n(")] * 2)
+    hits = 0.1 + 0.2 * np.concatenate([[0.0], np.cumsum([1.0, 0.6, 0.366, 0.2196])])
+    columns = dict.fromkeys(COLUMNS, np.full(5, np.nan))
+    clean = {"clipped": np.zeros(5, dtype=np.int64), "time_error_s": np.full(5, 1e-6)}
+    side = np.zeros(5, dtype=np.int64)
+    marks = Impacts(**{**columns, **clean, "time_s": hits, "side": side})
+    figure = hits_and_bounces(Trace(shown, t, np.sin(50 * t)), marks, title="d: drop, 5 impacts")
+    above, below = figure.axes
+    assert above.get_ylabel() == shown.replace(" (", "\n(")
+    points, line = below.lines
+    np.testing.assert_allclose(points.get_ydata(), [0.6, 0.61, 0.6])
+    np.testing.assert_allclose(
+        points.get_xdata(), 0.5 * 9.80665 * 0.2 * np.array([1.0, 0.6, 0.366])
+    )
+    assert set(np.round(line.get_ydata(), 4)) == {0.6033}
 
 
 def test_an_added_mass_that_is_wrong_by_10_g_is_seen():

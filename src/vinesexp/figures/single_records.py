@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,9 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.errors import AnalysisError
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.record_words import settings_of, short, titled
 from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, key, label, link, new_figure, panels
+from vinesexp.identification.bounces import Bounces, bounces_of
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.records.campaign.schema import RELEASES, Campaign, Record
@@ -364,17 +367,16 @@ def sequence(n: int) -> list[str]:
 def impacts_on_acceleration(
     whole: Trace, zoom: Trace, impacts: Impacts, *, title: str, motion: Trace | None = None
 ) -> Figure:
-    """Bandpassed acceleration or sound, the jump of every impact, and a few cycles enlarged.
+    """Bandpassed acceleration, the jump of every impact, and a few cycles enlarged.
 
     Parameters
     ----------
     whole, zoom : Trace
-        Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch.
+        Acceleration, m/s^2: the whole record and the enlarged stretch.
     impacts : Impacts
     motion : Trace, optional
         Displacement in the enlarged stretch, mm.
     """
-    # Of a bouncing ball only times are known.
     jumps = bool(np.isfinite(impacts.velocity_jump_m_s).any())
     ratios = [1.0, 0.8, 1.5] if jumps else [1.0, 1.5]
     figure, (above, *middle, below) = new_figure(
@@ -457,7 +459,9 @@ def draw_record(
     """
     title = titled(record, stated)
     yield _overview(record, results, title)
-    if record.clearance or record.test == "drop":
+    if record.test == "drop":
+        yield from _bounces(record, results, title)
+    elif record.clearance:
         yield from _impacts(record, results, title)
 
 
@@ -532,40 +536,77 @@ def _oscillation(record: Record, results: Path) -> float:
 
 
 def _impacts(record: Record, results: Path, title: str) -> Iterator[tuple[Figure, Drawn]]:
-    marks = read_impacts(ResultPaths(results).impacts(record.id))
-    if record.test == "drop":  # a ball that is dropped meets one wall alone
-        marks = replace(marks, side=0 * marks.side)
+    marks, role = read_impacts(ResultPaths(results).impacts(record.id)), "acceleration"
     with open_record(ResultPaths(results).conditioned(record.id)) as view:
-        role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
-        if role is None or not marks.n:
+        if role not in view.roles or not marks.n:
             return
         begin, end = _stretch(view, record, marks)
         zoom = whole_trace(view, role, begin=begin, end=end)
         motion = None
-        if "displacement" in view.roles and record.test != "drop":
+        if "displacement" in view.roles:
             x = 1e3 * view.read("displacement", begin, end)
             motion = Trace("displacement", view.time(begin, end), x)
         trace = whole_trace(view, role, frequency=_oscillation(record, results))
     title = f"{title}, {counted(marks.n, 'impact')}"
     figure = impacts_on_acceleration(trace, zoom, marks, title=title, motion=motion)
-    by_wall = "" if record.test == "drop" else ", coloured by the wall that was hit"
-    middle = f"Middle: change of the mass's velocity at each impact{by_wall}. "
+    middle = (
+        "Middle: change of the mass's velocity at each impact, coloured by the wall that was hit. "
+    )
     middle = middle if np.isfinite(marks.velocity_jump_m_s).any() else ""
     text = (
-        f"Above: bandpassed {role}, every spike an impact; the shaded stretch is enlarged below. "
-        f"{middle}Below: the stretch with every impact found marked. Each spike should have one "
-        "mark, and each mark one spike."
+        "Above: bandpassed acceleration, every spike an impact; the shaded stretch is enlarged "
+        f"below. {middle}Below: the stretch with every impact found marked. Each spike should have "
+        "one mark, and each mark one spike."
     )
     yield figure, Drawn(f"impacts_{record.test}", record.test, f"Record {record.id}", text)
 
 
+def _bounces(record: Record, results: Path, title: str) -> Iterator[tuple[Figure, Drawn]]:
+    """A dropped ball: its hits, and r of each bounce over the speed at which it hit the wall."""
+    hits = read_impacts(ResultPaths(results).impacts(record.id))
+    hits = replace(hits, side=0 * hits.side)  # one wall alone
+    with open_record(ResultPaths(results).conditioned(record.id)) as view:
+        role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
+        if role is None or not hits.n:
+            return
+        ends = np.array([hits.time_s[0], hits.time_s[-1]])
+        ends += np.array([-0.08, 0.08]) * np.ptp(ends) + np.array([-0.02, 0.02])
+        first, last = np.clip(np.rint((ends - view.start) * view.sample_rate), 0, view.n)
+        heard = whole_trace(view, role, begin=int(first), end=int(last))
+    figure = hits_and_bounces(heard, hits, title=f"{title}, {counted(hits.n, 'impact')}")
+    text = (
+        f"Above: bandpassed {role}; each spike should have one mark, and each mark one spike. "
+        "Below: r of each bounce, the flight after it over the flight before it. The line is r of "
+        "the record with its 95 % interval."
+    )
+    yield figure, Drawn("impacts_drop", "drop", f"Record {record.id}", text)
+
+
+def hits_and_bounces(heard: Trace, hits: Impacts, *, title: str) -> Figure:
+    """Hits of a dropped ball, marked, and r of each bounce over its speed with r of the drop."""
+    figure, (above, below) = new_figure(2, 1, height=4.4, gridspec_kw={"height_ratios": [1.0, 1.3]})
+    _enlarged(above, heard, hits, None)
+    above.set(title=title, xlabel="time (s)")
+    with suppress(AnalysisError):
+        _each_bounce(below, bounces_of(hits))
+    below.set(xlabel="speed of the impact (m/s)", ylabel="r of each bounce")
+    return figure
+
+
+def _each_bounce(axis: Axes, found: Bounces) -> None:
+    axis.plot(found.speeds, found.ratios, "o", color=COLOURS["measured"], markersize=3.5)
+    speeds = np.linspace(found.speeds.min(), found.speeds.max(), 100)
+    middle = math.exp(float(np.log(found.speeds).mean()))
+    line, half = found.r * (speeds / middle) ** found.power, COVERAGE_95 * found.error
+    axis.plot(speeds, line, color=COLOURS["exact"], linewidth=1.4)
+    axis.axhspan(found.r - half, found.r + half, color=COLOURS["exact"], alpha=0.2, linewidth=0)
+    words = f"r = {plus_minus(found.r, found.error)}"
+    axis.set_title(words, loc="right", color=COLOURS["exact"], fontsize=8.0)
+
+
 def _stretch(view: RecordView, record: Record, marks: Impacts) -> tuple[int, int]:
     """Samples of a few cycles: from the first impact, or in the middle of a periodic test."""
-    if record.test == "drop":
-        # All bounces: they come ever faster.
-        length = 1.1 * float(marks.time_s[-1] - marks.time_s[0]) + 0.02
-    else:
-        length = 3.5 / view.oscillation if view.oscillation else 0.5
+    length = 3.5 / view.oscillation if view.oscillation else 0.5
     middle = marks.n // 2 if record.test == "periodic" else 0
     begin = max(round((marks.time_s[middle] - view.start - 0.08 * length) * view.sample_rate), 0)
     return begin, min(begin + max(round(1.16 * length * view.sample_rate), 2), view.n)

@@ -15,6 +15,7 @@ from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.filters import butterworth, default_bands, zero_phase
 from vinesexp.signals.impacts.candidates import Stream
+from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.onsets import detect_onsets
 from vinesexp.signals.steady_part import students_factor
 from vinesexp.units import COVERAGE_95, LIKELY, STANDARD_GRAVITY
@@ -32,6 +33,7 @@ _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; short
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
 _TINY, _WIDEST = 1e-9, 1.0  # scatter of ln r from bounce to bounce: least, most
+_TIMED = 1e-4  # s: error of the time of a hit, from which on one that is clipped is not used
 _AIR = 0.0115  # 1/m: rho C_d A / m of a steel ball of 10 mm
 
 
@@ -142,8 +144,8 @@ class Bounces:
         Hits used.
     first_flight, start : float
         The longest flight, and when it began, s.
-    speeds : tuple of float
-        At which the ball hit the wall, m/s.
+    speeds, ratios : arrays (n,)
+        At which the ball hit the wall, m/s, and the r of each of these bounces.
     power : float
         With which r goes with the speed; 0 where the bounces do not show it for sure.
     """
@@ -153,14 +155,16 @@ class Bounces:
     count: int
     first_flight: float
     start: float
-    speeds: tuple[float, ...]
+    speeds: FloatArray
+    ratios: FloatArray
     power: float
 
     @property
     def range(self) -> tuple[float, float]:
         """r at the fastest and at the slowest bounce."""
         logs = np.log(self.speeds)
-        fast, slow = self.r * np.exp(self.power * (logs[[0, -1]] - logs.mean()))
+        ends = np.array([logs.max(), logs.min()])
+        fast, slow = self.r * np.exp(self.power * (ends - logs.mean()))
         return float(fast), float(slow)
 
 
@@ -206,12 +210,13 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
             f"{len(drops)} drops with different r ({shown}): several balls or several "
             "surfaces; make each a record of its own"
         )
-    speeds = sorted((speed for one in drops for speed in one.speeds), reverse=True)
-    return _in_air(Bounces(
+    whole = Bounces(
         r, error, sum(one.count for one in drops),
         max(one.first_flight for one in drops), min(one.start for one in drops),
-        tuple(speeds), 0.0,
-    ))  # fmt: skip
+        np.concatenate([one.speeds for one in drops]),
+        np.concatenate([one.ratios for one in drops]), 0.0,
+    )  # fmt: skip
+    return _in_air(whole)
 
 
 def _in_air(found: Bounces) -> Bounces:
@@ -229,6 +234,15 @@ def _in_air(found: Bounces) -> Bounces:
 def _height(flight: float) -> float:
     """Height of a flight that lasts so long, m."""
     return STANDARD_GRAVITY * flight**2 / 8.0
+
+
+def bounces_of(impacts: Impacts) -> Bounces:
+    """r of the drop that an impact table holds (`restitution_of_bounces`), clipped hits left out.
+
+    A hit beyond the range counts where its time is known all the same.
+    """
+    whole = (impacts.clipped == 0) | (impacts.time_error_s < _TIMED)
+    return restitution_of_bounces(impacts.time_s[whole], impacts.time_error_s[whole])
 
 
 def drops_of(times: FloatArray, errors: FloatArray) -> list[Bounces]:
@@ -280,8 +294,8 @@ def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
             f"the flights between hits do not agree on r: {r:.3g} +- "
             f"{COVERAGE_95 * found:.2g} from {flights.size} of them"
         )
-    speeds = 0.5 * STANDARD_GRAVITY * flights[:-1]
-    return Bounces(r, found, t.size, float(flights[0]), float(t[0]), tuple(speeds.tolist()), power)
+    speeds, ratios = 0.5 * STANDARD_GRAVITY * flights[:-1], flights[1:] / flights[:-1]
+    return Bounces(r, found, t.size, float(flights[0]), float(t[0]), speeds, ratios, power)
 
 
 def _require_flights(flights: FloatArray, others: int) -> None:
@@ -324,14 +338,14 @@ def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float, float]:
     known = (by_time * error**2) @ by_time.T + _TINY**2 * np.eye(y.size)
     even = np.ones((y.size, 1))
     value, errors = _regressed(y, even, known)
-    range_of_it, power = 0.0, 0.0
+    reach, power = 0.0, 0.0
     if y.size > 2:
         along, of_it = _regressed(y, np.column_stack([even, faster]), known)
         if abs(along[1]) > LIKELY * of_it[1]:
             value, errors, power = along, of_it, float(along[1])
-            range_of_it = power * float(np.ptp(faster)) / math.sqrt(12.0)
+            reach = power * float(np.ptp(faster)) / math.sqrt(12.0)
     r = math.exp(value[0])
-    return r, r * math.hypot(errors[0], range_of_it), power
+    return r, r * math.hypot(errors[0], reach), power
 
 
 def _regressed(y: FloatArray, X: FloatArray, known: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.bounces import restitution_of_bounces
+from vinesexp.identification.bounces import bounces_of
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.driven_motion import DRIVEN, driven_motion, free_motion
 from vinesexp.identification.estimate import (
@@ -385,18 +385,16 @@ def _driven(
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
-    whole = (impacts.clipped == 0) | (impacts.time_error_s < 1e-4)
-    found = restitution_of_bounces(impacts.time_s[whole], impacts.time_error_s[whole])
-    note = ""
+    found, note = bounces_of(impacts), ""
     if found.power:
         fast, slow = found.range
         note = (
-            f"r goes from {fast:.3g} at {found.speeds[0]:.2g} m/s to {slow:.3g} at "
-            f"{found.speeds[-1]:.2g} m/s (its "
+            f"r goes from {fast:.3g} at {found.speeds.max():.2g} m/s to {slow:.3g} at "
+            f"{found.speeds.min():.2g} m/s (its "
             "speed, the air or the spin of the ball): the error of r holds this range. Drop it "
             "from where it hits as fast as in the tests"
         )
-    speeds = {"speeds": list(found.speeds)}
+    speeds = {"speeds": found.speeds.tolist()}
     return [Estimate("r", found.r, found.error, "1", "drop", (record.id,), note, data=speeds)]
 
 
