@@ -133,6 +133,7 @@ def test_times_of_few_digits_stand_still_and_leap(digits):
     )
     rate, start = clock.finish()
     assert rate == pytest.approx(40000.0, rel=4.0 / 2000)  # a printed step of the whole
+    assert digits > 3 or rate == 40000.0  # the round one of those that the times allow
     assert start == pytest.approx(-0.025, abs=1e-4)
     assert clock.stairs == pytest.approx({3: 4.0, 4: 0.0, 5: 0.0}[digits], rel=1e-2)
 

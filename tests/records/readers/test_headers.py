@@ -322,3 +322,10 @@ def test_rates_in_names_without_strokes_are_units(names, units, tmp_path):
     path = tmp_path / "a.csv"
     np.savetxt(path, TABLE, fmt="%.6f", header=",".join(names), delimiter=",", comments="")
     assert tuple(one.unit for one in open_source(path).columns) == units
+
+
+def test_the_numbers_that_pandas_gives_columns_are_no_row(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{i},{x:.6f},{b:.6f}\n" for i, (_, b, x) in enumerate(TABLE))
+    path.write_text(f",0,1\n{rows}")
+    np.testing.assert_allclose(column(path, 1), X, atol=1e-6)

@@ -75,6 +75,17 @@ def test_a_block_of_fewer_columns_has_its_own_names(tmp_path):
     assert [(c.name, c.unit) for c in columns] == [("x-axis", "Hz"), ("F1", "V")]
 
 
+def test_a_block_with_empty_cells_has_its_own_names(tmp_path):
+    """Cells are empty where a channel has no spectrum: hertz were seconds, and amperes a name."""
+    times = "".join(f"{i / 1000},{i % 7},{i % 5}\n" for i in range(N))
+    lines = "".join(f"{10 * i - 100},{i % 3 if i > 10 else ''},\n" for i in range(N))
+    (tmp_path / "a.csv").write_text(
+        f"x-axis,1,2\nsecond,Ampere,Volt\n{times}x-axis,F1,\nHertz,Ampere,\n{lines}"
+    )
+    columns = open_source(tmp_path / "a.csv#2").columns[:2]
+    assert [(c.name, c.unit) for c in columns] == [("x-axis", "Hz"), ("F1", "A")]
+
+
 def test_segments_of_a_labview_file_have_their_own_headers(tmp_path):
     (tmp_path / "a.lvm").write_text(
         LABVIEW + segment(1) + "\n" + segment(2, 30) + "\n" + segment(3)

@@ -188,6 +188,17 @@ def test_a_word_among_numbers_is_found_wherever_it_is(row, rows, tmp_path):
     )
 
 
+@pytest.mark.parametrize("mark", ["# buffer flushed", "% paused; 3 s", "// "])
+def test_a_remark_between_rows_is_no_row(mark, tmp_path):
+    lines = [f"{i / 100:.2f};{i % 7}" for i in range(400)]
+    lines.insert(250, mark)
+    (tmp_path / "a.txt").write_text("\n".join(["t;x", *lines, ""]))
+    source = open_source(tmp_path / "a.txt")
+    block = np.concatenate(list(source.blocks([0, 1])))
+    np.testing.assert_allclose(block[:, 0], np.arange(400) / 100)
+    assert source.locate(300) == "line 303"
+
+
 def test_words_in_a_column_that_nobody_asks_for_are_no_problem(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t,x,remark\n0,1,fine\n1,2,\n2,3,LOST COMMUNICATION\n")

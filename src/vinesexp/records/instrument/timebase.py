@@ -37,6 +37,7 @@ _STAIRS = (1.25, 20.0)  # intervals in a printed step of times that stand still 
 _ALMOST, _ODD = 0.5, 3  # intervals in a printed step that seem to be pauses; so many of them
 #: Printed steps at least of such a record: fewer leave its rate uncertain by a percent.
 _FLIGHTS = 100
+_ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # rates of oscilloscopes, of intervals too
 _STILL = 0.02  # of the samples: so many may stand at the time of the one before
 _USUAL = 2.5  # times the median: steps among which an uneven clock goes
 
@@ -110,6 +111,8 @@ class Clock:
         After `finish`: how far times stray beyond their rounding, in samples.
     stairs : float
         Samples to one printed step, where times stand still in between; else 0.
+    rounded : float or None
+        The round rate (Hz) that is taken, of those that such stairs allow.
     repeated : int
         Times that were those of other rows, and for which the rows count.
     """
@@ -123,6 +126,7 @@ class Clock:
         self.n = 0
         self.first = self.last = self.stray = math.nan
         self.stairs = 0.0
+        self.rounded: float | None = None
         self.pauses: list[Pause] = []
         self._refusal: RecordError | None = None  # of the first of them, where they are no pauses
         self._interval = self._coarsest = self._finest = math.nan
@@ -226,7 +230,9 @@ class Clock:
             raise UnevenClockError(float(np.abs(astray).max()) / interval, interval)
         if self.stray > 0.0 or self._coarsest > _COARSE * interval:
             interval = self._interval_of_line()
-        return self._rate(interval), self.first * self.size
+        rate = self._rate(interval)
+        self.rounded = _round_rate(rate, self.stairs / self.n)
+        return self.rounded or rate, self.first * self.size
 
     def _from_line(self) -> tuple[float, FloatArray, FloatArray]:
         """Interval of the line through the first and last time; how far times are from it at most.
@@ -277,6 +283,7 @@ class Clock:
             )
         if self.stairs:
             known = f"known to {100.0 * self.stairs / self.n:.1g} %"
+            known += f" and taken as the round {self.rounded:g} Hz" if self.rounded else ""
             known = "that of the header" if self._coarser_than_stated() else known
             said.append(
                 f"times are printed to steps of {self.stairs:.2g} samples: the rate is {known}, "
@@ -387,6 +394,19 @@ class Clock:
         printed = 0.5 * self._finest / (interval * (self.n - 1))
         uncertainty = rate * (printed + 4.0 * np.finfo(float).eps)
         return float(round(rate)) if abs(rate - round(rate)) <= min(uncertainty, 0.01) else rate
+
+
+def _round_rate(rate: float, uncertainty: float) -> float | None:
+    """The rate of those that oscilloscopes have, within a relative uncertainty; None of others.
+
+    Examples
+    --------
+    >>> _round_rate(39973.8, 0.002), _round_rate(1023.9, 0.002), _round_rate(39973.8, 0.0)
+    (40000.0, None, None)
+    """
+    size = 10.0 ** math.floor(math.log10(rate))
+    near = min((size * step for step in _ROUND), key=lambda one: abs(one - rate))
+    return near if abs(near - rate) <= uncertainty * rate else None
 
 
 def _resolution(times: FloatArray) -> float:

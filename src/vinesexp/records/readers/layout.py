@@ -39,6 +39,7 @@ _GROUPED = re.compile(
 )
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _SWAPPED = str.maketrans(",.", ".,")
+_MARKS = ("#", "%", "//")  # of comment
 _FEWEST_HALVES = 2  # lines
 _FEWEST_GROUPED = 5  # cells; below, a point is a decimal point
 #: Delimiters, None for white space, with each decimal sign.
@@ -309,6 +310,20 @@ def _shape(layout: Layout, line: str) -> tuple[int, int]:
     return len(cells), len(cells[-1].partition(layout.decimal)[2]) if cells else 0
 
 
+def is_remark(layout: Layout, line: str) -> bool:
+    """Whether a line among the rows begins with a mark of comment and holds no value.
+
+    Examples
+    --------
+    >>> table = Layout("utf-8", ";", ".")
+    >>> is_remark(table, "# buffer; flushed"), is_remark(table, "# 1; 2")
+    (True, False)
+    """
+    if not line.lstrip().startswith(_MARKS):
+        return False
+    return not any(layout.is_value(cell) for cell in layout.cells(line))
+
+
 def _is_row(layout: Layout, numeric: set[int], stamps: set[int], line: str) -> bool:
     """Whether most of a line's cells are values, that in the first column of data among them.
 
@@ -319,7 +334,7 @@ def _is_row(layout: Layout, numeric: set[int], stamps: set[int], line: str) -> b
     begun = first in stamps or not cells[first : first + 1] or not cells[first]
     filled = [cell for cell in cells if cell]
     values = sum(layout.is_value(cell) or is_stamp(cell) for cell in filled)
-    words = line.startswith(("#", "%", "//"))
+    words = line.startswith(_MARKS)
     return not words and 2 * values > len(filled) and (begun or layout.is_value(cells[first]))
 
 
@@ -432,6 +447,9 @@ def _body(layout: Layout, lines: list[str], numeric: set[int], stamps: set[int])
         first = first_row(True)  # or words stand before the numbers of every row
     if first is None:
         raise RecordError(_NO_NUMBERS)
+    # pandas numbers the columns that have no names, over an index without one: `,0,1`.
+    if row(first)[:1] == [""] and row(first)[1:] == [*map(str, range(len(row(first)) - 1))]:
+        first += 1
     # A column that ends before the last rows holds data where most of the first rows fill it.
     width, near = max(numeric | stamps) + 1, range(first, min(first + _NEAR, len(lines)))
     wide = [lines[i] for i in near if any(row(i)[width:])]

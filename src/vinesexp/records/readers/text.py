@@ -23,7 +23,14 @@ from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.header import find_layout
 from vinesexp.records.readers.labels import CODED, CODES, is_overload, overload_value, unit_of_label
-from vinesexp.records.readers.layout import CANDIDATES, THE_FILE, Layout, Lines, seconds_since
+from vinesexp.records.readers.layout import (
+    CANDIDATES,
+    THE_FILE,
+    Layout,
+    Lines,
+    is_remark,
+    seconds_since,
+)
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
     Source,
@@ -280,7 +287,11 @@ class TextSource(Source):
 
     def _filled(self, first: int, lines: Sequence[str]) -> list[tuple[int, str]]:
         blank = " \n" if self.layout.delimiter == "\t" else " \t\n"
-        return [(n, line) for n, line in enumerate(lines, first) if line.strip(blank)]
+        return [
+            (n, line)
+            for n, line in enumerate(lines, first)
+            if line.strip(blank) and not is_remark(self.layout, line)
+        ]
 
     def _require_whole(self, first: int, lines: Sequence[str]) -> None:
         """Refuse the first row that is not what its neighbours are: read as it stands, a cell too
@@ -434,7 +445,10 @@ def lines_of_block(path: Path, layout: Layout, block: RowBlock) -> Iterator[str]
 def _merged(layout: Layout, common: list[str], own: list[str], cells: int) -> list[str]:
     """Lines above the first block that another, of `cells` cells, keeps, and its own."""
     width = min(cells, len([cell for cell in layout.cells(common[-1]) if cell]) if common else 0)
-    named = bool(own) and len([cell for cell in layout.cells(own[-1]) if cell]) >= width
+    last = layout.cells(own[-1])
+    words = [cell for cell in last if cell]
+    # Rows may have empty cells where another block has a column: `Hertz,Ampere,` over `100,0.2,`.
+    named = len(words) >= width or (len(last) == cells and len(words) > 1)
     stated = {layout.cells(line)[0] for line in own}
     kept = [line for line in common if not line.strip() or layout.cells(line)[0] not in stated]
     return [*kept, *own] if named else [*own, *kept]
