@@ -97,6 +97,7 @@ UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "psi": 6894.757293168},
     "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237, "oz": 0.028349523125},
     "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6, "kV": 1e3},
+    "current": {"A": 1.0},
     "charge": {"C": 1.0, "nC": 1e-9, "pC": 1e-12},
     "time": {
         "s": 1.0,

@@ -449,3 +449,29 @@ def test_what_rings_in_most_files_of_a_folder_is_the_base_of_none(tmp_path):
         views.append(view)
     assert "base" in {guess.role for guess in guess_roles(views[2:]).values()}
     assert {n: g.role for n, g in guess_roles(views).items()} == {"chan_2": "displacement"}
+
+
+def test_what_creeps_is_no_oscillation(tmp_path):
+    """A torsion pendulum whose program writes the amplitude of each moment beside the motion."""
+    level = 1.0 - np.exp(-0.02 * T)
+    swing = level * np.cos(2 * np.pi * 0.9 * T) + 0.02 * RNG.standard_normal(T.size)
+    drive = 25.0 * np.sin(2 * np.pi * 0.9 * T) * (T < 60.0)
+    names = "Tempo,Forzante,Pendolo,Ampiezza"
+    view, roles = looked_at(tmp_path / "a.csv", names, T, drive, swing, np.sin(np.pi * T / 100.0))
+    assert roles == {"Forzante": "base", "Pendolo": "displacement"}
+    assert describe_test(view, guess_roles([view]))[0] == "periodic"
+
+
+def test_a_current_is_no_motion(tmp_path):
+    swing = np.exp(-0.02 * T) * np.cos(2 * np.pi * 0.9 * T)
+    noisy = swing + 0.1 * RNG.standard_normal(T.size)
+    assert looked_at(tmp_path / "a.csv", "t,1 (A),2 (V)", T, swing, noisy)[1] == {
+        "2": "displacement"
+    }
+
+
+def test_a_file_of_forces_alone_is_not_said_to_lack_what_campaign_yaml_names(tmp_path):
+    path = tmp_path / "a.csv"
+    np.savetxt(path, np.stack([T, np.cos(T)], 1), delimiter=",", header="t,Load (N)", comments="")
+    view = view_file(path)
+    assert describe_test(view, guess_roles([view]))[2].startswith("no vibration was recognised")

@@ -88,6 +88,10 @@ def test_smallest_and_largest_values_in_turn_are_no_samples(tmp_path):
     pairs = X.repeat(2)[:600] + np.tile([-0.05, 0.05], 300)
     assert "peak detection" in written(tmp_path / "a.csv", T, pairs).remarks[-1]
     assert not written(tmp_path / "b.csv", T, X).remarks
+    noisy = X + 0.3 * np.random.default_rng(3).standard_normal(X.size)
+    table = np.stack([T, noisy, pairs], axis=1)
+    np.savetxt(tmp_path / "c.csv", table, header="time,CH1,Peak", delimiter=",", comments="")
+    assert set(guess_roles([view_file(tmp_path / "c.csv")])) == {"CH1"}
 
 
 def test_labview_says_that_its_axis_is_one_of_frequencies(tmp_path):
@@ -183,7 +187,17 @@ def test_what_creeps_up_beside_the_times_has_no_name_in_common_with_them(tmp_pat
     assert [c.kind for c in view_file(tmp_path / "a.csv").columns] == ["time", "signal"]
 
 
-@pytest.mark.parametrize("name", ["mag_z", "magX", "estQuaternion0", "lng", "lat"])
+def test_the_length_of_a_pendulum_is_no_time_beside_its_period(tmp_path):
+    path = tmp_path / "a.csv"
+    length = np.arange(0.10, 1.0, 0.01)
+    period = 2.0 * np.sqrt(length) + 0.03 * np.cos(7.0 * np.arange(length.size))
+    np.savetxt(path, np.stack([length, period], 1), "%.2f", ";", header="lengde;tid", comments="")
+    view = view_file(path)
+    assert view.rate is None
+    assert "'tid' goes back" in view.remarks[0]
+
+
+@pytest.mark.parametrize("name", ["mag_z", "magX", "lng", "lat", "Phase", "Vertical Accuracy (°)"])
 def test_a_heading_or_a_place_on_earth_is_no_displacement(name, tmp_path):
     path = tmp_path / "a.csv"
     table = np.stack([T, np.cos(9.0 * T), 300.0 * X], axis=1)

@@ -42,7 +42,8 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     a = columns.get("acceleration") or x
     base = columns.get("base")
     if x is None or a is None:
-        return OPEN, {}, _without_channels(file, elsewhere=bool(guesses))
+        own = {label_of(c) for c in file.signals}
+        return OPEN, {}, _without_channels(file, elsewhere=not own.issuperset(guesses))
     if (heard := _bounces(columns)) is not None:
         return "drop", {}, heard
     if columns.get("sound") is x:

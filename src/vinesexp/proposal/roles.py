@@ -18,14 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.proposal.survey import SLOWEST, ColumnView, FileView, is_called_time
+from vinesexp.proposal.survey import SLOWEST, ColumnView, FileView, are_pairs, is_called_time
 from vinesexp.records.readers.labels import unit_of_label
 from vinesexp.units import UNITS, first_of
 
 _NAMES = {
     "force": re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell|^f\d?$", re.I),
     "base": re.compile(
-        r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot|tisch|anreg|erreg"
+        r"base|shaker|table|socle|support|excit|drive|forzant|ground|fuss|foot|tisch|anreg|erreg"
         r"|振动台|台面|基座|底座|基础|激励",
         re.I,
     ),
@@ -56,7 +56,8 @@ def names_role(word: str) -> bool:
 _OTHERS = re.compile(
     r"magnet|(?<![a-z])mag[_ ]?[xyz]?(?![a-z])|quaternion|temper|(?<![a-z])temp(?![a-z])|humid"
     "|pressure|light|torque|energ|potential|kinetic|°C"
-    "|latitud|longitud|^(?:lat|lon|lng)$|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren"
+    "|latitud|longitud|^(?:lat|lon|lng)$|altitud|heading|bearing|azimut|direction|accura|uncertain"
+    "|fft|psd|spectr|correl|coheren|(?<![a-z])(?:phase|fase)(?![a-z])"
     "|(?<![a-z])fr[eé]q|frekven",
     re.IGNORECASE,
 )
@@ -157,6 +158,8 @@ def weighed_roles(files: Sequence[FileView]) -> WeighedRoles:
                 against[label] = f"its {said} it is a time"
             elif _OTHERS.search(column.name):
                 against[label] = "its name says another quantity than motion along a line"
+            elif are_pairs(column.finite):
+                against[label] = "it is smallest and largest values in turn, not samples"
             else:
                 places.setdefault(label, []).append((file, column))
     found = [*_stated(places)]
@@ -401,7 +404,12 @@ def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[
             "it oscillates most clearly of the remaining signals "
             f"({', '.join(left)}); check which one it is"
         )
-    best = max(left, key=lambda label: sum(_clearness(column) for _, column in rest[label]))
+
+    def clearly(label: str) -> tuple[int, float]:  # a slope is clear, too, and no oscillation
+        columns = [column for _, column in rest[label]]
+        return sum(map(stands_out, columns)), sum(map(_clearness, columns))
+
+    best = max(left, key=clearly)
     return [Indication(best, "displacement", _LEFT, words, rivals=len(left) - 1)]
 
 

@@ -24,7 +24,8 @@ from vinesexp.units import UNITS, counted, first_of
 
 _MOST = 1 << 21  # samples of a column that are looked at
 _TIME_NAME = re.compile(
-    r"(?:.*/)?(time|timestamps?|zeit|temps|tempo|tiempo|t|x_value|sec|seconds?|elapsed)(?![a-z])",
+    r"(?:.*/)?(time|timestamps?|zeit|temps|tempo|tiempo|t|x_value|sec|seconds?|elapsed"
+    r"|tijd|(?-i:[Tt]id)|czas|aika|čas|idő|zaman|waktu|время|时间|時間)(?![a-z])",
     re.IGNORECASE,
 )
 _FREQUENCY_NAME = re.compile(
@@ -275,7 +276,7 @@ def _odd(
             "of them"
         )
     signals = [c for c in columns if c.kind == "signal" and c.rate]
-    pairs = next((c for c in signals if _are_pairs(c.finite)), None)
+    pairs = next((c for c in signals if are_pairs(c.finite)), None)
     if pairs is not None:
         yield (
             f"every second sample of {_shown(pairs.name, pairs.index)} lies above both its "
@@ -284,13 +285,13 @@ def _odd(
         )
 
 
-def _are_pairs(values: FloatArray) -> bool:
+def are_pairs(values: FloatArray) -> bool:
     """Whether samples are smallest and largest values in turn.
 
     Examples
     --------
     >>> x = np.sin(0.02 * np.arange(400.0)).repeat(2)
-    >>> _are_pairs(x + np.tile([-0.1, 0.1], 400)), _are_pairs(x)
+    >>> are_pairs(x + np.tile([-0.1, 0.1], 400)), are_pairs(x)
     (True, False)
     """
     steps = np.diff(values) * np.where(np.arange(max(len(values) - 1, 0)) % 2 == 0, 1.0, -1.0)
@@ -569,8 +570,8 @@ def _time_and_rate(
         rate, remarks, even = _clock_of(source, finite, unit)
         scattered = not even and _is_scattered(steps)
         stated, counts = source.sample_interval, steps.min() == steps.max() == 1.0
-        if not named and (scattered or float(np.median(steps)) == 1.0):
-            continue  # anything that grows; row numbers, or classes that are counted
+        if not named and (scattered or float(np.median(steps)) == 1.0 or backwards):
+            continue  # anything that grows; row numbers, or classes; another is called the times
         if counts and stated and abs(UNITS["time"][unit] / stated - 1.0) > _APART:
             continue  # row numbers, whatever they are called
         if rate is None:  # another column may be the times to more digits
