@@ -54,6 +54,31 @@ def campaign(*, periodic=(), transients=()):
     return Campaign(Path("c"), "c", "c", Known(), {}, None, None, None, tuple(records))
 
 
+def test_a_spring_that_warms_up_is_said_to_drift_and_not_to_stiffen(tmp_path):
+    """It was a law over amplitude, and f0 six errors off."""
+    law = Decay(0.0, 0.3, W, alpha=0.32, nu=-2e-4)
+    whole = identify_campaign(decays(tmp_path, law), campaign(), {})
+    (said,) = (c for c in whole.checks if c.check == "spring")
+    assert "falls by 0.3" in said.detail
+    assert "with time and not with amplitude" in said.detail
+    assert not whole.levels
+    f0 = whole.source("f0").total
+    begin, end = W / (2 * math.pi) * np.array([1.0, 1.0 - 2e-4 * SECONDS])
+    assert f0.interval()[0] < end < begin < f0.interval()[1]
+
+
+@pytest.mark.parametrize("xi", [-4e-6, 4e-6])
+def test_a_spring_that_is_another_within_a_small_range_has_one_law(tmp_path, xi):
+    law = Decay(0.0, 0.3, W, alpha=0.32, xi=xi)
+    found = [*decays(tmp_path, law), *working(4e-3)]
+    whole = identify_campaign(found, campaign(periodic=(2.5e-4,)), {})
+    f0 = whole.source("f0").total
+    assert f0.value == pytest.approx(true(4e-3, law)[0], rel=2e-5)
+    (said,) = (c for c in whole.checks if c.check == "spring")
+    assert ("softens" if xi > 0.0 else "stiffens") in said.detail
+    assert "stiffening" not in {e.parameter for e in whole.rows}  # no cubic spring is replayed
+
+
 def working(*amplitudes):
     return [
         Estimate("working_amplitude", A, 0.0, "m", "displacement", (f"p{i}",))

@@ -81,8 +81,10 @@ def test_the_law_of_damping_is_chosen_by_evidence(alpha, beta, gamma, form) -> N
     assert best.residual < 0.01
 
 
-@pytest.mark.parametrize(("name", "value"), [("kappa", 5.0), ("mu", -0.07)])
-def test_a_frequency_that_depends_on_amplitude_is_noticed(name, value) -> None:
+@pytest.mark.parametrize(
+    ("name", "value"), [("kappa", 5.0), ("mu", -0.07), ("xi", 4e-6), ("nu", -3e-4)]
+)
+def test_a_frequency_that_depends_on_amplitude_or_time_is_noticed(name, value) -> None:
     t = np.arange(4000) / RATE
     true = Decay(LOG_A, 0.3, W, alpha=0.3, **{name: value})
     best = ring_down(motion(t, true), 1 / RATE, frequency=7.8)[-1]
@@ -90,6 +92,14 @@ def test_a_frequency_that_depends_on_amplitude_is_noticed(name, value) -> None:
     w = true.frequency(best.reference)
     assert best.f0 == pytest.approx(np.hypot(w, 0.3) / (2 * np.pi), abs=5 * best.f0_error)
     assert best.f0_error < 1e-5
+    usual = {"kappa", "mu"} if name in ("xi", "nu") else {"xi", "nu"}
+    assert not any(getattr(best.decay, other) for other in usual - {"kappa"})
+
+
+def test_a_frequency_that_wanders_far_is_no_drift_of_a_spring() -> None:
+    t = np.arange(4000) / RATE
+    law = Decay(LOG_A, 0.3, W, alpha=0.3, nu=0.02)  # a fifth in the record
+    assert ring_down(motion(t, law), 1 / RATE, frequency=8.6)[-1].decay.nu == 0.0
 
 
 def test_waiting_before_the_release_and_silence_after_it_are_left_out() -> None:

@@ -2,12 +2,13 @@
 
 Averaged over a cycle, the amplitude of a weakly damped oscillator obeys
 
-    dA/dt = -(gamma + alpha A + beta A^2),        dphi/dt = w (1 + mu A + kappa A^2)
+    dA/dt = -(gamma + alpha A + beta A^2),    dphi/dt = w (1 + mu A + kappa A^2 + xi/A + nu t)
 
 with alpha from viscous (c/2M), beta from quadratic and gamma from Coulomb friction; kappa is the
 first term of a spring that is not straight, mu that of one with hysteresis (slip in a joint, whose
-loss goes with beta). The logarithm of A is integrated, by which a purely
-viscous decay is exact.
+loss goes with beta), xi that of one that is another within a small range (a gap, a guide that
+sticks). nu depends on no amplitude: a spring that warms up, or creeps, while the record runs. The
+logarithm of A is integrated, by which a purely viscous decay is exact.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from vinesexp.environment import keep_caches_writable
 from vinesexp.identification.least_squares import Solution, covariance_of, least_squares
 
 #: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.
-NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "mu", "kappa")
+NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "mu", "kappa", "xi", "nu")
 _STEPS = 48
 _FAR = 30.0  # of log amplitude, from the start of a fit
 #: Forms that are tried, simplest first.
@@ -51,6 +52,8 @@ class Decay:
     gamma: float = 0.0
     mu: float = 0.0
     kappa: float = 0.0
+    xi: float = 0.0
+    nu: float = 0.0
     start: float = 0.0
     form: str = field(default="viscous", compare=False)
 
@@ -68,7 +71,13 @@ class Decay:
 
     def frequency(self, A: float) -> float:
         """Angular frequency of the decay at amplitude A, rad/s."""
-        return self.w * (1.0 + (self.mu + self.kappa * A) * A)
+        later = self.nu * self.time(A) if self.nu else 0.0
+        return self.w * (1.0 + (self.mu + self.kappa * A) * A + self.xi / A + later)
+
+    def time(self, A: float) -> float:
+        """Time from `start` at which the amplitude is A, s."""
+        log_A = np.linspace(math.log(A), self.log_A, 2 * _STEPS)
+        return float(np.trapezoid([1.0 / self.rate(math.exp(one)) for one in log_A], log_A))
 
 
 def decay_of(vector: FloatArray, form: str, start: float) -> Decay:
@@ -83,7 +92,7 @@ def logs_and_phases(
 
     Parameters
     ----------
-    parameters : array (p, 8)
+    parameters : array (p, 10)
         Rows in the order of `NAMES`.
     t : array (n,)
         s, rising, none before `start`.
@@ -124,7 +133,7 @@ def _followed(parameters: FloatArray, places: FloatArray, h: float) -> FloatArra
     found = np.empty((2, len(parameters), places.size))
     after = np.empty((_STEPS + 1, 4))  # each step: log A, phase, and their changes in a step
     for k in range(len(parameters)):
-        log_A, phase, w, alpha, beta, gamma, mu, kappa = parameters[k]
+        log_A, phase, w, alpha, beta, gamma, mu, kappa, xi, nu = parameters[k]
         # A trial step may ask for a friction that stops the motion, or for gain: bounded here.
         low, high = log_A - 20.0, log_A + 2.0
         rates, turns = np.empty(4), np.empty(4)
@@ -136,7 +145,7 @@ def _followed(parameters: FloatArray, places: FloatArray, h: float) -> FloatArra
                     here = min(max(log_A + ahead * h * rates[stage - 1], low), high)
                 A = math.exp(here)
                 rates[stage] = -min(max(gamma / A + alpha + beta * A, -most), most)
-                turns[stage] = w * (1.0 + (mu + kappa * A) * A)
+                turns[stage] = w * (1.0 + (mu + kappa * A) * A + xi / A + nu * h * (i + ahead))
             after[i, 0], after[i, 1] = log_A, phase
             after[i, 2], after[i, 3] = h * rates[0], h * turns[0]
             change = rates[0] + 2.0 * rates[1] + 2.0 * rates[2] + rates[3]
@@ -163,7 +172,7 @@ def fitted_decay(
 
     Parameters
     ----------
-    start : array (8,)
+    start : array (10,)
         In the order of `NAMES`.
     free : sequence of str
         Those that are fitted; the others stay.
@@ -175,7 +184,7 @@ def fitted_decay(
 
     Returns
     -------
-    array (8,), Solution
+    array (10,), Solution
         All parameters; `Solution` has the free ones.
     """
     at = [NAMES.index(name) for name in free]
@@ -218,7 +227,7 @@ def with_next_terms(free: tuple[str, ...], *, spring: bool) -> tuple[str, ...]:
     >>> with_next_terms(("log_A", "phase", "w", "alpha"), spring=True)[4:]
     ('beta', 'kappa')
     """
-    spring = spring or not {"mu", "kappa"}.isdisjoint(free)
+    spring = spring or not {"mu", "kappa", "xi", "nu"}.isdisjoint(free)
     damping = [name for name in ("alpha", "beta", "gamma") if name not in free][:1]
     stiffness = [name for name in ("kappa", "mu") if name not in free][:spring]
     return (*free, *damping, *stiffness)
@@ -233,7 +242,8 @@ def _nudged(
     sizes = {
         "log_A": 1.0, "phase": 1.0, "w": scale, "alpha": scale, "beta": scale / A,
         "gamma": scale * A, "mu": scale / (vector[2] * A),
-        "kappa": scale / (vector[2] * A * A),
+        "kappa": scale / (vector[2] * A * A), "xi": scale * A / vector[2],
+        "nu": scale**2 / vector[2],
     }  # fmt: skip
     rows = np.tile(vector, (len(free) + 1, 1))
     changes = np.array([1e-5 * sizes[name] for name in free])

@@ -142,8 +142,9 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     -------
     list of Estimate
         f0 and zeta of each method, those of the one that counts with their values over amplitude
-        as `data`; the terms of the law of damping, `misfit`, by what share the base follows the
-        mass (`base_follows`), a second oscillation (`beat`), and of every further mode `mode`,
+        as `data`; the terms of the law of damping, `misfit`, by what share f0 changes with time
+        over the record (`f0_drift`) where it does, by what share the base follows the mass
+        (`base_follows`), a second oscillation (`beat`), and of every further mode `mode`,
         `mode_zeta` and `mode_share`.
 
     Raises
@@ -174,6 +175,8 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
         )
     ]  # fmt: skip
     rows = [*_law(best), ("misfit", best.residual, 0.0, "1")]
+    if best.decay.nu and is_known(*best.drift):
+        rows.append(("f0_drift", *best.drift, "1"))
     if rho:
         rows += [
             ("base_follows", rho.real, rho_error, "1"),
@@ -289,6 +292,7 @@ def _law(best: RingDown) -> list[tuple[str, float, float, str]]:
         "gamma": ("damping_coulomb", "m/s"),
         "mu": ("frequency_slope", "1/m"),
         "kappa": ("stiffening", "1/m^2"),
+        "xi": ("frequency_inverse", "m"),
     }
     return [
         (names[name][0], getattr(best.decay, name), float(error[i]), names[name][1])

@@ -158,9 +158,10 @@ def estimate_record(
     list of Estimate
         Parameters `f0`, `zeta`, `M`, `r` (with a number for several NESs); `f0_added` and
         `zeta_added` where a mass was added, the same with `_at` over amplitude;
-        `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
-        and `beat` of a decay; `working_amplitude`, `base_seen`, `base_frequency` and `driven` of
-        a periodic test; `release_seen`, `release_f0` and `release_zeta` of a release;
+        `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`,
+        `frequency_inverse`, `f0_drift` and `beat` of a decay; `working_amplitude`, `base_seen`,
+        `base_frequency` and `driven` of a periodic test; `release_seen`, `release_f0` and
+        `release_zeta` of a release;
         `accelerometer_gain` and `channel_lag` of the channels, `pulse_share` of the impacts in
         that gain, `accelerometer_corner` of one that
         is AC-coupled, `accelerometer_across` of one that shows motion across its axis;

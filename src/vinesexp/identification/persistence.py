@@ -86,7 +86,7 @@ def grown(covariance: FloatArray, free: tuple[str, ...], by: tuple[float, float]
 
 
 #: Parameters of a decay that its phase shows; the others are shown by its amplitude.
-OF_PHASE = frozenset({"phase", "w", "mu", "kappa"})
+OF_PHASE = frozenset({"phase", "w", "mu", "kappa", "xi", "nu"})
 
 
 def counts(free: tuple[str, ...]) -> tuple[int, int]:

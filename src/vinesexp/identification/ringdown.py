@@ -68,6 +68,8 @@ _MORE = 1.05  # times what is known: less is not worth another fit
 # law.
 _LAW = 3e-4  # relative
 _EVIDENCE = 10.0  # units of BIC that a richer form has to gain: strong evidence
+_SELDOM = ("xi", "nu")  # laws of the spring that have to gain as much over one that is more usual
+_SPRING = 0.1  # of the frequency, by which laws of the spring that are seldom change it at most
 _TURNED = 9e-4  # of the power: a law that leaves more may have lost the phase
 _Misfit = Callable[[FloatArray], FloatArray]
 #: Evidence, decay, free parameters.
@@ -326,6 +328,7 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
     coarse = np.hypot(p.error, _LAW * np.abs(p.z))
     # Which law is settled; its values come from the amplitudes as sure as they are.
     fine = np.full(p.t.size, max(p.error, 1e-9 * float(np.abs(p.z).max())))
+    most = np.array([1.0 / np.abs(p.z).min(), np.ptp(p.t)])  # of 1/A and of time
     size = np.log(np.abs(p.z))
     turned = np.unwrap(np.angle(p.z)) + p.w * p.t  # followed from each period to the next
 
@@ -351,6 +354,8 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
             _started(start, terms, p).vector(), free, misfit, span=float(p.t[-1] - p.t[0])
         )
         if min(vector[3:6]) < 0.0:  # a damping that gives energy
+            return None
+        if np.abs(vector[8:] * most).max() > _SPRING:  # what wanders so far is no spring
             return None
         # The noise inside the windows may miss what differs from window to window (steps of the
         # converter, drift): it may be larger than stated, not smaller, and is what is likeliest.
@@ -412,9 +417,10 @@ def _selected(tried: Callable[[str, tuple[str, ...]], _Tried | None], *, least: 
         richer = min((one for one in candidates if one), key=lambda one: one[0], default=None)
         if richer and not bent:
             terms = tuple(name for name in richer[2] if name not in _ALWAYS)
-            for springs in (("kappa",), ("mu",), ("mu", "kappa")):
+            for springs in (("kappa",), ("mu",), ("xi",), ("nu",), ("mu", "kappa")):
                 candidate = tried(richer[1].form, (*terms, *springs))
-                worth = _EVIDENCE if len(springs) > len(bent) else 0.0
+                usual = len(springs) <= len(bent) and springs[0] not in _SELDOM
+                worth = 0.0 if usual else _EVIDENCE
                 if candidate and candidate[0] < richer[0] - worth:
                     richer, bent = candidate, springs
         if best and (richer is None or richer[0] > best[0] - _EVIDENCE):
@@ -429,9 +435,9 @@ def _started(start: Decay, terms: tuple[str, ...], p: Phasors) -> Decay:
     """The damping of a decay shared out over the terms of a form; what is no term is zero."""
     A, rate = telling_amplitude(np.abs(p.z), p.t), max(start.alpha, 0.0) / len(terms)
     given = {"alpha": rate, "beta": rate / A, "gamma": rate * A}
-    given |= {"mu": start.mu, "kappa": start.kappa}
-    alpha, beta, gamma, mu, kappa = (given[name] if name in terms else 0.0 for name in given)
-    return replace(start, alpha=alpha, beta=beta, gamma=gamma, mu=mu, kappa=kappa)
+    given |= dict(zip(NAMES[6:], start.vector()[6:].tolist(), strict=True))
+    own = [given[name] if name in terms else 0.0 for name in NAMES[3:]]
+    return decay_of(np.append(start.vector()[:3], own), start.form, start.start)
 
 
 def fit_ringdown(
@@ -618,6 +624,7 @@ def begun_at(decay: Decay, start: float) -> Decay:
         decay,
         log_A=decay.log_A + decay.rate(math.exp(decay.log_A)) * back,
         phase=decay.phase - decay.frequency(math.exp(decay.log_A)) * back,
+        w=decay.w * (1.0 - decay.nu * back),
         start=start,
     )
 

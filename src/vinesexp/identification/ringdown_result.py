@@ -71,6 +71,15 @@ class RingDown:
         return float(self.amplitude_at(np.array(self.window))[0])
 
     @property
+    def drift(self) -> tuple[float, float]:
+        """By what share the frequency changes with time over what was fitted; its error."""
+        span = self.window[1] - self.window[0]
+        if "nu" not in self.free:
+            return 0.0, 0.0
+        i = self.free.index("nu")
+        return self.decay.nu * span, span * math.sqrt(self.covariance[i, i])
+
+    @property
     def fallen(self) -> float:
         """By which factor the amplitude falls over what was fitted, less one; 0: a steady drive."""
         a = self.amplitude_at(np.array(self.window))
@@ -93,7 +102,7 @@ class RingDown:
         These say the same as the terms: `amplitude` (m), `value`, and `covariance`, which holds
         what two methods disagree by at every amplitude alike.
         """
-        terms = ("alpha", "beta", "gamma") if name == "zeta" else ("w", "mu", "kappa")
+        terms = ("alpha", "beta", "gamma") if name == "zeta" else ("w", "mu", "kappa", "xi")
         fixed = np.isfinite(np.diag(self.covariance))
         names = [one for one, known in zip(self.free, fixed, strict=True) if known]
         count = sum(one in terms for one in names)
@@ -144,6 +153,9 @@ def _at(
     g_rate = np.array([gradient.get(name, 0.0) for name in free])
     w = decay.frequency(amplitude)
     bend = {"w": w / decay.w, "mu": decay.w * amplitude, "kappa": decay.w * amplitude**2}
+    bend |= {"xi": decay.w / amplitude}
+    if decay.nu:
+        bend["nu"] = decay.w * decay.time(amplitude)
     g_w = np.array([bend.get(name, 0.0) for name in free])
     w0 = math.hypot(w, rate)
     g_w0 = (w * g_w + rate * g_rate) / w0

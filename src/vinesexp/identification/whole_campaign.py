@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vinesexp.arrays import median_of
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.identification.average import DISAGREES, mean_of, weighted_mean
 from vinesexp.identification.budget import Source
@@ -84,7 +85,7 @@ def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
     return [
         *_channels(found), *_integrated(found), *_of_sweeps(found), *_misfits(found),
-        *_beats(found), *_modes(found), *_follows(found), *_of_drops(found),
+        *_drifts(found), *_beats(found), *_modes(found), *_follows(found), *_of_drops(found),
     ]  # fmt: skip
 
 
@@ -247,6 +248,21 @@ def _misfits(found: Sequence[Estimate]) -> list[Check]:
         for e in found
         if e.parameter in ("f0", "f0_added") and e.note
     ]
+
+
+def _drifts(found: Sequence[Estimate]) -> list[Check]:
+    """One line on a spring that changes with time in free decays."""
+    drifts = [e for e in found if e.parameter == "f0_drift"]
+    if not drifts:
+        return []
+    usual = median_of([e.value for e in drifts])
+    detail = (
+        f"f0 {'falls' if usual < 0.0 else 'rises'} by {100 * abs(usual):.2g} % in the course of "
+        f"{drifts[0].records[0]}{_in_more([e.records[0] for e in drifts])}, with time and not with "
+        "amplitude: a spring that warms up or creeps. From one test to another f0 may differ as "
+        "much; record each at the same time after the motion began"
+    )
+    return [Check("", "spring", "warning", detail)]
 
 
 def _beats(found: Sequence[Estimate]) -> list[Check]:

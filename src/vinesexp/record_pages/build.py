@@ -54,6 +54,8 @@ _WORDS = {
     "damping_coulomb": "dry friction",
     "stiffening": "stiffening",
     "frequency_slope": "change of f0 with amplitude",
+    "frequency_inverse": "change of f0 with one over amplitude",
+    "f0_drift": "change of f0 with time over the record",
 }
 _BALL = re.compile(r"^(r)_(\d+)(.*)$")
 

@@ -236,23 +236,23 @@ def test_damping_beside_an_added_mass_is_that_of_its_forces():
         return loss / (2.0 * math.pi * k * A**2)  # zeta: loss = 4 pi zeta energy
 
     bare, loaded = parts(4.0, A0), parts(5.0, A)
-    law = Law(A0, A0, A0, (), np.array([bare[1], bare[2], 0.0, 0.0]) / bare.sum())
+    law = Law(A0, A0, A0, (), np.array([bare[1], bare[2], 0.0, 0.0, 0.0]) / bare.sum())
     shape = log_of("zeta", law.powers(A, added=0.25), law.terms, 0.0).real
     assert bare.sum() * np.exp(shape) / math.sqrt(1.25) == pytest.approx(loaded.sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["f0", "zeta"])
 def test_the_slopes_of_the_law_are_its_differences(name):
-    law = Law(4e-3, 2e-3, 6e-3, (), np.array([0.1, 0.2, -0.01, 0.003]))
+    law = Law(4e-3, 2e-3, 6e-3, (), np.array([0.1, 0.2, -0.01, 0.003, 0.002]))
     powers = law.powers(np.array([1e-3, 8e-3]))
     slopes = slopes_of(name, powers, law.terms, 0.008)
-    for i, step in enumerate(1e-6 * np.eye(4)):
+    for i, step in enumerate(1e-6 * np.eye(5)):
         up, down = (log_of(name, powers, law.terms + s, 0.008).real for s in (step, -step))
         assert slopes[:, i] == pytest.approx((up - down) / 2e-6, rel=1e-6, abs=1e-12)
 
 
 def test_a_test_shows_the_mean_of_value_and_increment():
-    law = Law(4e-3, 2e-3, 6e-3, (), np.array([0.0, 0.5, 0.0, 0.0]))  # zeta (0.5 + 0.5 a)
+    law = Law(4e-3, 2e-3, 6e-3, (), np.array([0.0, 0.5, 0.0, 0.0, 0.0]))  # zeta (0.5 + 0.5 a)
     at = law.of_test("zeta", 4e-3)
     assert at.half == pytest.approx(0.25, rel=0.02)  # half of A d(ln zeta)/dA
     assert at.constant + at.slopes @ law.terms == pytest.approx(0.25, rel=0.02)
@@ -287,7 +287,7 @@ def test_a_level_works_at_the_amplitude_of_its_orbit_at_b_c():
     names = (*rig, "G:0.1")
     values = np.array([*rig.values(), G])
     posterior = RigPosterior(names, values, np.zeros((6, 6)), {})
-    law = Law(3.5e-3, 3.5e-3, 3.5e-3, ("law coulomb",), np.array([0.5, 0.0, 0.0, 0.0]), 0.0046)
+    law = Law(3.5e-3, 3.5e-3, 3.5e-3, ("law coulomb",), np.array([0.5, 0.0, 0.0, 0.0, 0.0]), 0.0046)
     records = (Record("p", Path("x"), "periodic", clearance=(0.015,), base_amplitude=G),)
     A = _at_the_end(posterior, law, replace(campaign(), records=records), G, 3.5e-3)
     zeta = 0.0046 * math.exp(float(law.log("zeta", A)))

@@ -118,6 +118,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
+_OF_DRIFT = 1.0  # by which f0 of the tests is off that of a decay, in drifts of its record
 _OWN_RELEASE = 3e-3  # by which single releases from one stop differ, relative
 
 
@@ -494,6 +495,8 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
     records = {record.id: record for record in b.campaign.records}
     decaying = {e.records[0] for e in found if e.parameter in ("f0", "f0_added")}
     masses = [records[id].added_mass or 0.0 for id in decaying]
+    drifts = {e.records[0]: e.value for e in found if e.parameter == "f0_drift"}
+    drift = median_of(list(drifts.values()))
     for kind in ("f0", "zeta"):
         own = [
             e for e in found
@@ -514,6 +517,8 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
             ]  # fmt: skip
             if kind == "f0":
                 sums[0]["clock"] = -1.0
+                if record.id in drifts:  # the tests may be at any time of it
+                    sums[0][b.add("drift f0", 0.0, _OF_DRIFT)] = drift
             if record.id in b.follows:  # freed of all of it, as of a base that yields
                 per = 0.5 if kind == "f0" else -0.5j / math.exp(b.start["ln_zeta"])
                 sums[0] |= b.crosstalk(record, per)

@@ -1,12 +1,13 @@
 """f0 and zeta over amplitude: one law for all records, its terms unknowns of the joint model.
 
-    f(A) = f (1 + s (a - 1) + k (a^2 - 1)),                     a = A/A0
+    f(A) = f (1 + s (a - 1) + k (a^2 - 1) + h (1/a - 1)),       a = A/A0
     zeta(A) = zeta (1 + g (1/a - 1) + q (a - 1)) f/f(A)
 
 A0 is the amplitude at which the periodic tests work, and f0 and zeta are those there. g is the
 share of Coulomb friction in the damping, q that of quadratic damping; k is a spring that is not
-straight, s slip in a joint; f is the frequency of the decay, f0^2 = f^2 (1 + zeta^2). Ring-downs
-show the law over their whole amplitude, periodic tests at their own.
+straight, s slip in a joint, h a spring that is another within a small range; f is the frequency of
+the decay, f0^2 = f^2 (1 + zeta^2). Ring-downs show the law over their whole amplitude, periodic
+tests at their own.
 """
 
 from __future__ import annotations
@@ -33,12 +34,13 @@ TERMS = {
     "damping_quadratic": "law quadratic",
     "frequency_slope": "law slip",
     "stiffening": "law stiffening",
+    "frequency_inverse": "law inverse",
 }
 #: Powers of A/A0 in this order: the first two are of the damping, the others of the spring.
-_POWERS = np.array([-1.0, 1.0, 1.0, 2.0])
-_DAMPING = np.array([1.0, 1.0, 0.0, 0.0])
+_POWERS = np.array([-1.0, 1.0, 1.0, 2.0, -1.0])
+_DAMPING = np.array([1.0, 1.0, 0.0, 0.0, 0.0])
 #: Prior widths of the terms: shares of the damping, relative changes of the frequency.
-WIDTHS = (1.0, 1.0, 0.3, 0.3)
+WIDTHS = (1.0, 1.0, 0.3, 0.3, 0.3)
 #: Amplitudes around those of the tests at which the optimum may work.
 _AROUND = (0.8, 1.25)
 _LEAST = 0.02  # of f0 and zeta: a step of the fit may ask for less than none
@@ -59,10 +61,10 @@ class Law:
     amplitude : A0, m.
     low, high : amplitudes at which the tests work, m.
     free : names of its terms.
-    terms : array (4,)
-        g, q, s, k, as the ring-downs alone show them.
+    terms : array (5,)
+        g, q, s, k, h, as the ring-downs alone show them.
     zeta : about that at A0.
-    covariance : array (4, 4), of the terms.
+    covariance : array (5, 5), of the terms.
     """
 
     amplitude: float
@@ -71,10 +73,10 @@ class Law:
     free: tuple[str, ...]
     terms: FloatArray
     zeta: float = 0.0
-    covariance: FloatArray = field(default_factory=lambda: np.zeros((4, 4)))
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((len(TERMS), len(TERMS))))
 
     def powers(self, amplitude: FloatArray | float, *, added: float = 0.0) -> FloatArray:
-        """(A/A0)^p - 1 of each term; shape (..., 4).
+        """(A/A0)^p - 1 of each term; shape (..., 5).
 
         `added` is the added mass over M. With it, viscous damping gives a zeta that goes with
         (M + added)^-1/2, Coulomb friction the same zeta, quadratic damping one that goes with
@@ -157,7 +159,7 @@ class OfTest:
 
     Attributes
     ----------
-    constant, slopes : float, array (4,)
+    constant, slopes : float, array (5,)
     half : half of what steady motion and increment differ by.
     error : of this test alone.
     """
@@ -176,8 +178,8 @@ def log_of(
     Parameters
     ----------
     name : `f0` or `zeta`.
-    powers : array (..., 4), by `Law.powers`.
-    terms : array (4,), which may be complex.
+    powers : array (..., 5), by `Law.powers`.
+    terms : array (5,), which may be complex.
     zeta : at A0.
     """
     spring = 1.0 + (powers * (1.0 - _DAMPING)) @ terms
@@ -190,7 +192,7 @@ def log_of(
 
 
 def slopes_of(name: str, powers: FloatArray, terms: FloatArray, zeta: float) -> FloatArray:
-    """Derivative of `log_of` by each term; shape (..., 4)."""
+    """Derivative of `log_of` by each term; shape (..., 5)."""
     return np.moveaxis(_derivative(lambda moved: log_of(name, powers, moved, zeta), terms), 0, -1)
 
 
@@ -210,7 +212,11 @@ def law_asked(found: Sequence[Estimate], campaign: Campaign) -> Law:
         For the base amplitudes that belong together.
     """
     seen = {e.parameter for e in found}
-    pairs = list(TERMS)[:2], list(TERMS)[2:]
+    usual = list(TERMS)[:4]
+    damping, spring, seldom = usual[:2], usual[2:], list(TERMS)[4:]
+    bent = {e.records for e in found if e.parameter in [*spring, *seldom]}
+    with_time = sum(e.parameter == "f0_drift" for e in found) > len(bent)
+    pairs = (damping,) if with_time else (damping, spring, seldom)
     # beside a term of the damping, or of the spring, a small one of the other kind is hardly seen
     free = tuple(TERMS[name] for pair in pairs if seen & set(pair) for name in pair)
     low, high = _range(found, campaign)
@@ -272,7 +278,7 @@ def law_rows(posterior: Posterior, law: Law, records: tuple[str, ...]) -> list[E
     zero.
     """
     rows = []
-    g, q, s, k = law.terms
+    g, q, s, k, h = law.terms
     A0, f0 = law.amplitude, math.exp(posterior.of({"ln_f0": 1.0})[0])
     if "ln_zeta" in posterior and (g or q):
         rate = 2.0 * math.pi * f0 * math.exp(posterior.of({"ln_zeta": 1.0})[0])
@@ -289,7 +295,7 @@ def law_rows(posterior: Posterior, law: Law, records: tuple[str, ...]) -> list[E
                 math.sqrt(np.array(own) @ law.covariance[:2, :2] @ np.array(own)), term * relative
             )
             rows.append(Estimate(name, max(size * term, 0.0), error, unit, METHOD, records))
-    if k and not s:
+    if k and not s and not h:
         # of the spring with the viscous part: other damping does not turn the frequency of a decay
         zeta = math.exp(posterior.of({"ln_zeta": 1.0})[0]) if "ln_zeta" in posterior else 0.0
         f0 *= math.hypot(1.0, zeta * (1.0 - g - q)) / math.hypot(1.0, zeta)
