@@ -43,7 +43,13 @@ from vinesexp.identification.joint.unknowns import (
     fit,
     posterior_of,
 )
-from vinesexp.identification.joint.whole import _as_sure_as_causes, _best, _only_so_true, _search
+from vinesexp.identification.joint.whole import (
+    _as_sure_as_causes,
+    _as_sure_as_values,
+    _best,
+    _only_so_true,
+    _search,
+)
 from vinesexp.identification.joint.words import called, cause_checks
 
 
@@ -376,6 +382,24 @@ def test_a_contact_that_lasts_is_told_and_is_no_warning(about, outcome):
     weighed = Weighed(cause, 50.0, 3e-4, 1e-5, (), True)
     (said,) = cause_checks(Judged(Beliefs({}), None, (weighed,)))
     assert (said.check, said.outcome) == ("cause", outcome)
+
+
+@pytest.mark.parametrize(("error", "sure"), [(0.02, True), (0.3, False)])
+def test_what_the_values_do_not_say_in_the_end_is_no_fact(error, sure):
+    """r was said to change by 0.40 +- 0.03 for every m/s, beside a value of 0.5 +- 2.6."""
+    terms, prior = {"a": 2.0, "b": -1.0}, Prior(0.0, 1.0)
+    cause = Cause("effect slope", "effect", "slope", Direction(terms, prior))
+    names, at = ("a", "b"), np.array([0.8, -0.4])
+    blocks = (
+        Block("x", "decay", (({n: 1.0}, 0.0),), Mean(v, error))
+        for n, v in zip(names, at, strict=True)
+    )
+    beliefs = Beliefs(dict.fromkeys(names, Prior(0.0, 10.0)))
+    whole = posterior_of(fit(list(blocks), names, beliefs, at), beliefs)
+    one = Weighed(cause, 50.0, 0.4, 0.005, (), True)
+    said = _as_sure_as_values(one, SimpleNamespace(beliefs=beliefs), whole)
+    assert said.sure == sure
+    assert said.error == pytest.approx(error / math.sqrt(5.0), rel=1e-2)
 
 
 def test_what_separate_mountings_explain_as_well_contradicts_nothing():

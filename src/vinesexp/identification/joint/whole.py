@@ -51,6 +51,7 @@ from vinesexp.identification.joint.unknowns import (
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.units import SIGNIFICANT
 
 _FITS = 10  # of causes proposed, at most
 #: Frictions tried, over one from which a ball rolls, what the best is known by, relative, and tests
@@ -344,8 +345,27 @@ def answer_of(
     judged = replace(judged, posterior=_as_sure_as_causes(data, observed, judged))
     # errors as much larger as the flights are farther off than their scatter leaves them
     whole, more = judged.posterior, max(data.left(), 1.0)
-    judged = replace(judged, posterior=replace(whole, covariance=whole.covariance.times(more)))
-    return Answer(observed, data, judged)
+    whole = replace(whole, covariance=whole.covariance.times(more))
+    named = tuple(_as_sure_as_values(one, observed, whole) for one in judged.found)
+    return Answer(observed, data, replace(judged, posterior=whole, found=named))
+
+
+def _as_sure_as_values(one: Weighed, observed: Observed, whole: Posterior) -> Weighed:
+    """A cause with the error that the values of what it moves have in the end.
+
+    Rivals, what is unexplained and flights that are far off make these larger than the fit alone.
+    """
+    if one.cause.direction is None or not one.sure:
+        return one
+    moves = {name: size for name, size in one.cause.direction.terms.items() if name in whole}
+    square = sum(size * size for size in moves.values())
+    priors = observed.beliefs.priors
+    value, error = whole.of(
+        {name: size / square for name, size in moves.items()},
+        -sum(size * priors[name].value for name, size in moves.items()) / square,
+    )
+    error = max(error, one.error)
+    return replace(one, error=error, sure=abs(value) > SIGNIFICANT * error)
 
 
 _FREE, _FAR = np.array([*FREE.values()]), 10.0  # of local quantities; times that
