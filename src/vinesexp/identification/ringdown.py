@@ -238,15 +238,18 @@ def _beat(
 ) -> tuple[float, float] | None:
     """Frequency and relative amplitude of a line in the residual that is not the decay's own.
 
-    What a law of damping leaves lies within a few line widths of f0 and is no second oscillation.
+    What a law of damping leaves lies within a few line widths of f0 and is no second oscillation;
+    with a spring that is not straight, of any frequency that the decay goes through.
     """
     f0, zeta = envelope.f0, envelope.zeta
+    ends = envelope.amplitude_at(np.array(envelope.window)).tolist()
+    through = [envelope.decay.frequency(A) / (2.0 * math.pi) for A in (*ends, envelope.reference)]
     taper = np.hanning(2 * rest.size)[rest.size :]  # a decay is strong at its start
     power = np.abs(np.fft.rfft(rest * taper))
     frequency = np.fft.rfftfreq(rest.size, step)
     own = OWN_LINES * max(1.0 / (rest.size * step), zeta * f0)
     near = (frequency > 0.5 * f0) & (frequency < _BELOW_HARMONIC * f0)
-    near &= np.abs(frequency - f0) > own
+    near &= (frequency < min(through) - own) | (frequency > max(through) + own)
     if near.sum() < _FEWEST_LINES:
         return None
     peak = int(np.flatnonzero(near)[np.argmax(power[near])])
