@@ -544,6 +544,11 @@ def all_possible(found: Posterior, chosen: Sequence[Cause], observed: Observed) 
     sums += [(off_stated(*one), one[1]) for one in observed.clearances.values()]
     if any(below_zero(*one) for one in sums):
         return False
+    beside = (one for cause in chosen if cause.direction for one in cause.wider.items())
+    for name, width in beside:  # what a cause leaves open goes no farther than the cause itself
+        value, error = found.of({name: 1.0}, -observed.beliefs.priors[name].value)
+        if abs(value) > _WITHIN * width + _ERRORS * error:
+            return False
     return all(possible(cause, *found.of({cause.key: 1.0})) for cause in chosen if cause.direction)
 
 
