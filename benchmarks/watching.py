@@ -25,7 +25,7 @@ import pandas as pd
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.excitation import Harmonic
-from vinesexp.live.server import Parts
+from vinesexp.live.server import parts_of
 from vinesexp.live.session import Session
 from vinesexp.live.views import find_values, look_at_campaign
 
@@ -190,13 +190,13 @@ def bookkeeping(folder: Path, records: int) -> tuple[float, float, float]:
     """Processor s of a look at the folder, one row more, and the page, without the analysis."""
     session = filled(folder, records)
     sheet = folder / "bench/records.csv"
-    parts, times = Parts(session), []
+    times = []
 
     def one_row_more() -> None:
         sheet.write_text(sheet.read_text() + "new,raw/new.csv,ringdown,,,\n", encoding="utf-8")
         session._read_campaign()
 
-    for work in (session.step, one_row_more, lambda: parts.since(-1)):
+    for work in (session.step, one_row_more, lambda: parts_of(session)):
         begun = time.thread_time()
         work()
         times.append(time.thread_time() - begun)
@@ -210,7 +210,6 @@ def side_by_side(folder: Path, *, seconds: float, rate: float) -> dict[int, list
     The same records go to both in turns, so that what else the machine does is the same for both.
     """
     sessions = {number: filled(folder / str(number), number) for number in (10, 200)}
-    pages = {number: Parts(session) for number, session in sessions.items()}
     found: dict[int, list[float]] = {number: [] for number in sessions}
     for turn, (name, test) in enumerate(day_of_files(_TURNS)):
         text = record_text(**test, seconds=seconds, rate=rate, seed=turn)
@@ -219,7 +218,7 @@ def side_by_side(folder: Path, *, seconds: float, rate: float) -> dict[int, list
             begun = time.thread_time()
             while sum(seen.state == "done" for seen in session.seen.values()) <= number + turn:
                 session.step()
-            pages[number].since(0)
+            parts_of(session)
             found[number].append(time.thread_time() - begun)
     return found
 

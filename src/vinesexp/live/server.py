@@ -11,7 +11,6 @@ import hmac
 import json
 import secrets
 import sys
-import threading
 from dataclasses import dataclass
 from functools import partial
 from http import HTTPStatus
@@ -58,27 +57,6 @@ def parts_of(session: Session) -> dict[str, str]:
     """The parts as they are now, as markup."""
     content = _content(session)
     return {part: rendered("vinesexp.live", f"{part}.html.j2", content) for part in PARTS}
-
-
-class Parts:
-    """The parts of a session's page: made once a change, and sent only where they changed."""
-
-    def __init__(self, session: Session) -> None:
-        self._session, self._lock = session, threading.Lock()
-        self._made = -1
-        self._parts: dict[str, tuple[int, str]] = {}  # of which version, and the markup
-
-    def since(self, version: int) -> dict[str, Any]:
-        """The version that the page has then, and the parts that changed after `version`."""
-        with self._lock:
-            now = self._session.status.version
-            if now != self._made:
-                for name, markup in parts_of(self._session).items():
-                    if self._parts.get(name, (0, None))[1] != markup:
-                        self._parts[name] = (now, markup)
-                self._made = now
-            changed = {name: text for name, (of, text) in self._parts.items() if of > version}
-            return {"version": now, "parts": changed}
 
 
 def _content(session: Session) -> dict[str, Any]:
@@ -158,7 +136,7 @@ def serve(session: Session, *, port: int = 0, token: str | None = None) -> Serve
         Secret part of the address; by default a new one.
     """
     token = token or secrets.token_urlsafe(24)
-    server = _Server(("127.0.0.1", port), partial(_Handler, session, Parts(session), token))
+    server = _Server(("127.0.0.1", port), partial(_Handler, session, token))
     return Served(server, f"http://127.0.0.1:{server.server_port}/{token}/")
 
 
@@ -176,8 +154,8 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "vinesexp", ""
 
-    def __init__(self, session: Session, parts: Parts, token: str, *connection: Any) -> None:
-        self.session, self.parts, self.token = session, parts, token
+    def __init__(self, session: Session, token: str, *connection: Any) -> None:
+        self.session, self.token = session, token
         super().__init__(*connection)
 
     def do_GET(self) -> None:
@@ -239,12 +217,12 @@ class _Handler(BaseHTTPRequestHandler):
         return name, parse_qs(address.query)
 
     def _send_state(self, since: str) -> None:
-        """Everything that changes, as soon as there is something new."""
+        """Every part, as soon as there is something new: the page keeps those that are the same."""
         known = int(since) if since.lstrip("-").isdigit() else -1
         session = self.session
         with session.changed:
             session.changed.wait_for(lambda: session.status.version != known, timeout=_WAIT)
-        self._answer(lambda: self.parts.since(known))
+        self._answer(lambda: {"version": session.status.version, "parts": parts_of(session)})
 
     def _answer(self, make: Any) -> None:
         """JSON of what is made, or the mistake in one line."""
