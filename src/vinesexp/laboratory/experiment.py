@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
 from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import acquire
-from vinesexp.laboratory.sensors import Moving
+from vinesexp.laboratory.sensors import Drop
 from vinesexp.rig import NES
 from vinesexp.solver.arrays import is_plain
 from vinesexp.units import STANDARD_GRAVITY
 from vinesexp.whole_files import whole_file, write_whole
+
+if TYPE_CHECKING:
+    from vinesexp.solver.motion import Motion
 
 #: Columns of a truth file, each with its name among the impacts of a motion.
 TRUTH_COLUMNS = {
@@ -44,32 +45,6 @@ HEAD = "quantity,of,value,unit"
 # nothing move.
 #: Bounces below this share of the first impact speed are over: nothing measures them.
 _OVER = 1e-12
-
-
-@dataclass(frozen=True)
-class Drop:
-    """The motion of a drop test; what a sensor asks of a `vinesexp.Motion`.
-
-    Parameters
-    ----------
-    impacts : mapping
-        Arrays `time, nes, side, x, v_before, v_after, vy_before, vy_after`, SI. The wall is
-        that of side +1, below the ball; speeds are upwards.
-    """
-
-    impacts: Mapping[str, NDArray[Any]]
-
-    def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The mass rests."""
-        return np.zeros_like(t), np.zeros_like(t)
-
-    def acceleration(self, t: FloatArray) -> FloatArray:
-        """None between impacts."""
-        return np.zeros_like(t)
-
-    def base(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The base rests."""
-        return np.zeros_like(t), np.zeros_like(t)
 
 
 def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
@@ -173,7 +148,7 @@ def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:
         write_whole(truth.with_name(f"{truth.stem}.bench.csv"), departures)
 
 
-def motion_of(scene: Scene, test: Test) -> Moving:
+def motion_of(scene: Scene, test: Test) -> Motion | Drop:
     """The exact motion of a test as it was performed, from its very beginning."""
     test = scene.performed(test)
     if test.kind == "drop":
@@ -181,14 +156,8 @@ def motion_of(scene: Scene, test: Test) -> Moving:
         return drop(ball, M=scene.oscillator.M, height=test.height, duration=test.duration)
     from vinesexp.solver.simulation import simulate
 
-    motion: Moving = simulate(
-        scene.rig(test),
-        test.base(),
-        test.release_state(),
-        duration=test.settle + test.duration,
-        damping=scene.damping,
-    )
-    return motion
+    start, lasts = test.release_state(), test.settle + test.duration
+    return simulate(scene.rig(test), test.base(), start, lasts, damping=scene.damping)
 
 
 def truth_text(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,17 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.laboratory.sensors import (
     Accelerometer,
+    Drop,
     Laser,
-    Moving,
     Sensor,
     accelerometer_volts,
     laser_volts,
     number,
     slow_drift,
 )
+
+if TYPE_CHECKING:
+    from vinesexp.solver.motion import Motion
 
 #: Samples made at once: a few MB, and seldom enough that finding its place costs a motion little.
 _BLOCK = 1 << 17
@@ -116,7 +119,7 @@ def quantised(volts: FloatArray, scope: Oscilloscope) -> NDArray[np.int16]:
 
 
 def acquire(
-    motion: Moving,
+    motion: Motion | Drop,
     sensors: Mapping[str, Sensor],
     scope: Oscilloscope,
     *,
@@ -129,7 +132,7 @@ def acquire(
 
     Parameters
     ----------
-    motion : Moving
+    motion : Motion or Drop
         Exact motion, from t = 0 to start + duration at least.
     sensors : mapping
         Role (`base`, `displacement`, `acceleration`) to sensor, in the order of the channels.
@@ -170,7 +173,9 @@ def acquire(
     return _with_samples_dropped(Capture(names, codes, None, scope), seed=seed, record=record)
 
 
-def _signals(motion: Moving, *, until: float) -> dict[str, Callable[[FloatArray], FloatArray]]:
+def _signals(
+    motion: Motion | Drop, *, until: float
+) -> dict[str, Callable[[FloatArray], FloatArray]]:
     """What each role measures; a late or slow clock that runs past the end sees the end value."""
 
     def inside(t: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from typing import Any, Protocol, TypedDict, Unpack
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -286,21 +286,28 @@ def contact_acceleration(
     return averaged_over_samples(gained, times, jumps, duration=duration, lasts=lasts, **grid)
 
 
-class Moving(Protocol):
-    """What a sensor needs of a motion; `vinesexp.Motion` is one."""
+@dataclass(frozen=True)
+class Drop:
+    """The motion of a drop test; what a sensor asks of a `vinesexp.Motion`.
 
-    @property
-    def impacts(self) -> Mapping[str, NDArray[Any]]:
-        """Arrays `time, nes, side, x, v_before, v_after, vy_before, vy_after`, SI."""
+    Parameters
+    ----------
+    impacts : mapping
+        Arrays `time, nes, side, x, v_before, v_after, vy_before, vy_after`, SI. The wall is
+        that of side +1, below the ball; speeds are upwards.
+    """
+
+    impacts: Mapping[str, NDArray[Any]]
 
     def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Oscillator x, v at times t."""
+        """The mass rests, as the base does."""
+        return np.zeros_like(t), np.zeros_like(t)
+
+    base = at
 
     def acceleration(self, t: FloatArray) -> FloatArray:
-        """Oscillator acceleration between impacts."""
-
-    def base(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Base x_e, v_e."""
+        """None between impacts."""
+        return np.zeros_like(t)
 
 
 @dataclass(frozen=True)
