@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import as_floats, several
 from vinesexp.errors import ParameterError
-from vinesexp.rig import ABOVE_ZERO, FINITE, ZERO_OR_ABOVE, Kind, check_fields, checked_number
+from vinesexp.rig import ABOVE_ZERO, FINITE, ZERO_OR_ABOVE, Checked, Kind, checked_number
 
 _AMPLITUDE = ("base amplitude", "m", ZERO_OR_ABOVE)
 _FREQUENCY = ("base frequency", "Hz", ABOVE_ZERO)
@@ -26,40 +27,31 @@ def _check_each(thing: object, field: str, kind: Kind) -> None:
 
 
 @dataclass(frozen=True)
-class Harmonic:
+class Harmonic(Checked):
     """Base motion x_e = amplitude sin(2 pi frequency t + phase); m, Hz, rad."""
 
-    amplitude: float
-    frequency: float
-    phase: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_fields(self, amplitude=_AMPLITUDE, frequency=_FREQUENCY, phase=_PHASE)
+    amplitude: Annotated[float, _AMPLITUDE]
+    frequency: Annotated[float, _FREQUENCY]
+    phase: Annotated[float, _PHASE] = 0.0
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Checked):
     """Linear sine sweep of the base, f_start to f_end (Hz) in `duration` seconds.
 
     x_e = amplitude sin(phase + 2 pi (f_start t + (f_end - f_start) t^2/(2 duration))). After its
     duration the base goes on at f_end.
     """
 
-    amplitude: float
-    f_start: float
-    f_end: float
-    duration: float
-    phase: float = 0.0
-
-    def __post_init__(self) -> None:
-        names = {"f_start": "sweep start", "f_end": "sweep end"}
-        ends = {field: (name, "Hz", ABOVE_ZERO) for field, name in names.items()}
-        lasts = ("sweep duration", "s", ABOVE_ZERO)
-        check_fields(self, amplitude=_AMPLITUDE, **ends, duration=lasts, phase=_PHASE)
+    amplitude: Annotated[float, _AMPLITUDE]
+    f_start: Annotated[float, ("sweep start", "Hz", ABOVE_ZERO)]
+    f_end: Annotated[float, ("sweep end", "Hz", ABOVE_ZERO)]
+    duration: Annotated[float, ("sweep duration", "s", ABOVE_ZERO)]
+    phase: Annotated[float, _PHASE] = 0.0
 
 
 @dataclass(frozen=True)
-class SteppedSweep:
+class SteppedSweep(Checked):
     """Sine motion of the base that dwells on one frequency (Hz) after the other, phase continuous.
 
     Each frequency lasts `dwell` seconds (one time for all, or one for each); the last goes on.
@@ -77,18 +69,18 @@ class SteppedSweep:
     (0.0, 30.0)
     """
 
-    amplitude: float
+    amplitude: Annotated[float, _AMPLITUDE]
     frequencies: Sequence[float]
     dwell: float | Sequence[float]
-    phase: float = 0.0
+    phase: Annotated[float, _PHASE] = 0.0
 
     def __post_init__(self) -> None:
-        check_fields(self, amplitude=_AMPLITUDE, phase=_PHASE)
+        super().__post_init__()
         _check_each(self, "frequencies", _FREQUENCY)
         if not self.frequencies:
             raise ParameterError("frequencies is empty: give at least one, in Hz")
         if np.ndim(self.dwell) == 0:
-            check_fields(self, dwell=_DWELL)
+            object.__setattr__(self, "dwell", checked_number(self.dwell, *_DWELL))
         else:
             _check_each(self, "dwell", _DWELL)
         if len(self.dwells) != len(self.frequencies):
@@ -116,7 +108,7 @@ class SteppedSweep:
 
 
 @dataclass(frozen=True, eq=False)  # a record is the same only as itself
-class Measured:
+class Measured(Checked):
     """A measured base record: samples of x_e (m) from t = 0 at `sample_rate` (Hz).
 
     Between samples x_e is their quintic spline (four continuous derivatives), to which the response
@@ -131,10 +123,10 @@ class Measured:
     """
 
     samples: ArrayLike
-    sample_rate: float
+    sample_rate: Annotated[float, ("sample rate", "Hz", ABOVE_ZERO)]
 
     def __post_init__(self) -> None:
-        check_fields(self, sample_rate=("sample rate", "Hz", ABOVE_ZERO))
+        super().__post_init__()
         array = as_floats(self.samples, "base record").copy()
         if array.ndim != 1 or array.size < 6:
             raise ParameterError(
@@ -159,7 +151,7 @@ Base = Harmonic | Sweep | SteppedSweep | Measured
 
 
 @dataclass(frozen=True)
-class WeakDamping:
+class WeakDamping(Checked):
     """Damping beyond c1: friction force -(quadratic u |u| + coulomb sign(u)), u = x' - x_e'.
 
     Parameters
@@ -170,27 +162,23 @@ class WeakDamping:
         N, >= 0. The oscillator can stick to the base; it moves when the force exceeds this value.
     """
 
-    quadratic: float = 0.0
-    coulomb: float = 0.0
-
-    def __post_init__(self) -> None:
-        names = {"quadratic": "quadratic damping", "coulomb": "Coulomb"}
-        check_fields(self, **{field: (name, "", ZERO_OR_ABOVE) for field, name in names.items()})
+    quadratic: Annotated[float, ("quadratic damping", "", ZERO_OR_ABOVE)] = 0.0
+    coulomb: Annotated[float, ("Coulomb", "", ZERO_OR_ABOVE)] = 0.0
 
 
 @dataclass(frozen=True)
-class Release:
+class Release(Checked):
     """State at t = 0: x0, v0 of the oscillator, y0, vy0 of each ball (absolute; m, m/s).
 
     Left empty, y0 puts every ball in the centre of its cavity and vy0 at rest.
     """
 
-    x0: float = 0.0
-    v0: float = 0.0
+    x0: Annotated[float, ("x0", "", FINITE)] = 0.0
+    v0: Annotated[float, ("v0", "", FINITE)] = 0.0
     y0: Sequence[float] = field(default=())
     vy0: Sequence[float] = field(default=())
 
     def __post_init__(self) -> None:
-        check_fields(self, x0=("x0", "", FINITE), v0=("v0", "", FINITE))
+        super().__post_init__()
         for name in ("y0", "vy0"):
             _check_each(self, name, (name, "", FINITE))

@@ -11,7 +11,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypedDict
+from typing import Annotated, ClassVar, NamedTuple, TypedDict, get_origin, get_type_hints
 
 from numpy.typing import ArrayLike
 
@@ -95,17 +95,27 @@ def checked_number(value: object, name: str, unit: str, limits: Limits) -> float
     return number
 
 
-def check_fields(thing: object, **kinds: Kind) -> None:
-    """Make fields of a frozen dataclass numbers, each with its name and what is expected of it."""
-    for field, kind in kinds.items():
-        value = getattr(thing, field)
-        number = checked_number(value, *kind)
-        if number is not value:  # rigs are made by the thousand
-            object.__setattr__(thing, field, number)
+class Checked:
+    """A frozen dataclass: where a field is ``Annotated[float, kind]`` it is made such a number."""
+
+    _kinds: ClassVar[dict[str, Kind]]
+
+    def __init_subclass__(cls) -> None:
+        hints = get_type_hints(cls, include_extras=True).items()
+        cls._kinds = {
+            name: hint.__metadata__[0] for name, hint in hints if get_origin(hint) is Annotated
+        }
+
+    def __post_init__(self) -> None:
+        for field, kind in self._kinds.items():
+            value = getattr(self, field)
+            number = None if value is None else checked_number(value, *kind)
+            if number is not value:  # rigs are made by the thousand
+                object.__setattr__(self, field, number)
 
 
 @dataclass(frozen=True)
-class Oscillator:
+class Oscillator(Checked):
     """The primary mass on its spring and damper: M x'' + c1 (x' - x_e') + k1 (x - x_e) = 0.
 
     Parameters
@@ -123,14 +133,10 @@ class Oscillator:
     (7.862, 0.0065)
     """
 
-    M: float
-    c1: float
-    k1: float
-    k3: float = 0.0
-
-    def __post_init__(self) -> None:
-        k3 = ("cubic stiffness k3", "N/m^3", FINITE)
-        check_fields(self, **{name: OF_RIG[name] for name in ("M", "c1", "k1")}, k3=k3)
+    M: Annotated[float, OF_RIG["M"]]
+    c1: Annotated[float, OF_RIG["c1"]]
+    k1: Annotated[float, OF_RIG["k1"]]
+    k3: Annotated[float, ("cubic stiffness k3", "N/m^3", FINITE)] = 0.0
 
     @property
     def w0(self) -> float:
@@ -154,22 +160,8 @@ class Oscillator:
         return cls(M=M, c1=2.0 * zeta * M * w0, k1=M * w0 * w0)
 
 
-#: Of each value of a ball its name, and what is expected of it.
-_OF_BALL = {
-    "m": OF_RIG["m"],
-    "b": ("clearance b", "m", ABOVE_ZERO),
-    "r": OF_RIG["r"],
-    "b_minus": ("clearance b_minus", "m", ABOVE_ZERO),
-    "r_minus": ("restitution r_minus", "", UP_TO_1),
-    "r_slope": ("r_slope", "s/m", FINITE),
-    "friction": ("friction mu g", "m/s^2", ZERO_OR_ABOVE),
-    "tilt": ("tilt", "m/s^2", FINITE),
-    "contact_time": ("contact_time", "s", ZERO_OR_ABOVE),
-}
-
-
 @dataclass(frozen=True)
-class NES:
+class NES(Checked):
     """One vibro-impact nonlinear energy sink: a ball loose in a cavity.
 
     Parameters
@@ -201,19 +193,15 @@ class NES:
     (0.033, 0.5)
     """
 
-    m: float
-    b: float
-    r: float
-    b_minus: float | None = None
-    r_minus: float | None = None
-    r_slope: float = 0.0
-    friction: float = 0.0
-    tilt: float = 0.0
-    contact_time: float = 0.0
-
-    def __post_init__(self) -> None:
-        absent = {name for name in ("b_minus", "r_minus") if getattr(self, name) is None}
-        check_fields(self, **{name: _OF_BALL[name] for name in _OF_BALL if name not in absent})
+    m: Annotated[float, OF_RIG["m"]]
+    b: Annotated[float, ("clearance b", "m", ABOVE_ZERO)]
+    r: Annotated[float, OF_RIG["r"]]
+    b_minus: Annotated[float | None, ("clearance b_minus", "m", ABOVE_ZERO)] = None
+    r_minus: Annotated[float | None, ("restitution r_minus", "", UP_TO_1)] = None
+    r_slope: Annotated[float, ("r_slope", "s/m", FINITE)] = 0.0
+    friction: Annotated[float, ("friction mu g", "m/s^2", ZERO_OR_ABOVE)] = 0.0
+    tilt: Annotated[float, ("tilt", "m/s^2", FINITE)] = 0.0
+    contact_time: Annotated[float, ("contact_time", "s", ZERO_OR_ABOVE)] = 0.0
 
     def clearance(self, side: int) -> float:
         """Clearance to the wall of side +1 or -1, m."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 from numpy.polynomial.legendre import legval2d
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Release
-from vinesexp.rig import ABOVE_ZERO, NES, OF_RIG, Oscillator, Rig, check_fields, checked
+from vinesexp.rig import ABOVE_ZERO, NES, OF_RIG, Checked, Oscillator, Rig, checked
 from vinesexp.solver.simulation import simulate
 from vinesexp.theory.manifold import A_1, A_2, C_1, loss_parameter, upper_branch
 
@@ -99,18 +100,15 @@ def ball_power(A: ArrayLike, *, r: float) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Decaying:
+class Decaying(Checked):
     """A release: rig values (SI), amplitude x_m (m) it starts with."""
 
-    M: float
-    c1: float
-    k1: float
-    m: float
-    r: float
-    x_m: float
-
-    def __post_init__(self) -> None:
-        check_fields(self, **OF_RIG, x_m=("release amplitude x_m", "m", ABOVE_ZERO))
+    M: Annotated[float, OF_RIG["M"]]
+    c1: Annotated[float, OF_RIG["c1"]]
+    k1: Annotated[float, OF_RIG["k1"]]
+    m: Annotated[float, OF_RIG["m"]]
+    r: Annotated[float, OF_RIG["r"]]
+    x_m: Annotated[float, ("release amplitude x_m", "m", ABOVE_ZERO)]
 
     @property
     def w0(self) -> float:
