@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -14,17 +15,17 @@ from vinesexp.design.predictions import bands_given
 from vinesexp.design.recorded import Driven, UnderRecord
 from vinesexp.design.released import Falls
 
-#: Contract keys of the simulation, null where there is none.
-SIMULATED = (
-    "least_mean_mm",
-    "least_max_mm",
-    "robust_mm",
-    "captured_share",
-    "amplitude_mean_mm",
-    "amplitude_max_mm",
-    "bare_amplitude_mm",
-    "tmd_amplitude_mm",
-)
+#: Contract keys of theory and of the simulation, null where there is none.
+_THEORY = (
+    "A_1", "A_2", "F_c", "b_c_published_mm", "b_c_exact_mm=b_c.exact",
+    "b_t_published_mm=b_t.published", "b_t_exact_mm=b_t.exact",
+)  # fmt: skip
+_SIMULATED = (
+    "least_mean_mm=least_mean.b", "least_max_mm=least_max.b", "robust_mm=robust.b",
+    "captured_share=robust.captured", "amplitude_mean_mm=robust.random_mean",
+    "amplitude_max_mm=robust.random_max", "bare_amplitude_mm=bare",
+    "tmd_amplitude_mm=den_hartog.amplitude",
+)  # fmt: skip
 #: Keys of a side of the cliff, of a changed rig and of an absorber.
 _SIDE = ("clear", "jump", "before_mm", "amplitude_mm")
 _CHANGED = ("change", "rest_mean_mm", "random_p90_mm", "captured", "bare_mm")
@@ -58,7 +59,7 @@ _JUDGED = (
 def answer_of(answer: Answer) -> dict[str, object]:
     """One object for programs: the contract's keys first, then everything else."""
     given, theory, advice = answer.given, answer.theory, answer.advice
-    found = theory.as_json() | dict.fromkeys(SIMULATED)
+    found = _fields(theory, _THEORY) | _fields(advice, _SIMULATED)
     if advice is not None:
         found |= _simulated(advice)
     found["inputs"] = {
@@ -85,23 +86,13 @@ def answer_of(answer: Answer) -> dict[str, object]:
     return found
 
 
-def _simulated(advice: Advice) -> Mapping[str, object]:
-    """Everything for programs: contract keys first; lengths in mm."""
-    robust, task, working = advice.robust, advice.task, advice.working
-    found: dict[str, object] = {
-        "least_mean_mm": _mm(advice.least_mean.b),
-        "least_max_mm": _mm(advice.least_max.b),
-        "robust_mm": _mm(robust.b),
-        "captured_share": robust.captured,
-        "amplitude_mean_mm": _mm(robust.random_mean),
-        "amplitude_max_mm": _mm(robust.random_max),
-        "bare_amplitude_mm": _mm(advice.bare),
-        "tmd_amplitude_mm": _mm(advice.den_hartog.amplitude),
-        "bare_mean_mm": _mm(advice.bare_mean),
-        "fixed_mass_mm": _mm(advice.fixed_mass),
+def _simulated(advice: Advice) -> dict[str, object]:
+    """What a simulation found besides the contract's keys; lengths in mm."""
+    robust, task = advice.robust, advice.task
+    return {
+        **_fields(advice, ("bare_mean_mm", "fixed_mass_mm")),
         "clearance_ratios": list(task.ratios),
-        "hopeless": advice.hopeless,
-        "tolerance": task.tolerance,
+        **_fields(advice, ("hopeless", "tolerance=task.tolerance")),
         "cliff": {
             "narrower": _fields(advice.cliffs.narrower, _SIDE),
             "wider": _fields(advice.cliffs.wider, _SIDE),
@@ -114,7 +105,7 @@ def _simulated(advice: Advice) -> Mapping[str, object]:
         "asked": None if advice.asked is None else _judged(advice.asked, advice),
         "unchanged": _fields(advice.unchanged, _CHANGED),
         "changed": [_fields(one, _CHANGED) | {"value": one.name} for one in advice.changed],
-        "levels": _fields(working, _LEVELS),
+        "levels": _fields(advice.working, _LEVELS),
         "slow_sweep": [_fields(one, _SWEPT) for one in advice.sweeps],
         "slow_sweep_asked": None
         if advice.asked_sweeps is None
@@ -129,29 +120,26 @@ def _simulated(advice: Advice) -> Mapping[str, object]:
         "settled_share": advice.watched,
         "seed": advice.seed,
     }
-    return found
 
 
 def _fields(thing: object, keys: Iterable[str]) -> dict[str, object]:
-    """Fields of a thing by their keys, ``key=field`` where the names differ.
+    """Fields of a thing by their keys, ``key=field`` or ``key=field.field`` where names differ.
 
-    One whose key ends in ``_mm`` is a length or None; infinite numbers become None, arrays their
-    medians.
+    One whose key ends in ``_mm`` is a length; infinite numbers become None, as what there is not,
+    arrays their medians.
     """
     found: dict[str, object] = {}
     for key in keys:
         name, _, own = key.partition("=")
-        value = getattr(thing, own or name.removesuffix("_mm"))
+        value: Any = thing
+        for field in (own or name.removesuffix("_mm")).split("."):
+            value = None if value is None else getattr(value, field)
         if isinstance(value, np.ndarray):
             value = float(np.median(value))
         if isinstance(value, float) and math.isinf(value):
             value = None
-        found[name] = _mm(value) if name.endswith("_mm") else value
+        found[name] = 1e3 * value if name.endswith("_mm") and value is not None else value
     return found
-
-
-def _mm(value: float | None) -> float | None:
-    return None if value is None else 1e3 * value
 
 
 def _judged(one: Judged, advice: Advice) -> dict[str, object]:

@@ -19,7 +19,7 @@ from vinesexp.design.shown import text_of
 from vinesexp.design.task import OpenRig, Task
 from vinesexp.errors import AnalysisError, ParameterError, RigWarning
 from vinesexp.excitation import Measured, WeakDamping
-from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.rig import NES, Rig
 from vinesexp.theory.multiple import design_clearances
 
 #: Tolerance of a cavity that is drilled, as a share of b.
@@ -34,7 +34,7 @@ def open_rig_of(given: Given) -> OpenRig:
         largest = max(q.value for q in given["b"])
         ratios = tuple(q.value / largest for q in given["b"])
     return OpenRig(
-        Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value),
+        given.oscillator,
         masses,
         r * len(masses) if len(r) == 1 else r,
         ratios=ratios,
@@ -163,9 +163,11 @@ def answered(
 def warn_of(given: Given) -> None:
     """Make the rig that was given: it warns of slips of units."""
     if all(symbol in given for symbol in ("M", "c1", "k1", "m")):
-        o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
         b = [q.value for q in given["b"]] if "b" in given else [1e-9]
-        Rig(o, [NES(m=q.value, b=b[k % len(b)], r=0.0) for k, q in enumerate(given["m"])])
+        Rig(
+            given.oscillator,
+            [NES(m=q.value, b=b[k % len(b)], r=0.0) for k, q in enumerate(given["m"])],
+        )
 
 
 def design(

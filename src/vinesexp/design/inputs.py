@@ -10,6 +10,7 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.tables import Table, read_rows
+from vinesexp.rig import Oscillator
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 
@@ -94,6 +95,11 @@ class Given:
             error = sum(q.std_error**2 for q in found) ** 0.5
             return Quantity(sum(q.value for q in found), error)
         return found[-1] if symbol in _RANGES else found[0]
+
+    @property
+    def oscillator(self) -> Oscillator:
+        """The oscillator, where M, c1 and k1 were given."""
+        return Oscillator(*(self.values[symbol][0].value for symbol in ("M", "c1", "k1")))
 
     def size(self, symbol: str) -> float:
         """The value of a symbol, 0 where it was not given."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from vinesexp.design.inputs import RIG, Given
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.rig import NES, Oscillator
+from vinesexp.rig import NES
 from vinesexp.theory.intervals import (
     ClearancePrediction,
     predict_best,
@@ -63,23 +63,6 @@ class Theory:
     releases: list[ReleaseLevel]
     unreached: list[float]
 
-    def as_json(self) -> dict[str, object]:
-        """The contract's keys; null where the excitation it needs was not given."""
-
-        def mm(prediction: ClearancePrediction | None, kind: str) -> float | None:
-            return None if prediction is None else 1e3 * float(getattr(prediction, kind))
-
-        published = None if self.b_c_published is None else 1e3 * self.b_c_published
-        return {
-            "A_1": self.A_1,
-            "A_2": self.A_2,
-            "F_c": self.F_c,
-            "b_c_published_mm": published,
-            "b_c_exact_mm": mm(self.b_c, "exact"),
-            "b_t_published_mm": mm(self.b_t, "published"),
-            "b_t_exact_mm": mm(self.b_t, "exact"),
-        }
-
 
 def single_values(given: Given) -> dict[str, Quantity]:
     """The rig's values as the theory of one ball takes them; several balls count as their sum."""
@@ -93,9 +76,8 @@ def frequency_of(given: Given) -> float | None:
     """
     if "frequency" not in given:
         return None
-    low, high = given.ends("frequency")
-    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    return None if low < o.f0 < high else min(max(o.f0, low), high)
+    (low, high), f0 = given.ends("frequency"), given.oscillator.f0
+    return None if low < f0 < high else min(max(f0, low), high)
 
 
 def predict(given: Given) -> Theory:
@@ -105,7 +87,7 @@ def predict(given: Given) -> Theory:
     F_c = published = None
     if len(values) == len(RIG):
         # refuses what has no meaning before anything is computed
-        oscillator = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])
+        oscillator = given.oscillator
         for ball in given["m"]:
             if not ball.value > 0.0:
                 raise ParameterError(

@@ -29,7 +29,6 @@ from vinesexp.design.predictions import Theory, bands_given, single_values, star
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.design.task import wall_starts
-from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction
 from vinesexp.units import COVERAGE_95, with_error
 
@@ -135,8 +134,8 @@ def rig_rows(given: Given, theory: Theory) -> list[tuple[str, ...]]:
         name = f"{option.flag[2:].replace('-', ' ')} {SYMBOLS.get(option.symbol, option.symbol)}"
         rows.append((name.rstrip(), apart.join(texts)))
     if theory.F_c is not None:
-        M, c1, k1, m = (given.one(name).value for name in ("M", "c1", "k1", "m"))
-        o, eps = Oscillator(M=M, c1=c1, k1=k1), m / M
+        o = given.oscillator
+        eps = given.one("m").value / o.M
         rows.append(("natural frequency f0", f"{o.f0:.4f} Hz"))
         rows.append(("zeta, eps", f"{o.zeta:.3g}, {eps:.4g}"))
         rows.append(("lambda, F_c", f"{2.0 * o.zeta / eps:.4g}, {theory.F_c:.5f}"))
