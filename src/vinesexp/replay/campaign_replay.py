@@ -36,7 +36,6 @@ from vinesexp.replay.motions import (
     drive_of,
     released,
     replays,
-    with_other_clearance,
 )
 from vinesexp.replay.replay_table import (
     Compared,
@@ -150,8 +149,8 @@ def model_of(record: Record, model: Model, joint: RigPosterior | None) -> Model:
     return Model(values, tuple(mass * by["m"] for mass in model.masses), effects)
 
 
-def rig_of(record: Record, model: Model) -> Rig:
-    """The rig as it was in one test: its added mass, its balls and clearances.
+def rig_of(record: Record, model: Model, share: float = 0.0) -> Rig:
+    """The rig as it was in one test: its added mass, its balls and cavities, longer by a share.
 
     Raises
     ------
@@ -167,7 +166,7 @@ def rig_of(record: Record, model: Model) -> Rig:
             missing += ["r"] * (r is None) + ["m"] * (not model.masses)
             break
         mass = model.masses[i] if len(model.masses) > i else model.masses[0]
-        balls.append(_ball(mass, b, r, model.effects))
+        balls.append(_ball(mass, (1.0 + share) * b, r, model.effects))
     if missing:
         raise AnalysisError(f"no replay without {', '.join(missing)}")
     if balls and "rolls_from" in model.effects:
@@ -413,7 +412,7 @@ def _replayed(
     still: bool, settles: float | None = None, share: float = 0.0,
 ) -> list[Measures]:  # fmt: skip
     """Numbers of all replays, of cavities that are longer by a share."""
-    rig, plain = (with_other_clearance(rig_of(record, one), share) for one in (model, model.plain))
+    rig, plain = (rig_of(record, one, share) for one in (model, model.plain))
     drive = drive_of(record, plain, base=base, samples=seen.base, length=seen.length)
     x0, v0 = 0.0, 0.0
     if record.test == "sweep":

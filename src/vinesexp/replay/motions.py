@@ -407,11 +407,6 @@ def _starts(rig: Rig, drive: Drive, still: bool) -> Mapping[str, tuple[float, fl
     return starts
 
 
-def with_other_clearance(rig: Rig, share: float) -> Rig:
-    """The rig with its cavities longer by a share."""
-    return replace(rig, nes=[replace(ball, b=(1.0 + share) * ball.b) for ball in rig.nes])
-
-
 def _on_orbit(
     rig: Rig, plain: Rig, sine: Harmonic, length: float, damping: WeakDamping | None
 ) -> list[Replayed]:

@@ -124,16 +124,13 @@ def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) ->
     >>> read_rows(path, table)[0]
     {'a': 'one, two', 'x': 0.123}
     """
-    path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    known = set(table.names)
+    known = {column.name: column for column in table.columns}
     with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(table.names)
+        writer = csv.DictWriter(stream, table.names, restval="", lineterminator="\n")
+        writer.writeheader()
         for row in rows:
-            if unknown := set(row) - known:
-                raise KeyError(f"{table.name} has no column {sorted(unknown)}")
-            writer.writerow([_cell(row.get(column.name), column) for column in table.columns])
+            writer.writerow({name: _cell(value, known[name]) for name, value in row.items()})
 
 
 def write_columns(path: Path, table: Table, columns: Mapping[str, Sequence[Value]]) -> None:
