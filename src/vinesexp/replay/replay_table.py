@@ -31,24 +31,18 @@ from vinesexp.theory.regime_definitions import (
     regime_of,
 )
 
-#: Shares by which a measured number may miss its replays: clearances are known no better.
-TOLERANCE = {
-    "amplitude": 0.03,
-    "largest amplitude": 0.05,
-    "impacts per cycle": 0.05,
-    "decay time": 0.05,
-    "spells": 0.3,
+#: Unit of each number, and the share by which a measured one may miss its replays: clearances are
+#: known no better.
+NUMBERS = {
+    "amplitude": ("m", 0.03),
+    "largest amplitude": ("m", 0.05),
+    "impacts per cycle": ("1", 0.05),
+    "decay time": ("s", 0.05),
+    "spells": ("1", 0.3),
 }
 #: Standard deviations that come on top: over the replays of one regime, and of the measured number
 #: where it is the mean of a motion whose amplitude varies.
 SCATTER = 3.0
-_UNITS = {
-    "amplitude": "m",
-    "largest amplitude": "m",
-    "impacts per cycle": "1",
-    "decay time": "s",
-    "spells": "1",
-}
 _NO_IMPACT = Regime.NO_IMPACT.value
 _VARYING = "amplitude varies"
 _NAMED = 5  # starts: more are counted
@@ -334,7 +328,7 @@ def _number(
     groups: Sequence[Sequence[float]],
     near: bool,
 ) -> Compared:
-    unit = _UNITS[quantity]
+    unit, tolerance = NUMBERS[quantity]
     if not groups:
         return Compared(record, quantity, unit, measured, None, None, None, None, "not replayed")
     nearest = min(groups, key=lambda own: abs(float(np.mean(own)) - (measured or 0.0)))
@@ -342,12 +336,12 @@ def _number(
     if measured is None:
         return Compared(record, quantity, unit, None, centre, low, high, None, "not measured")
     allowed = SCATTER * math.hypot(float(np.std(nearest)), error)
-    allowed += TOLERANCE[quantity] * abs(centre)
+    allowed += tolerance * abs(centre)
     if quantity == "spells":
         allowed = max(allowed, _FEW_SPELLS)
     off = abs(measured - centre)
     if near:
-        allowed, off = TOLERANCE[quantity] * abs(centre), max(low - measured, measured - high, 0.0)
+        allowed, off = tolerance * abs(centre), max(low - measured, measured - high, 0.0)
     outcome = "differs" if off > allowed else "ok"
     # However much starts differ: what none of them is near is no replay.
     least = min(abs(measured - one) for one in nearest)
@@ -361,7 +355,7 @@ def _moving_so(row: Compared, each: Sequence[tuple[str, float]]) -> str:
     """Which share of the starts moves as the record does, where not all do."""
     if not isinstance(row.measured, float) or row.quantity == "spells":
         return ""
-    near = TOLERANCE[row.quantity] * abs(row.measured)
+    near = NUMBERS[row.quantity][1] * abs(row.measured)
     near = max(near, 0.5 * ((row.high or 0.0) - (row.low or 0.0)))
     alike = {start: False for start, _ in each}
     for start, v in each:
