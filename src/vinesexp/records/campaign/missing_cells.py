@@ -176,7 +176,8 @@ def _other_masses(records: Iterable[Record], evidence: Mapping[str, Evidence]) -
         said = f"is {1e3 * mass:g}" if mass else "is empty"
         return (
             f"{said} in {_names(slow)} as in {_names(fast)}, but they oscillate at {low:.4g} and "
-            f"{high:.4g} Hz: as with different masses mounted; f0, zeta and M may mix them"
+            f"{high:.4g} Hz: as with different masses mounted, or on different rigs; f0, zeta and "
+            "M mix them, or are left out"
         )
     return ""
 
