@@ -103,6 +103,28 @@ def test_harmonics_of_a_base_that_was_not_recorded_are_no_base_and_no_f0(tmp_pat
     assert f0 == pytest.approx(F0, rel=1e-4)
 
 
+@pytest.mark.parametrize("grows", [0.0, 0.02, -0.05])
+@pytest.mark.parametrize("noise", [0.0, 5e-6])
+def test_a_shaker_that_grows_as_it_warms_up_is_seen_without_its_channel(tmp_path, grows, noise):
+    """The base was that of some moment of the test, with the error of one that stays."""
+    t, x, _, impacts = motion(np.random.default_rng(3), jump=0.02, apart=(0.4, 0.6))
+    s, half = 1j * W, 0.5 * t[-1]
+    over, under = W0**2 + 2.0 * ZETA * W0 * s, s * s + 2.0 * ZETA * W0 * s + W0**2
+    slope = (2.0 * ZETA * W0 * under - over * (2.0 * s + 2.0 * ZETA * W0)) / under**2
+    grown = (slope + over / under * (t - half)) * np.exp(s * t)  # of a base (t - half) exp(s t)
+    x = x + (G * grows / half * grown).real
+    noisy = x + noise * np.random.default_rng(4).standard_normal(t.size)
+    with record(tmp_path / "a.nc", noisy) as view:
+        found = driven_motion(view, impacts, frequency=F, stated=F)
+    value, error = found.grows
+    assert abs(value - grows) < 4.0 * error + 1e-5
+    assert error < 2e-3
+    assert (found.drift != 0.0) == (grows != 0.0)
+    assert found.rate == pytest.approx(W, rel=2e-5)
+    size, error, _ = found.base(f0=F0, zeta=ZETA)
+    assert abs(size - G) < 4.0 * error + 2e-4 * G
+
+
 @pytest.mark.parametrize("follows", [0.0, 1.0])
 def test_a_base_that_wanders_drives_as_much(tmp_path, follows):
     """Of its sensor or its own: then the mass follows. The base was found 3 % too small."""

@@ -49,6 +49,7 @@ _SOUGHT = 5  # w0^2, 2 zeta w0, the base and its quadrature, friction
 _KNOWN, _BASE = [0, 1, 4], slice(2, 4)  # of these: those that decays know, the base
 _WANDERS = 3.0  # periods: slower, the integral of the displacement is that of its drift
 _KNOWN_RATE = 0.3  # rad that the phase of a base that was not recorded may turn in a record
+_GROWS = 0.1  # of its amplitude, by which it may grow or fall from the middle to the end
 _HARMONICS, _DISTORTED = (2, 3), 0.02  # of a base that was not recorded; their usual share of it
 _MODULATED = 2e-4  # error of f0, relative, from which on it is that of a motion that repeats
 _TURNS = 3  # of the fit: scatter of the times and, where it is not recorded, the base's frequency
@@ -114,6 +115,9 @@ class DrivenMotion:
     misfit : (float, float)
         By which all f0 and zeta of such tests may be off alike, relative: kinds of equations, of
         which each should ask for one oscillator, ask for others.
+    grows : (float, float)
+        By what share the amplitude of a base that was not recorded grows from the middle of the
+        record to its end, and its error.
     """
 
     values: FloatArray
@@ -128,6 +132,7 @@ class DrivenMotion:
     by_corner: FloatArray
     rate_error: float = 0.0
     misfit: tuple[float, float] = (0.0, 0.0)
+    grows: tuple[float, float] = (0.0, 0.0)
 
     @property
     def oscillator(self) -> dict[str, float]:
@@ -136,6 +141,12 @@ class DrivenMotion:
         return {
             "f0": w0 / (2.0 * math.pi), "zeta": 0.5 * float(self.values[1]) / w0 if w0 else 0.0
         }  # fmt: skip
+
+    @property
+    def drift(self) -> float:
+        """By what share the base surely grows in half of the record; 0 where that is not sure."""
+        grows, error = self.grows
+        return grows if abs(grows) > SURE * error else 0.0
 
     @property
     def own_rate(self) -> float:
@@ -616,21 +627,22 @@ def _fitted(
             return None
         if e is None:
             per = _KNOWN_RATE / float(np.ptp(t))
-            w += found.turned * per
-            w_error = found.turned_error * per
+            w += found.turned[0] * per
+            w_error = found.turned[1] * per
             waves = [np.cos(w * t), -np.sin(w * t)]
             base = [flights.moments(wave) for wave in waves]
             c, s = _ordinary(found, w)
             later = (c * waves[1] - s * waves[0]) * t * per
+            larger = (c * waves[0] + s * waves[1]) * (_GROWS / t[-1]) * t
             size = _DISTORTED * math.hypot(c, s)
             harmonics = [size * turn(k * w * t) for k in _HARMONICS for turn in (np.cos, np.sin)]
-            turning = [-rows.of(flights.moments(one))[:, 0] for one in (later, *harmonics)]
+            turning = [-rows.of(flights.moments(one))[:, 0] for one in (later, larger, *harmonics)]
     assert found is not None
     swing = _phasor(x, w * t + phase)
     return DrivenMotion(
         found.values, found.information, w, scale, e is not None, found.flights,
         flights.begin + middle * flights.step, phase, (swing.real, swing.imag),
-        found.by_corner, w_error, found.misfit,
+        found.by_corner, w_error, found.misfit, (_GROWS * found.grown[0], _GROWS * found.grown[1]),
     )  # fmt: skip
 
 
@@ -673,16 +685,16 @@ def _ordinary(found: _Solved, w: float) -> FloatArray:
 @dataclass(frozen=True)
 class _Solved:
     """Values sought, the information about them, by which f0 and zeta may be off, relative; what a
-    corner changes them by; how far the base's phase turns, in units of `_KNOWN_RATE`, and its
-    error; scatter of the impacts' times.
+    corner changes them by; how far the phase of an unseen base turns and how its amplitude grows,
+    in units of `_KNOWN_RATE` and `_GROWS`, with their errors; scatter of the impacts' times.
     """
 
     values: FloatArray
     information: FloatArray
     misfit: tuple[float, float]
     by_corner: FloatArray
-    turned: float
-    turned_error: float
+    turned: tuple[float, float]
+    grown: tuple[float, float]
     lag: float
     flights: int
 
@@ -720,10 +732,12 @@ def _solved(
         by_corner = np.zeros((2, _SOUGHT))
         by_corner[:, _BASE] = -np.linalg.lstsq(own[:, _BASE], q, rcond=1e-12)[0].T
     times = _scatter_of_times(rows, y - design @ p)
-    turned = float(p[_SOUGHT]) if held else 0.0
-    error = _error_of(_SOUGHT, A / size, left, rows) / float(size[_SOUGHT]) if held else 0.0
+    turned, grown = (
+        (float(p[k]), _error_of(k, A / size, left, rows) / float(size[k])) if held else (0.0, 0.0)
+        for k in (_SOUGHT, _SOUGHT + 1)
+    )
     flights = len(np.unique(rows.flight))
-    return _Solved(values, information, misfit, by_corner, turned, error, times, flights)
+    return _Solved(values, information, misfit, by_corner, turned, grown, times, flights)
 
 
 def _apart(values: FloatArray, others: FloatArray) -> FloatArray:

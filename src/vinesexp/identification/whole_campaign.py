@@ -265,6 +265,24 @@ def _drifts(found: Sequence[Estimate]) -> list[Check]:
     return [Check("", "spring", "warning", detail)]
 
 
+def _base_drifts(driven: Mapping[str, DrivenMotion]) -> list[Check]:
+    """One line on a base without a channel whose amplitude changes in the course of a test."""
+    each = {record: 2.0 * one.drift for record, one in driven.items()}
+    drifting = [record for record, share in each.items() if abs(share) > _BASE_DRIFTS]
+    if not drifting:
+        return []
+    usual = median_of([each[record] for record in drifting])
+    detail = (
+        f"the base amplitude {'falls' if usual < 0.0 else 'rises'} by {100 * abs(usual):.2g} % in "
+        f"the course of {drifting[0]}{_in_more(drifting)}, as the motion of the mass shows: a "
+        "shaker that warms up, without a controller. Record the base"
+    )
+    return [Check("", "base amplitude", "warning", detail)]
+
+
+_BASE_DRIFTS = 0.01  # of the amplitude, in a test: less is not worth a line
+
+
 def _beats(found: Sequence[Estimate]) -> list[Check]:
     """Free decays in which something else oscillates too."""
     share = {e.records[0]: e.value for e in found if e.parameter == "beat_share"}
@@ -476,6 +494,7 @@ def identify_campaign(
     checks += [*_contradicted(stated, answer), *_stretched(stated, answer), *_far_off(answer)]
     checks += _absent(rows, answer, campaign)
     checks += [*_trust_in_mass(sources, answer, campaign), *remarks(_left(used, answer))]
+    checks += _base_drifts(driven)
     return Identified(rows, checks, sources, levels, tuple(row for row, _ in stated), rig)
 
 

@@ -118,6 +118,7 @@ _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
+_OF_BASE_DRIFT = 0.5  # by which the base of the cycles that count is off, in half drifts of a test
 _OF_DRIFT = 1.0  # by which f0 of the tests is off that of a decay, in drifts of its record
 _OWN_RELEASE = 3e-3  # by which single releases from one stop differ, relative
 
@@ -1135,6 +1136,7 @@ def _answered(
         ({**base, **b.yields(record, per), **b.own_gain(record, "displacement"),
           _beside(b, record): inertia.real,
           b.own("own base", record, _OWN_BASE): 1.0,
+          b.add("drift base", 0.0, _OF_BASE_DRIFT): driven.drift,
           b.own("bent", record, math.hypot(_CHANNELS, off)): 1.0},
          math.log(level)),
         (turned, inverted),
