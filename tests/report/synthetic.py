@@ -154,6 +154,7 @@ def _signals(record: Record) -> tuple[dict[str, np.ndarray], list[dict[str, obje
     impacts = [
         {
             "time_s": f"{hit:.6f}",
+            "time_error_s": 1e-6,
             "nes": 1,
             "side": side,
             "velocity_jump_m_s": 0.01 * side,
