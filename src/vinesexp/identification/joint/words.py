@@ -344,8 +344,9 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         "walls as long as it slides; r is corrected for it"
     ),
     "tilt": lambda v, e: (
-        f"the cavity slopes: the ball is pulled along it by {with_error(v, e)} m/s^2 (tilt of "
-        f"{abs(v) / STANDARD_GRAVITY * 57.2958:.2g} degrees); r is corrected for it"
+        f"the ball is pulled to one side of its cavity by {with_error(v, e)} m/s^2: a tilt of "
+        f"{abs(v) / STANDARD_GRAVITY * 57.2958:.2g} degrees, or a magnet near one wall; r is "
+        "corrected for it"
     ),
     "pad": lambda v, e: (
         f"a contact lasts {with_error(1e3 * abs(v), 1e3 * e)} ms longer at the wall where x - y = "
