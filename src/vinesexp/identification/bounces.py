@@ -341,7 +341,8 @@ def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float, float]:
     reach, power = 0.0, 0.0
     if y.size > 2:
         along, of_it = _regressed(y, np.column_stack([even, faster]), known)
-        if abs(along[1]) > LIKELY * of_it[1]:
+        by_air = _AIR * _height(float(flights[0])) / math.sqrt(3.0)  # which the error of r holds
+        if abs(along[1]) > LIKELY * math.hypot(of_it[1], by_air):
             value, errors, power = along, of_it, float(along[1])
             reach = power * float(np.ptp(faster)) / math.sqrt(12.0)
     r = math.exp(value[0])
