@@ -221,10 +221,19 @@ def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
     assert above.get_ylabel() == shown.replace(" (", "\n(")
     points, line = below.lines
     np.testing.assert_allclose(points.get_ydata(), [0.6, 0.61, 0.6])
+    (bars,) = below.containers[0].lines[2]
+    low, high = np.array([segment[:, 1] for segment in bars.get_segments()]).T
+    # the variance of ln(T2/T1) by times of 1 us: each flight ends where the next begins
+    flights = 0.2 * np.array([1.0, 0.6, 0.366, 0.2196])
+    before, after = 1.0 / flights[:-1], 1.0 / flights[1:]
+    errors = 1e-6 * np.sqrt(before**2 + (before + after) ** 2 + after**2)
+    np.testing.assert_allclose(high - low, 2.0 * 1.96 * errors * [0.6, 0.61, 0.6], rtol=1e-3)
     np.testing.assert_allclose(
         points.get_xdata(), 0.5 * 9.80665 * 0.2 * np.array([1.0, 0.6, 0.366])
     )
     assert set(np.round(line.get_ydata(), 4)) == {0.6033}
+    few = Impacts(**{name: column[:2] for name, column in vars(marks).items()})
+    assert len(hits_and_bounces(Trace(shown, t, np.sin(50 * t)), few, title="d").axes) == 1
 
 
 def test_an_added_mass_that_is_wrong_by_10_g_is_seen():

@@ -197,7 +197,9 @@ def test_the_length_of_a_pendulum_is_no_time_beside_its_period(tmp_path):
     assert "'tid' goes back" in view.remarks[0]
 
 
-@pytest.mark.parametrize("name", ["mag_z", "magX", "lng", "lat", "Phase", "Vertical Accuracy (°)"])
+@pytest.mark.parametrize(
+    "name", ["mag_z", "magX", "estQuaternion0", "lng", "lat", "Phase", "Vertical Accuracy (°)"]
+)
 def test_a_heading_or_a_place_on_earth_is_no_displacement(name, tmp_path):
     path = tmp_path / "a.csv"
     table = np.stack([T, np.cos(9.0 * T), 300.0 * X], axis=1)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -201,10 +201,23 @@ def motions_from(
         yield simulate(rig, base, Release(x0, v0, y0), duration, damping=open_rig.damping)
 
 
+class Tried(Protocol):
+    """What was tried at a clearance."""
+
+    @property
+    def b(self) -> float:
+        """The clearance, m."""
+
+
+Clearance = TypeVar("Clearance", bound=Tried)
+
+
 def tried_closer(
-    first: FloatArray, tried: Callable[[float], Any], wanted: Sequence[Callable[[Any], float]],
+    first: FloatArray,
+    tried: Callable[[float], Clearance],
+    wanted: Sequence[Callable[[Clearance], float]],
     closer: int,
-) -> list[Any]:  # fmt: skip
+) -> list[Clearance]:
     """Clearances (m) tried, then `closer` more between neighbours of the least by each value."""
     found = [tried(float(b)) for b in np.unique(first)]
     near = {

@@ -576,25 +576,33 @@ def _bounces(record: Record, results: Path, title: str) -> Iterator[tuple[Figure
     figure = hits_and_bounces(heard, hits, title=f"{title}, {counted(hits.n, 'impact')}")
     text = (
         f"Above: bandpassed {role}; each spike should have one mark, and each mark one spike. "
-        "Below: r of each bounce, the flight after it over the flight before it. The line is r of "
-        "the record with its 95 % interval."
+        "Below: r of each bounce, the flight after it over the flight before it, with its 95 % "
+        "interval by the times of its hits. The line is r of the record with its 95 % interval."
     )
+    if len(figure.axes) == 1:
+        text = f"Bandpassed {role}; each spike should have one mark. These hits give no r."
     yield figure, Drawn("impacts_drop", "drop", f"Record {record.id}", text)
 
 
 def hits_and_bounces(heard: Trace, hits: Impacts, *, title: str) -> Figure:
     """Hits of a dropped ball, marked, and r of each bounce over its speed with r of the drop."""
-    figure, (above, below) = new_figure(2, 1, height=4.4, gridspec_kw={"height_ratios": [1.0, 1.3]})
-    _enlarged(above, heard, hits, None)
-    above.set(title=title, xlabel="time (s)")
+    found = None
     with suppress(AnalysisError):
-        _each_bounce(below, bounces_of(hits))
-    below.set(xlabel="speed of the impact (m/s)", ylabel="r of each bounce")
+        found = bounces_of(hits)
+    rows, height = (2, 4.4) if found else (1, 2.2)
+    figure, axes = new_figure(rows, 1, height=height)
+    _enlarged(axes[0], heard, hits, None)
+    axes[0].set(title=title, xlabel="time (s)")
+    if found:
+        _each_bounce(axes[1], found)
     return figure
 
 
 def _each_bounce(axis: Axes, found: Bounces) -> None:
-    axis.plot(found.speeds, found.ratios, "o", color=COLOURS["measured"], markersize=3.5)
+    axis.errorbar(
+        found.speeds, found.ratios, COVERAGE_95 * found.ratio_errors,
+        fmt="o", color=COLOURS["measured"], markersize=3.5, linewidth=0.8,
+    )  # fmt: skip
     speeds = np.linspace(found.speeds.min(), found.speeds.max(), 100)
     middle = math.exp(float(np.log(found.speeds).mean()))
     line, half = found.r * (speeds / middle) ** found.power, COVERAGE_95 * found.error
@@ -602,6 +610,7 @@ def _each_bounce(axis: Axes, found: Bounces) -> None:
     axis.axhspan(found.r - half, found.r + half, color=COLOURS["exact"], alpha=0.2, linewidth=0)
     words = f"r = {plus_minus(found.r, found.error)}"
     axis.set_title(words, loc="right", color=COLOURS["exact"], fontsize=8.0)
+    axis.set(xlabel="speed of the impact (m/s)", ylabel="r of each bounce")
 
 
 def _stretch(view: RecordView, record: Record, marks: Impacts) -> tuple[int, int]:

@@ -146,6 +146,8 @@ class Bounces:
         The longest flight, and when it began, s.
     speeds, ratios : arrays (n,)
         At which the ball hit the wall, m/s, and the r of each of these bounces.
+    ratio_errors : array (n,)
+        Standard error of each by the times of its hits alone.
     power : float
         With which r goes with the speed; 0 where the bounces do not show it for sure.
     """
@@ -157,6 +159,7 @@ class Bounces:
     start: float
     speeds: FloatArray
     ratios: FloatArray
+    ratio_errors: FloatArray
     power: float
 
     @property
@@ -214,7 +217,8 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
         r, error, sum(one.count for one in drops),
         max(one.first_flight for one in drops), min(one.start for one in drops),
         np.concatenate([one.speeds for one in drops]),
-        np.concatenate([one.ratios for one in drops]), 0.0,
+        np.concatenate([one.ratios for one in drops]),
+        np.concatenate([one.ratio_errors for one in drops]), 0.0,
     )  # fmt: skip
     return _in_air(whole)
 
@@ -295,7 +299,8 @@ def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
             f"{COVERAGE_95 * found:.2g} from {flights.size} of them"
         )
     speeds, ratios = 0.5 * STANDARD_GRAVITY * flights[:-1], flights[1:] / flights[:-1]
-    return Bounces(r, found, t.size, float(flights[0]), float(t[0]), speeds, ratios, power)
+    errors = ratios * np.sqrt(np.diag(_by_times(t, error)))
+    return Bounces(r, found, t.size, float(flights[0]), float(t[0]), speeds, ratios, errors, power)
 
 
 def _require_flights(flights: FloatArray, others: int) -> None:
@@ -334,8 +339,7 @@ def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float, float]:
     flights = np.diff(t)
     y, faster = np.diff(np.log(flights)), np.log(flights[:-1])
     faster = faster - faster.mean()
-    by_time = np.diff(np.diff(np.eye(t.size), axis=0) / flights[:, np.newaxis], axis=0)
-    known = (by_time * error**2) @ by_time.T + _TINY**2 * np.eye(y.size)
+    known = _by_times(t, error)
     even = np.ones((y.size, 1))
     value, errors = _regressed(y, even, known)
     reach, power = 0.0, 0.0
@@ -347,6 +351,14 @@ def _ratio(t: FloatArray, error: FloatArray) -> tuple[float, float, float]:
             reach = power * float(np.ptp(faster)) / math.sqrt(12.0)
     r = math.exp(value[0])
     return r, r * math.hypot(errors[0], reach), power
+
+
+def _by_times(t: FloatArray, error: FloatArray) -> FloatArray:
+    """Covariance of the logarithms of the ratios of flights, by the times of the hits."""
+    flights = np.diff(t)
+    by_time = np.diff(np.diff(np.eye(t.size), axis=0) / flights[:, np.newaxis], axis=0)
+    covariance = (by_time * error**2) @ by_time.T
+    return np.asarray(covariance + _TINY**2 * np.eye(t.size - 2))
 
 
 def _regressed(y: FloatArray, X: FloatArray, known: FloatArray) -> tuple[FloatArray, FloatArray]:

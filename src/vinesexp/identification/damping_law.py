@@ -26,6 +26,8 @@ from vinesexp.identification.least_squares import Solution, covariance_of, least
 
 #: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.
 NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "mu", "kappa", "xi", "nu")
+#: Those of the spring, which is straight and constant without them.
+SPRINGS = NAMES[6:]
 _STEPS = 48
 _FAR = 30.0  # of log amplitude, from the start of a fit
 #: Forms that are tried, simplest first.

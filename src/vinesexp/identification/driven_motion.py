@@ -607,12 +607,10 @@ def _fitted(
     others = [*rows.of(flights.drift()).T, rows.jump]
     y = rows.of(flights.touching())[:, 0] - along[:, 2]
     # AC coupling with a corner of w_c leaves y of x = y + w_c (integral of y)
-    total = (np.cumsum(x) - 0.5 * x) * flights.step
-    wanders = min(_WANDERS * 2.0 * math.pi / (w * flights.step), 0.5 * x.size)
-    total = total - _slower(total, round(wanders))
-    coupled = np.stack([-along[:, 1], rows.of(flights.moments(total))[:, 0]], axis=1)
+    integral = rows.of(flights.moments(_integral(x, flights.step, w)))
+    coupled = np.stack([-along[:, 1], integral[:, 0]], axis=1)
     found: _Solved | None = None
-    w_error = 0.0
+    turned = grows = 0.0, 0.0
     turning: list[FloatArray] = []  # the mass follows what the base does, no noise of its sensor
     for one in rest_of_base:
         here = rows.of(flights.moments(one))
@@ -627,8 +625,9 @@ def _fitted(
             return None
         if e is None:
             per = _KNOWN_RATE / float(np.ptp(t))
-            w += found.turned[0] * per
-            w_error = found.turned[1] * per
+            if turning:
+                turned, grows = found.coefficient(0, per), found.coefficient(1, _GROWS)
+                w += turned[0]
             waves = [np.cos(w * t), -np.sin(w * t)]
             base = [flights.moments(wave) for wave in waves]
             c, s = _ordinary(found, w)
@@ -642,8 +641,15 @@ def _fitted(
     return DrivenMotion(
         found.values, found.information, w, scale, e is not None, found.flights,
         flights.begin + middle * flights.step, phase, (swing.real, swing.imag),
-        found.by_corner, w_error, found.misfit, (_GROWS * found.grown[0], _GROWS * found.grown[1]),
+        found.by_corner, turned[1], found.misfit, grows,
     )  # fmt: skip
+
+
+def _integral(x: FloatArray, step: float, w: float) -> FloatArray:
+    """Of a displacement over time, without its drift."""
+    total = (np.cumsum(x) - 0.5 * x) * step
+    wanders = min(_WANDERS * 2.0 * math.pi / (w * step), 0.5 * x.size)
+    return total - _slower(total, round(wanders))
 
 
 def _phasor(y: FloatArray, turn: FloatArray) -> complex:
@@ -685,18 +691,17 @@ def _ordinary(found: _Solved, w: float) -> FloatArray:
 @dataclass(frozen=True)
 class _Solved:
     """Values sought, the information about them, by which f0 and zeta may be off, relative; what a
-    corner changes them by; how far the phase of an unseen base turns and how its amplitude grows,
-    in units of `_KNOWN_RATE` and `_GROWS`, with their errors; scatter of the impacts' times.
+    corner changes them by; scatter of the impacts' times; and, for a number and a unit, one of the
+    coefficients that are held, with its error.
     """
 
     values: FloatArray
     information: FloatArray
     misfit: tuple[float, float]
     by_corner: FloatArray
-    turned: tuple[float, float]
-    grown: tuple[float, float]
     lag: float
     flights: int
+    coefficient: Callable[[int, float], tuple[float, float]]
 
 
 def _solved(
@@ -732,12 +737,14 @@ def _solved(
         by_corner = np.zeros((2, _SOUGHT))
         by_corner[:, _BASE] = -np.linalg.lstsq(own[:, _BASE], q, rcond=1e-12)[0].T
     times = _scatter_of_times(rows, y - design @ p)
-    turned, grown = (
-        (float(p[k]), _error_of(k, A / size, left, rows) / float(size[k])) if held else (0.0, 0.0)
-        for k in (_SOUGHT, _SOUGHT + 1)
-    )
     flights = len(np.unique(rows.flight))
-    return _Solved(values, information, misfit, by_corner, turned, grown, times, flights)
+
+    def coefficient(number: int, unit: float) -> tuple[float, float]:
+        k = _SOUGHT + number
+        error = _error_of(k, A / size, left, rows) / float(size[k])
+        return unit * float(p[k]), unit * error
+
+    return _Solved(values, information, misfit, by_corner, times, flights, coefficient)
 
 
 def _apart(values: FloatArray, others: FloatArray) -> FloatArray:

@@ -21,6 +21,7 @@ from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.identification.damping_law import (
     FORMS,
     NAMES,
+    SPRINGS,
     Decay,
     covariance_with,
     decay_of,
@@ -385,14 +386,24 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
         other = settled(followed)
         if found is None or other[2].chi2 < found.chi2:
             decay, free, found = other
+    return _with_errors(p, decay, free, straight(fine), float(fine[0]))
+
+
+def _with_errors(
+    p: Phasors, decay: Decay, free: tuple[str, ...], misfit: _Misfit, error: float
+) -> RingDown:
+    """A fitted decay with its covariance, by what it leaves of the phasors and how long that lasts.
+
+    `error` is what `misfit` takes for that of a phasor.
+    """
     log_A, phase = decay.at(p.t)
     rest = p.z * np.exp(1j * (p.w * p.t - phase)) - np.exp(log_A)
     left = float(np.linalg.norm(rest))
-    noise = left / math.sqrt(max(1, n - len(free)))
+    noise = left / math.sqrt(max(1, 2 * p.t.size - len(free)))
     by = lasting(rest, np.exp(log_A), noise, fitted=counts(free))
     free = with_next_terms(free, spring=by[1] > 1.0)
-    covariance = covariance_with(decay.vector(), free, straight(fine), span=float(np.ptp(p.t)))
-    covariance = grown(covariance * max(1.0, (noise / float(fine[0])) ** 2), free, by)
+    covariance = covariance_with(decay.vector(), free, misfit, span=float(np.ptp(p.t)))
+    covariance = grown(covariance * max(1.0, (noise / error) ** 2), free, by)
     residual = left / float(np.linalg.norm(p.z))
     window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))
     told = telling_amplitude(np.exp(log_A), p.t)
@@ -438,7 +449,7 @@ def _started(start: Decay, terms: tuple[str, ...], p: Phasors) -> Decay:
     """The damping of a decay shared out over the terms of a form; what is no term is zero."""
     A, rate = telling_amplitude(np.abs(p.z), p.t), max(start.alpha, 0.0) / len(terms)
     given = {"alpha": rate, "beta": rate / A, "gamma": rate * A}
-    given |= dict(zip(NAMES[6:], start.vector()[6:].tolist(), strict=True))
+    given |= {name: getattr(start, name) for name in SPRINGS}
     own = [given[name] if name in terms else 0.0 for name in NAMES[3:]]
     return decay_of(np.append(start.vector()[:3], own), start.form, start.start)
 

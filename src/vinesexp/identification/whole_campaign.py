@@ -252,35 +252,38 @@ def _misfits(found: Sequence[Estimate]) -> list[Check]:
 
 def _drifts(found: Sequence[Estimate]) -> list[Check]:
     """One line on a spring that changes with time in free decays."""
-    drifts = [e for e in found if e.parameter == "f0_drift"]
-    if not drifts:
-        return []
-    usual = median_of([e.value for e in drifts])
-    detail = (
-        f"f0 {'falls' if usual < 0.0 else 'rises'} by {100 * abs(usual):.2g} % in the course of "
-        f"{drifts[0].records[0]}{_in_more([e.records[0] for e in drifts])}, with time and not with "
-        "amplitude: a spring that warms up or creeps. From one test to another f0 may differ as "
-        "much; record each at the same time after the motion began"
+    drifts = {e.records[0]: e.value for e in found if e.parameter == "f0_drift"}
+    why = (
+        "with time and not with amplitude: a spring that warms up or creeps. From one test to "
+        "another f0 may differ as much; record each at the same time after the motion began"
     )
-    return [Check("", "spring", "warning", detail)]
+    return _in_the_course("spring", "f0", drifts, why)
 
 
 def _base_drifts(driven: Mapping[str, DrivenMotion]) -> list[Check]:
     """One line on a base without a channel whose amplitude changes in the course of a test."""
     each = {record: 2.0 * one.drift for record, one in driven.items()}
-    drifting = [record for record, share in each.items() if abs(share) > _BASE_DRIFTS]
-    if not drifting:
-        return []
-    usual = median_of([each[record] for record in drifting])
-    detail = (
-        f"the base amplitude {'falls' if usual < 0.0 else 'rises'} by {100 * abs(usual):.2g} % in "
-        f"the course of {drifting[0]}{_in_more(drifting)}, as the motion of the mass shows: a "
-        "shaker that warms up, without a controller. Record the base"
+    drifts = {record: share for record, share in each.items() if abs(share) > _BASE_DRIFTS}
+    why = (
+        "as the motion of the mass shows: a shaker that warms up, without a controller. Record "
+        "the base"
     )
-    return [Check("", "base amplitude", "warning", detail)]
+    return _in_the_course("base amplitude", "the base amplitude", drifts, why)
 
 
 _BASE_DRIFTS = 0.01  # of the amplitude, in a test: less is not worth a line
+
+
+def _in_the_course(quantity: str, name: str, drifts: Mapping[str, float], why: str) -> list[Check]:
+    """One line on what changes within records, by the share of each; none where none does."""
+    if not drifts:
+        return []
+    usual, first = median_of(list(drifts.values())), next(iter(drifts))
+    detail = (
+        f"{name} {'falls' if usual < 0.0 else 'rises'} by {100 * abs(usual):.2g} % in the course "
+        f"of {first}{_in_more(list(drifts))}, {why}"
+    )
+    return [Check("", quantity, "warning", detail)]
 
 
 def _beats(found: Sequence[Estimate]) -> list[Check]:
