@@ -176,8 +176,8 @@ def _other_masses(records: Iterable[Record], evidence: Mapping[str, Evidence]) -
         said = f"is {1e3 * mass:g}" if mass else "is empty"
         return (
             f"{said} in {_names(slow)} as in {_names(fast)}, but they oscillate at {low:.4g} and "
-            f"{high:.4g} Hz: as with different masses mounted, or on different rigs; f0, zeta and "
-            "M mix them, or are left out"
+            f"{high:.4g} Hz: as with different masses mounted, on different rigs, or with a spring "
+            "that is far from straight; f0, zeta and M of different rigs mix them, or are left out"
         )
     return ""
 
