@@ -20,6 +20,7 @@ from vinesexp.identification.joint.collisions import (
     near_singles,
     rolls_from,
     with_errors,
+    without_chance,
 )
 from vinesexp.identification.joint.observations import (
     Observed,
@@ -36,7 +37,7 @@ W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 def bounces(
     pull, rig, *, count=120, scatter=0.0, edge=0.0, beat=0.0, drag=0.0, power=0.0, soft=0.0,
     touch=0.0, roll=0.0, rub=0.0, swing=A, hertz=1.5, below=False, worn=0.0, duller=0.0, oil=0.0,
-    turns=0.0,
+    turns=0.0, seed=5,
 ):  # fmt: skip
     """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2).
 
@@ -57,7 +58,7 @@ def bounces(
     0.8 m/s; at a `soft` wall with a damper (s/m) it falls from one at no speed. There a contact of
     0.8 m/s lasts for `touch` (s), of a spring whose force goes with the power `hertz`.
     """
-    rng, (W, R) = np.random.default_rng(5), rig
+    rng, (W, R) = np.random.default_rng(seed), rig
 
     def place(t):
         return swing * (1.0 + beat * np.sin(0.06 * W * t)) * np.cos(W * t)
@@ -611,6 +612,36 @@ def test_r_that_scatters_to_one_side_is_its_mean():
     by_means = R - np.average(lost / (of.means[0] @ np.abs(before)), weights=of.sigma[0] ** -2.0)
     assert by_means - single.mean() > 1.5e-3
     assert by_means + of.one_sided == pytest.approx(single.mean(), abs=3e-4)
+
+
+@pytest.mark.parametrize("how", [{"scatter": 0.02}, {"scatter": 0.05, "beat": 0.3}])
+def test_r_that_scatters_from_impact_to_impact_is_no_floor_and_no_air(how):
+    """In each record it was a convex floor, four to five errors off, however little it scatters."""
+    pulls = {name: [] for name in ("hollow", "drag", "viscous", "contact")}
+    r = LOCALS.index("r")
+    for seed in range(8):
+        p = quantities()[:, 0]
+        c = with_errors(collisions(0.0, count=180, seed=seed, **how), p, time_error=1e-6)
+        H, g, _ = without_chance(c, p).look(p)
+        for name, own in pulls.items():
+            k = LOCALS.index(name)
+            beside_r = H[k, k] - H[k, r] ** 2 / H[r, r]
+            own.append((g[k] - H[k, r] / H[r, r] * g[r]) / np.sqrt(beside_r))
+    for own in pulls.values():
+        assert abs(np.mean(own)) < 1.2
+        assert 0.4 < np.std(own) < 2.0
+
+
+def test_what_derivatives_share_with_chance_is_in_the_likelihood_as_in_its_slope():
+    """A fit goes where its slope is zero only if its likelihood is largest there."""
+    at = quantities()[:, 0]
+    c = with_errors(collisions(0.0, count=120, scatter=0.05), at, time_error=1e-6)
+    c = without_chance(c, at)
+    slope = c.look(at)[1]
+    for name, step in {"r": 1e-5, "hollow": 1e-2, "friction": 1e-5}.items():
+        k = LOCALS.index(name)
+        ends = [c.look(at + sign * step * np.eye(len(LOCALS))[k])[2] for sign in (1.0, -1.0)]
+        assert (ends[0] - ends[1]) / (2.0 * step) == pytest.approx(slope[k], rel=1e-3)
 
 
 @pytest.mark.parametrize("worn", [0.03, -0.01])

@@ -33,6 +33,7 @@ from vinesexp.identification.joint.collisions import (
     near_singles,
     rolls_from,
     with_errors,
+    without_chance,
 )
 from vinesexp.identification.joint.over_amplitude import (
     NO_LAW,
@@ -955,7 +956,8 @@ def with_own_errors(
     for _ in range(_CLOSELY):
         information, gradient, _ = near.look(at)
         at = at + np.linalg.solve(information + _FREE, gradient + _FREE @ (start - at))
-    return with_errors(near, at, time_error=time_error, plain=start), at
+    found = with_errors(near, at, time_error=time_error, plain=start)
+    return without_chance(found, at), at
 
 
 #: Steps of a fit of a record on its own, its local quantities as free as in any lab: to single
