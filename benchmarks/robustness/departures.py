@@ -55,6 +55,8 @@ def singly() -> list[Departure]:
         one("walls of r = 0.65 and 0.55", _WALLS, body_r=0.65, body_r_minus=0.55),
         one("r falls by 0.05 per m/s", ("speed",), body_r_slope=-0.05),
         one("r falls by 0.15 per m/s", ("speed",), body_r_slope=-0.15),
+        one("r scatters by 2 % from impact to impact", (), body_scatter=0.02),
+        one("r scatters by 6 % from impact to impact", (), body_scatter=0.06),
         one("quadratic and Coulomb damping, weak", _DAMPING, body_quadratic=0.8,
              body_coulomb=0.004),
         one("quadratic and Coulomb damping, spring +2 % at 20 mm", _DAMPING, body_quadratic=2.5,

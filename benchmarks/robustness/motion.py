@@ -95,10 +95,12 @@ def move(
     n = round(seconds / STEP) + 1
     x, v = np.empty(n), np.empty(n)
     hits = np.empty((max(1000, int(4000 * seconds)), 4))
+    chance = np.random.default_rng([round(1e6 * p[14]), round(1e6 * abs(x0))])
+    by_chance = 1.0 + body.scatter * chance.standard_normal(len(hits))  # factors of r
     s = np.array([x0, 0.0, y0, 0.0] if state is None else state)
     lock = pathlib.Path(_run.stats.cache_path) / "robustness.lock"  # one process compiles
     with alone(None if _run.signatures else lock):
-        count = _run(p, s, x, v, hits)
+        count = _run(p, s, x, v, hits, by_chance)
     if count < 0:
         raise RuntimeError(f"more events than time allows, at {-count * STEP:.4f} s")
     t = STEP * np.arange(n)
@@ -196,7 +198,7 @@ def _passed(t, s, mode, sign, p, k):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _run(p, s, x, v, hits):  # type: ignore[no-untyped-def]
+def _run(p, s, x, v, hits, by_chance):  # type: ignore[no-untyped-def]
     """Fill x and v on the grid and the impacts; their number is returned."""
     k, new, trial = np.empty((4, 4)), np.empty(4), np.empty(4)
     mode, sign, count = _FLY, 1.0, 0
@@ -228,7 +230,7 @@ def _run(p, s, x, v, hits):  # type: ignore[no-untyped-def]
             _step(t, s, high, mode, sign, p, k, trial)
             s[:] = trial
             t += high
-            mode, sign, count = _after(t, s, mode, sign, p, k, hits, count)
+            mode, sign, count = _after(t, s, mode, sign, p, k, hits, count, by_chance)
             events += 1
             if events > hits.shape[0] * 4 or count >= hits.shape[0] - 1:
                 return -n
@@ -245,7 +247,7 @@ def _moving(s, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _after(t, s, mode, sign, p, k, hits, count):  # type: ignore[no-untyped-def]
+def _after(t, s, mode, sign, p, k, hits, count, by_chance):  # type: ignore[no-untyped-def]
     """What follows an event; s is changed in place by an impact."""
     apart = s[0] - s[2]
     if mode in (_FLOOR, _WALL):
@@ -272,7 +274,7 @@ def _after(t, s, mode, sign, p, k, hits, count):  # type: ignore[no-untyped-def]
         return _CONTACT, side, count
     s[2] = s[0] - side * (p[14] - 1e-14)
     r = (p[4] if side > 0.0 else p[5]) + p[6] * (before - WORKING_SPEED)
-    r = min(max(r, 0.0), 1.0)
+    r = min(max(r * by_chance[count], 0.0), 1.0)
     if before > _RESTS:
         impulse = (1.0 + r) * before * p[3] * p[0] / (p[3] + p[0]) * side
         s[1] -= impulse / p[0]

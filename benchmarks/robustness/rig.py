@@ -29,6 +29,7 @@ class Body:
         of a solid one.
     pull : 1/s^2, of a magnet or a hollow that draws the ball to the middle of its cavity.
     drag : 1/m, of the air in the cavity, times the square of the ball's speed beside it.
+    scatter : of the restitution from one impact to the next, as a share.
     """
 
     M: float = 4.7
@@ -48,6 +49,7 @@ class Body:
     roll: float = 0.0
     pull: float = 0.0
     drag: float = 0.0
+    scatter: float = 0.0
 
     def truth(self) -> dict[str, float]:
         """M, c1, k1 and r that a linear model of this rig should have where it works.

@@ -82,6 +82,23 @@ def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
     assert says(found, "friction on its floor slows the ball")
 
 
+@pytest.mark.parametrize("scatter", [0.02, pytest.param(0.06, marks=pytest.mark.slow)])
+def test_a_ball_whose_r_scatters_from_impact_to_impact_has_no_effect(scatter):
+    """It had a convex floor, and r 2.8 % off: products of what one impact did with itself."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    rig = departure(body_scatter=scatter)
+    clearances = (24.0, 26.0, 27.0, 28.0, 30.0, 31.0, 32.0, 33.0, 34.0, 36.0, 38.0)
+    plan = replace(rig.plan, periodic=clearances, releases=(20.0, 24.0))
+    found = identify_campaign(*tables_of(replace(rig, plan=plan)))
+    assert effects(found) == {}
+    assert found.checks == []
+    assert holds(r_of(found), R, errors=3.0)
+    assert r_of(found).std_error < 0.004 * R
+
+
 @pytest.mark.parametrize(("later", "parts"), [(0.7, True), (0.61, False)])
 def test_a_ball_that_is_exchanged_midway_makes_two_rigs_if_b_c_moves(later, parts):
     """Tests of balls of 0.6 and 0.7 were one level, whose b_c was that of neither."""
