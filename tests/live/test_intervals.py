@@ -44,7 +44,7 @@ def test_intervals_are_narrower_after_eight_records_than_after_three(bench, tmp_
     pages = []
     for files in (FIRST, THEN):
         for seed, (name, test) in enumerate(files.items()):
-            text = record_text(**test, rate=5_000.0, seed=seed + len(files))
+            text = record_text(**test, rate=2_000.0, seed=seed + len(files))
             (bench / f"raw/{name}.csv").write_text(text)
         session.settle()
         pages.append(shown(session))
