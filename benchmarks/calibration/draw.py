@@ -12,6 +12,7 @@ from benchmarks.robustness.rig import Body, Drive, Sensors
 from vinesexp.theory.optimal_clearance import b_c_exact
 
 _GRAVITY = 9.80665
+_SCATTERS = 0.06  # of its mean, from one impact to the next, r at most
 #: Of the clearance that theory expects to be the end of two impacts per cycle.
 _SHARES = (0.86, 0.92, 0.96, 0.985, 1.02, 1.08)
 
@@ -19,7 +20,9 @@ _SHARES = (0.86, 0.92, 0.96, 0.985, 1.02, 1.08)
 def campaign(seed: int) -> Scene:
     """Campaign number `seed`: half are plain, a quarter has effects, one unknown ones."""
     kind = ("plain", "effects", "plain", "unknown")[seed % 4]
-    scene = plain(seed)
+    # no ball bounces twice alike
+    scatter = float(np.random.default_rng([seed, 31]).uniform(0.0, _SCATTERS))
+    scene = plain(seed).with_bodies(lambda body: replace(body, scatter=scatter))
     rng = np.random.default_rng([seed, 19])
     if kind == "plain":
         return scene

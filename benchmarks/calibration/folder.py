@@ -153,11 +153,14 @@ def _dropped(test: Test) -> Motion:
     n = round(test.seconds / STEP) + 1
     speeds = [math.sqrt(2.0 * _GRAVITY * test.release)]
     times = [0.15]
+    chance = np.random.default_rng([round(1e6 * test.release), 37])
+    each: list[float] = []
     while times[-1] < test.seconds and speeds[-1] > 2e-3:
-        speeds.append(speeds[-1] * body.r)
+        each.append(body.r * (1.0 + body.scatter * float(chance.standard_normal())))
+        speeds.append(speeds[-1] * each[-1])
         times.append(times[-1] + 2.0 * speeds[-1] / _GRAVITY + body.contact)
     speed = np.array(speeds)
-    jumps = (1.0 + body.r) * speed * body.m / body.M
+    jumps = (1.0 + np.array([*each, body.r])) * speed * body.m / body.M
     v = np.concatenate([[0.0], np.cumsum(jumps)])
     v = v[np.searchsorted(times, STEP * np.arange(n), side="right")]
     rest = np.zeros(n)

@@ -19,9 +19,10 @@ Campaigns drawn as laboratories produce them: rig, plan, sheet, sensors and effe
 seed. Gains, the area of pulses, clearances (a common length, a common scale, and one of each
 setting), added masses, the ball, releases, the recorder's clock, and f0 and damping of each
 mounting scatter by what campaign.yaml states of them, or by its defaults where it states nothing
-(half of them). One half are rigs of the model; a quarter has one or two effects that the package
-has a model of; a quarter has one that it has no model of, half of these beside one that it has. The
-rig moves in the simulator of [robustness](robustness.md) and not in the package's.
+(half of them). r scatters from one impact to the next, by up to 6 %. One half are rigs of the
+model; a quarter has one or two effects that the package has a model of; a quarter has one that it
+has no model of, half of these beside one that it has. The rig moves in the simulator of
+[robustness](robustness.md) and not in the package's.
 Every fifth campaign is replayed too.
 
 Each has two bare ring-downs and two or three with a load, six periodic tests around b_c (at one or

@@ -16,6 +16,7 @@ second frequency for as long as is simulated, of one that drifts for as long as 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -52,7 +53,11 @@ def pulled(b: float) -> float:
 
 @cache
 def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
-    """Clearance, m, at which the orbit loses its stability; None where no orbit is found."""
+    """Clearance, m, at which the orbit loses its stability; None where no orbit is found.
+
+    That of a ball with the mean restitution at each impact.
+    """
+    body = replace(body, scatter=0.0)
     if drive.drift:  # the orbit moves on while it is looked for
         return None
     for share in _FIRST:
@@ -95,6 +100,7 @@ def end_by_rates(body: Body, drive: Drive, guess: float) -> float | None:
     Where the motion does not settle at nine tenths of the guess, or the rates do not tend to zero,
     the orbit is followed as in `true_end`.
     """
+    body = replace(body, scatter=0.0)
     if drive.drift or (drive.second_share and not _harmonic(drive)):
         return true_end(body, drive, guess)
     b = _NEARLY * guess
