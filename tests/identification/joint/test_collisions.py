@@ -478,7 +478,7 @@ def test_a_ball_flies_from_the_end_of_a_contact_to_the_beginning_of_the_next():
     a = [-c.omega2 * place for place in (c.x_before, c.x, c.x_after)]
     v = [f.v_previous, f.v_before, f.v_before + f.jump, f.v_next]
     lasts, before, after = c._touched(
-        [np.array(tau), np.array(0.0)], law, [f.u_before, f.u_after], v, a
+        [np.array(tau), np.array(0.0)], law, [f.u_before, f.u_after], v, a, f.time_after
     )
 
     speed = np.abs(f.v_before - f.u_before)

@@ -59,6 +59,11 @@ from vinesexp.identification.joint.unknowns import IMAGINARY, Local
 
 #: Real, or complex with derivatives as imaginary parts.
 Numbers = NDArray[Any]
+#: By how much the next impact is later, as a share of the flight to it, and the velocities of the
+#: mass at an impact are read faster, as a share of the ball's usual speed.
+Chance = tuple[float, float]
+#: Duration of a flight, s, and place, m, and velocity, m/s, of the mass where it ends.
+End = tuple[FloatArray, FloatArray, FloatArray]
 
 #: Local quantities of the collisions of a record, in order, and how free a lab leaves each of them
 #: in a record on its own.
@@ -85,6 +90,8 @@ _OF_NORMAL = 0.831
 _STRAIGHTENED = 3  # steps towards what a bent reading stands for, each some per cent of the last
 _SETTLED = 30  # steps towards that scale, each of which leaves less than half of what is off
 _TINY = 1e-9
+_MOST = 3.0  # times what chance leaves on average
+_LITTLE = 1e-5  # less than anything bends in, more than rounding
 #: Of the usual speed: slower collisions, which noise may turn, count as this one.
 SLOWEST = 0.02
 _LEAST, _APART_AT_MOST = 0.4, 8  # of the variance of independent collisions; of their number
@@ -158,19 +165,25 @@ class Collisions:
     own: FloatArray = field(default_factory=lambda: np.zeros(len(LOCALS)))
     one_sided: float = 0.0
 
-    def rest(self, p: Numbers) -> Numbers:
+    def rest(self, p: Numbers, chance: Chance = (0.0, 0.0)) -> Numbers:
         """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (29, ..., 1).
 
         Real, or complex with derivatives as imaginary parts. Columns of `p` may differ in these, in
-        r and in friction.
+        r and in friction. As they would be by another `chance`.
         """
         f, of = self.flights, dict(zip(LOCALS, p, strict=True))
+        later, faster = chance
+        more = later * f.time_after
+        end = (
+            f.time_after + more, self.x_after + more * f.v_next,
+            f.v_next - more * self.omega2 * self.x_after,
+        )  # fmt: skip
         contact = of["contact"] + 0.5 * of["pad"] * f.side
         r = of["r"] + of["course r"] * self.course
         rub = of["friction"] + of["course friction"] * self.course
-        places, velocities, ways, jumps, reads = self._shown(of)
+        places, velocities, ways, jumps, reads = self._shown(of, end, faster)
         v_previous, v_before, v_after, v_next = velocities
-        T_before, T_after, s = f.time_before, f.time_after, f.side
+        T_before, T_after, s = f.time_before, end[0], f.side
         per_before, per_after, across = 1.0 / T_before, 1.0 / T_after, 2.0 * s * of["b"]
         # the walls take turns: a flight lasts longer if one's impacts come late, the next shorter
         apart = of["late_wall"] * s
@@ -187,7 +200,7 @@ class Collisions:
         begins = last.pulled(pulls)[0] + last.rubbed(rub, spin)[0]
         law = r + 0.5 * of["wall"] * s, of["slope"], of["fade"]
         lasts, longer_before, longer_after = self._touched(
-            (contact, of["spring"]), law, (u_before, u_after), velocities, pulled
+            (contact, of["spring"]), law, (u_before, u_after), velocities, pulled, T_after
         )
         u_before = u_before + ends + longer_before + of["rolling"] * rolled_before
         u_after = u_after - begins + longer_after + of["rolling"] * rolled_after
@@ -205,7 +218,9 @@ class Collisions:
         )
         return np.stack([(after + own_r * before - moved) * plain, by_laser, by_pulse])
 
-    def _shown(self, of: Mapping[str, Numbers]) -> tuple[Sequence[Numbers], ...]:
+    def _shown(
+        self, of: Mapping[str, Numbers], end: End, faster: float
+    ) -> tuple[Sequence[Numbers], ...]:
         """What the sensors show of the mass, freed of their errors, local quantities by name.
 
         Returns
@@ -231,10 +246,11 @@ class Collisions:
 
         x, here = straight(self.x, self.base[0])
         x_before, there = straight(self.x_before, self.base[1])
-        x_after, then = straight(self.x_after, self.base[2])
+        x_after, then = straight(end[1], self.base[2])
         v_previous = there * f.v_previous + beside * self.base[4]
-        v_next = then * f.v_next + beside * self.base[5]
-        middle = here * (f.v_before + 0.5 * f.jump) + beside * self.base[3]
+        v_next = then * end[2] + beside * self.base[5]
+        middle = f.v_before + 0.5 * f.jump + faster * self.speed
+        middle = here * middle + beside * self.base[3]
         ways = (
             x - x_before + late * (middle - v_previous) + own * (middle + v_previous),
             x_after - x + late * (v_next - middle) - own * (v_next + middle),
@@ -271,6 +287,7 @@ class Collisions:
         u: Sequence[Numbers],
         v: Sequence[Numbers],
         a: Sequence[Numbers],
+        T_after: FloatArray,
     ) -> tuple[Numbers, Numbers, Numbers]:
         """How long each contact lasts, s, and by what the ball is faster before and after, m/s.
 
@@ -294,9 +311,8 @@ class Collisions:
             free = T - start - end
             return np.asarray(way / np.where(free.real > _FLIES * T, free, _FLIES * T))
 
-        f = self.flights
-        before = longer(0, f.time_before, begun, ends)
-        return lasts, before, longer(1, f.time_after, begins, ended)
+        before = longer(0, self.flights.time_before, begun, ends)
+        return lasts, before, longer(1, T_after, begins, ended)
 
     def keep(self, chosen: BoolArray) -> Collisions:
         """Some of them, with no means yet."""
@@ -340,9 +356,10 @@ class Collisions:
         By derivatives that are not of what the same collisions happen to leave (`without_chance`).
         """
         slopes, rest = self.line(p)
-        value, J = self.meant(rest), self.meant(slopes) - self.shared
+        value, J = self.meant(rest), self.meant(slopes)
         square = float(value @ value) - 2.0 * float(self.own @ (p - self.about))
-        return J @ J.T, -J @ value, -0.5 * square
+        gradient, J = self.own - J @ value, J - self.shared
+        return J @ J.T, gradient, -0.5 * square
 
     def meant(self, each: FloatArray) -> FloatArray:
         """Means of each equation, shape (3, ..., n), over collisions alike, over their errors."""
@@ -350,10 +367,11 @@ class Collisions:
         sigma = self.sigma.ravel()
         return np.asarray((np.concatenate(means, axis=-1) / sigma)[..., np.isfinite(sigma)])
 
-    def line(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def line(self, p: FloatArray, chance: Chance = (0.0, 0.0)) -> tuple[FloatArray, FloatArray]:
         """Derivatives of `rest` by the local quantities, shape (3, 29, n), and it; 0 if unknown."""
         moved = p[:, np.newaxis] + 1j * IMAGINARY * np.eye(p.size)  # each in its own column
-        rest = np.where(self.known[:, np.newaxis], self.rest(moved[..., np.newaxis]), 0.0)
+        rest = self.rest(moved[..., np.newaxis], chance)
+        rest = np.where(self.known[:, np.newaxis], rest, 0.0)
         return rest.imag / IMAGINARY, rest[:, 0].real
 
 
@@ -588,28 +606,34 @@ def with_errors(
 
 
 def without_chance(c: Collisions, p: FloatArray) -> Collisions:
-    """The same with what derivatives of means share with the chance of their collisions.
+    """The same with what derivatives of mean bounces share with the chance of their impacts.
 
-    A ball that leaves a wall faster than usual also reaches the other one earlier: what a collision
-    leaves goes with its own derivatives, within a group of alike ones as elsewhere. Products of
-    means have it in a share of one over their number, times as many groups as there are: as much,
-    in errors, however small the scatter is. With the derivatives of 180 collisions as they are, a
-    concave floor was found 5 errors off. So they lose the part that goes with the rest in a group.
+    A ball that leaves a wall faster than usual also reaches the other one earlier, and a velocity
+    that is read wrong bends the way of the mass: what a bounce leaves goes with its derivatives, by
+    as much as these change with either over what the rest does. Products of means have it in a
+    share of one over their number, times as many groups as there are: as much, in errors, however
+    small the scatter is. A concave floor was 5 errors off in a record of 180 collisions.
     """
-    slopes, rest = c.line(p)
-    parts = []
-    for m, x, y, scatter in zip(c.means, slopes, rest, c.scatter, strict=True):
-        if not m.any():
-            parts.append(np.zeros((p.size, len(m))))
-            continue
-        group, used = m.argmax(axis=0), m.any(axis=0)
-        off = np.where(used, y - (m @ y)[group], 0.0)
-        weighed = off / (_FREEDOM + (off / scatter) ** 2)
-        share = (x - (x @ m.T)[:, group]) @ weighed / max(float(off @ weighed), 1e-300)
-        parts.append(np.outer(share, m @ y))
-    sigma = c.sigma.ravel()
-    shared = (np.concatenate(parts, axis=1) / sigma)[:, np.isfinite(sigma)]
-    return replace(c, about=p, shared=shared, own=shared @ c.meant(rest))
+    (slopes, *_), rest = c.line(p)
+    mean, time = c.means[0], c.flights.time_after
+    group, used = mean.argmax(axis=0), mean.any(axis=0)
+    off, late = (np.where(used, y - (mean @ y)[group], 0.0) for y in (rest[0], time))
+    weight = used / (_FREEDOM + (off / c.scatter[0]) ** 2)
+    shares, changes = [], []
+    for chance in ((_LITTLE, 0.0), (0.0, _LITTLE)):
+        (moved, *_), left = c.line(p, chance)
+        change = left[0] - rest[0]
+        shares.append((moved - slopes) @ (weight * change) / max(weight @ change**2, 1e-300))
+        changes.append(change / _LITTLE)
+    # of what they leave, how much the time of the next impact shows
+    shown = (weight * changes[0] * late / time) @ off / max(weight @ off**2, 1e-300)
+    shown = min(max(float(shown), 0.0), 1.0)
+    by_chance, count = c.meant(rest), int(np.isfinite(c.sigma[0]).sum())
+    by_chance[count:] = 0.0
+    # where they leave much more than chance does, the rest is no chance
+    by_chance *= min(1.0, math.sqrt(_MOST * count / max(float(by_chance @ by_chance), 1e-300)))
+    shared = np.outer(shown * shares[0] + (1.0 - shown) * shares[1], by_chance)
+    return replace(c, about=p, shared=shared, own=shared @ by_chance)
 
 
 def near_singles(
