@@ -198,6 +198,25 @@ def test_two_channels_that_both_ring_are_no_base(tmp_path, capsys):
     assert "ringdown" in (tmp_path / "records.csv").read_text()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_two_structures_of_one_file_may_name_their_channels_alike(tmp_path, seed):
+    """Two beams in one file: "*Acc/1*" was proposed, and refused, as it fits both of them."""
+    scipy_io = pytest.importorskip("scipy.io")
+    t = np.arange(10_000) / 2000.0
+    noise = 0.05 * np.random.default_rng(seed).standard_normal((2, t.size))
+    held = {
+        name: {"Acc": np.array([[80.0], [100.0]]) * decay(t, f0, 0.01) + noise, "Time": t}
+        for name, f0 in (("Steel", 8.0), ("Brass", 7.0))
+    }
+    scipy_io.savemat(tmp_path / "beams.mat", held)
+    _, rows, text = proposed(tmp_path)
+    assert [row["test"] for row in rows] == ["ringdown"]
+    path = tmp_path / "campaign.yaml"
+    path.write_text(text.replace('"? mV/g"', "1 V/g"), encoding="utf-8")
+    found = analyse_campaign(load_campaign(tmp_path), paths=ResultPaths(tmp_path / "out"))
+    assert abs(found.combined("f0")["value"] - 8.0) < 0.01
+
+
 def test_a_list_of_events_and_a_spectrum_are_no_channels(tmp_path, capsys):
     """What an acoustic stopwatch and an analyser write beside records."""
     rows = "\n".join(

@@ -269,7 +269,8 @@ def _own_times(file: FileView, labels: Sequence[str]) -> int | None:
 
 def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
     label = min(labels, key=len)  # what the names have in common, where some are cut short
-    columns = [c for f in files for c in f.signals if label_of(c) in labels]
+    seen = ([c for c in f.signals if label_of(c) in labels] for f in files)
+    columns = [own[0] for own in seen if own]  # two structures of a file may name theirs alike
     units = {c.unit for c in columns}
     unit = units.pop() if len(units) == 1 else None
     quantity = _quantity(guess.role, label, unit)
