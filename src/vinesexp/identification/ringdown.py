@@ -52,10 +52,11 @@ from vinesexp.units import COVERAGE_95, LIKELY
 __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]
 
 
-_MISFIT = 0.02  # of the motion: a likelihood that leaves more has to agree with the envelope
+_MISFIT = 0.02  # of the motion: what leaves more is not all of what moves
 _APART = 4.0  # standard errors
 _SAME_F0, _SAME_ZETA = 1e-3, 0.05  # relative
 _DRIVEN = 0.5  # of the motion: what leaves more is no decay that something disturbs
+_POOR = 0.05  # of the motion, left by a decay: worth a line
 _STEADY = 5e-3  # a decay whose amplitude falls by less is a steady drive
 _AROUND = 6.0  # times f0: lines of noise that are as strong as those near f0, mostly
 _FAINT = 0.3  # of the noise of a window: an amplitude that says nothing
@@ -573,7 +574,7 @@ def ring_down(
             f"{100 * best.residual:.2g} %; expected a standard error of zeta of a third of zeta at "
             "most: record more of the decay, and only the decay"
         )
-    return [decrement, best]
+    return [decrement, _as_unsure_as_left(best, left)]
 
 
 def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> Phasors | None:
@@ -613,11 +614,33 @@ def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> P
     return one_decay(replace(whole, t=whole.t[begin:end], z=whole.z[begin:end]))
 
 
+def _as_unsure_as_left(found: RingDown, left: float) -> RingDown:
+    """A decay whose zeta is off by the share that its law leaves, and f0 by as much of the width.
+
+    As in a sweep: where something else moves too, or no law of damping is that of the decay, f0
+    and zeta are those of no oscillator, however well the fit determines them.
+    """
+    if left < _MISFIT:
+        return found
+    note = found.note
+    if left > _POOR and not note:
+        note = (
+            f"the best fit of a decay leaves {100.0 * left:.2g} % of the motion: a second mode, a "
+            "hand, or damping that follows no law; f0 and zeta are as unsure as that"
+        )
+    return replace(
+        found,
+        f0_error=math.hypot(found.f0_error, left * found.zeta * found.f0),
+        zeta_error=math.hypot(found.zeta_error, left * found.zeta),
+        note=note,
+    )
+
+
 def _unexplained(p: Phasors, decay: Decay) -> float:
-    """What a decay leaves of the motion, beyond the noise in every period."""
-    rest = np.abs(p.z - _modelled(p, decay)) ** 2
-    noise = 2.0 * p.error**2
-    return math.sqrt(max(float((rest - noise).sum()), 0.0) / float((np.abs(p.z) ** 2).sum()))
+    """What a decay leaves of the motion, beyond what noise leaves by chance."""
+    rest = float((np.abs(p.z - _modelled(p, decay)) ** 2).sum())
+    noise = 2.0 * p.error**2 * (p.t.size + CHANCE * math.sqrt(p.t.size))
+    return math.sqrt(max(rest - noise, 0.0) / float((np.abs(p.z) ** 2).sum()))
 
 
 def _modelled(p: Phasors, decay: Decay) -> ComplexArray:
