@@ -653,13 +653,14 @@ def near_singles(
     # of many, pairs of neighbours spread over the record
     c = c.keep(np.arange(c.x.size) % max(every, 2) < 2)
     slopes, rest = c.line(p)
-    at = p
+    at, known = p, c.known.copy()
+    known[0] &= ~_stands_out(np.where(known[0], rest[0], np.nan), c.flights.side)
     for _ in range(_WEIGHED):
-        left = np.where(c.known, rest + (at - p) @ slopes, np.nan)
+        left = np.where(known, rest + (at - p) @ slopes, np.nan)
         scale = np.array([OF_MEDIAN * median_of(np.abs(own[np.isfinite(own)])) for own in left])
         scale = scale[:, np.newaxis] + _TINY
         weight = (_FREEDOM + 1.0) / (_FREEDOM + (left / scale) ** 2) / scale**2
-        weighed = slopes * np.where(c.known, weight, 0.0)[:, np.newaxis]
+        weighed = slopes * np.where(known, weight, 0.0)[:, np.newaxis]
         information = np.einsum("ein,ekn->ik", weighed, slopes) + prior
         gradient = prior @ about + np.einsum("ein,en->i", weighed, p @ slopes - rest)
         at = np.linalg.solve(information, gradient)
