@@ -82,6 +82,31 @@ def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
     assert says(found, "friction on its floor slows the ball")
 
 
+def test_two_balls_that_hit_as_one_are_no_ball_of_another_mass():
+    """Equal ones fall into step: it was three changes of the mass of a ball, and M +- 12 %."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    (found, campaign, tables), (_, _, alone) = (
+        tables_of(departure(body_m=m)) for m in (0.032, 0.016)
+    )
+    tables = {**tables, "periodic_b33": alone["periodic_b33"]}  # where the other one lies still
+    known = replace(
+        campaign.known, nes_mass=2 * (replace(campaign.known.nes_mass[0], value=0.016),)
+    )
+    records = tuple(replace(one, clearance=2 * one.clearance) for one in campaign.records)
+    found = identify_campaign(found, replace(campaign, records=records, known=known), tables)
+    assert [c for c in found.checks if c.check in ("cause", "either", "plain model")] == []
+    r, M = (
+        next(e for e in found.rows if e.parameter == name and e.method == "combined")
+        for name in ("r_1", "M")
+    )
+    assert holds(r, R)
+    assert holds(M, 4.7)
+    assert M.std_error < 0.01 * M.value
+
+
 @pytest.mark.parametrize("scatter", [0.02, pytest.param(0.06, marks=pytest.mark.slow)])
 def test_a_ball_whose_r_scatters_from_impact_to_impact_has_no_effect(scatter):
     """It had a convex floor, and r 2.8 % off: products of what one impact did with itself."""

@@ -665,12 +665,15 @@ def _flights(b: _Builder, record: Record, impacts: Impacts, driven: DrivenMotion
     period = 1.0 / frequency if frequency else math.inf
     several = len(record.clearance) > 1
     integrated = not b.has(record, "displacement")
+    every = {}
     for number, stated in enumerate(record.clearance, start=1):
         flights = flights_of(impacts, nes=number, b=stated, period=period)
         whole = np.isfinite(flights.v_before + flights.v_previous + flights.v_next + flights.jump)
-        flights = flights.keep(whole)
-        if flights.index.size < _FEWEST:
-            continue
+        every[number] = flights.keep(whole)
+    seen = {number: one for number, one in every.items() if one.index.size >= _FEWEST}
+    unseen = sum(_ball(b, number)[1] for number in every.keys() - seen.keys())
+    for number, flights in seen.items():
+        stated = record.clearance[number - 1]
         if not several:
             b.rolls_from[record.id] = rolls_from(flights)
         stride = 2 * (flights.index.size // (2 * _ENOUGH)) + 1  # odd: both walls
@@ -678,7 +681,7 @@ def _flights(b: _Builder, record: Record, impacts: Impacts, driven: DrivenMotion
         base = _base_at(b, flights, impacts, driven)
         omega2 = (2.0 * math.pi * frequency) ** 2
         collisions = collisions_of(flights, impacts, omega2=omega2, base=base)
-        _group(b, record, impacts, collisions, number if several else 0, stated, integrated)
+        _group(b, record, impacts, collisions, number if several else 0, stated, integrated, unseen)
 
 
 def _base_at(
@@ -770,8 +773,9 @@ def _phases(b: _Builder, found: Sequence[Estimate]) -> dict[str, tuple[float, fl
 
 def _group(
     b: _Builder, record: Record, impacts: Impacts, collisions: Collisions, number: int,
-    stated: float, integrated: bool,
+    stated: float, integrated: bool, unseen: float,
 ) -> None:  # fmt: skip
+    """Collisions of one ball; of others, `unseen`, kg, nobody knows whether they hit with it."""
     flights = collisions.flights
     inputs = b.campaign.known.uncertainties
     suffix = f"_{number}" if number else ""
@@ -792,12 +796,13 @@ def _group(
         b.add(name, 0.0, 0.0)
     changing = {name: {b.own(f"own {name}", record, 0.0, ball=number): 1.0} for name in CHANGING}
     loose = b.loose(record)
+    momentum = math.hypot(loose * _OWN_EPS, math.log1p(unseen / mass))
     lag, late = _late(b, record, collisions, both=both, integrated=integrated)
     local = {
         "r": {r: 1.0, "one-sided": -1.0,
               b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         "ln_eps": {ln_m: 1.0, "ln_M": -1.0,
-                   b.own("own momentum", record, loose * _OWN_EPS, ball=number): 1.0},
+                   b.own("own momentum", record, momentum, ball=number): 1.0},
         "g_x": moved, "g_a": jumps, "reading": reads,
         "share": {b.add("share", 0.0, _SHARE): 1.0},
         "late": late,
