@@ -30,7 +30,7 @@ CAUSES: Mapping[str, str] = {
     "other record": r"differs by .{0,60}from that of all other",
     "second clock": r"clock",
     "lost samples": r"samples? (is|are|were) (lost|missing)|lost samples|samples lost",
-    "magnet": r"magnet|pull(ed)? to the middle|hollow|concave",
+    "magnet": r"magnet(?! near one wall)|pull(ed)? to the middle|hollow|concave",
     "drag": r"drag of the air|air in the cavity",
     "viscous": r"viscous friction|film of oil",
     "knocks": r"knock|spikes that are no impacts",
