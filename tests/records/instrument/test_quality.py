@@ -56,6 +56,25 @@ def test_an_honest_record_passes(motion, rate, bits, noise, stored):
         assert findings.frozen(view, "displacement", period=rate / F) == []
 
 
+@pytest.mark.parametrize("held", [10, 14])
+def test_a_crest_that_stays_in_one_quantum_by_chance_is_no_value_that_was_kept(held, stored):
+    """A sensor was said to be off for 2 ms where the mass turned; a value kept on its way is."""
+    rate, quantum = 5e3, 5e-6
+    t = np.arange(20_000) / rate
+    x = np.sin(2.0 * np.pi * F * t) / quantum * 7e-3
+    x = np.round(x + 0.3 * np.random.default_rng(2).standard_normal(t.size))
+    crest = int(np.argmin(np.abs(t - 20.25 / F)))
+    x[crest - held // 2 : crest + held // 2] = x.max() - 3.0
+    x[crest + held // 2 : crest + held // 2 + 2] = x.max() - [8.0, 4.0]
+    with stored(quantum * x, rate) as view:
+        assert findings.frozen(view, "displacement", period=rate / F) == []
+    middle = int(np.argmin(np.abs(t - 20.0 / F)))
+    x[middle : middle + held] = x[middle]
+    with stored(quantum * x, rate) as view:
+        found = findings.frozen(view, "displacement", period=rate / F)
+    assert found == [(middle, middle + held)]
+
+
 @pytest.mark.parametrize("motion", ["steady", "decay", "beat"])
 @pytest.mark.parametrize(
     ("rate", "bits", "noise", "clip"),

@@ -68,6 +68,7 @@ _LONE, _MOST_LONE = 30.0, 3  # usual bends, or steps, of a sample far off; of th
 _RARE, _BACK = 0.01, 0.3  # of the samples, that are far off; of their bends, that may be left
 _FEW = 8  # samples: of fewer nothing is said
 _CHANCE = 0.01  # stretches as long by chance, of which few would end with such a bend
+_TURNS = 2.0  # usual bends: what moves by less in a stretch may stay in one quantum
 _BENDS = 4.0  # usual bends: one that no crest has, whose quanta are all that bends
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
 
@@ -213,7 +214,14 @@ def _keeps_its_value(view: RecordView, role: str, first: int, end: int, levels: 
     bends = [np.append(np.abs(np.diff(side, 2)), 0.0) for side in sides]
     usual = max(float(np.median(np.concatenate(bends))), levels.fine)
     leaps = max(bends[0][-2], bends[1][0]) > _BENDS * usual
-    return bool(leaps and kept not in (levels.low, levels.high))
+    if not leaps or kept in (levels.low, levels.high):
+        return False
+    # where the motion turns, by what is beside it, it stays in one quantum
+    length = min(end - first, sides[0].size - 1, sides[1].size - 1)
+    own = np.concatenate([sides[0][-1 - length : -1], sides[1][1 : 1 + length]])
+    at = np.concatenate([np.arange(-length, 0), end - first + np.arange(length)])
+    turned = np.polyval(np.polyfit(at, own - kept, 2), np.arange(end - first))
+    return bool(np.abs(turned).max() > _TURNS * usual)
 
 
 def _came_to_rest(
