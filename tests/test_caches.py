@@ -30,6 +30,7 @@ def bare_machine(tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.long
 def test_compiled_code_where_nothing_can_be_written_but_temporary_files(bare_machine, tmp_path):
     marked = "from vinesexp.solver.events import remaining; print(remaining.stats)"
     done = subprocess.run(
@@ -57,6 +58,7 @@ def test_a_command_says_so_once_and_its_children_inherit_it(bare_machine, tmp_pa
     assert str(tmp_path / "tmp") in done.stdout
 
 
+@pytest.mark.long
 def test_a_run_from_a_folder_that_cannot_be_written_needs_only_its_results(monkeypatch, tmp_path):
     monkeypatch.setattr("vinesexp.commands.run.is_writable", lambda folder: False)
     monkeypatch.setattr("vinesexp.commands.run.own_folder", lambda: tmp_path)

@@ -65,6 +65,7 @@ def parsed_imports(text: str) -> set[str]:
     return imported_by(text)
 
 
+@pytest.mark.long
 def test_imports_read_as_text_are_those_of_the_parsed_code():
     """All of the package: what a statement in another form hides would keep outdated results."""
     for path in Path(vinesexp.__file__).parent.rglob("*.py"):

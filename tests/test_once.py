@@ -40,6 +40,7 @@ def test_the_95_percent_quantile_stands_once():
     assert places == ["units.py"]
 
 
+@pytest.mark.long
 def test_the_values_of_a_rig_are_listed_once():
     """In `rig.OF_RIG`, with their names and limits."""
     values = {"M", "c1", "k1", "r", "m"}
@@ -106,6 +107,7 @@ def write_transient(folder: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_a_record_is_searched_once_for_its_range_and_its_channels_agreement(tmp_path, monkeypatch):
     write_transient(tmp_path)
     campaign = load_campaign(tmp_path)

@@ -53,6 +53,7 @@ def campaign(tmp_path_factory):
     return load_campaign(folder)
 
 
+@pytest.mark.long
 def test_a_campaign_from_instrument_files_to_tables(campaign, tmp_path):
     paths = ResultPaths(tmp_path)
     found = analyse_campaign(campaign, paths=paths)

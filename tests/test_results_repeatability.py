@@ -98,6 +98,7 @@ def test_folders_with_the_same_files_are_named(year, tmp_path):
     assert repeatability_of([*year, again]).shared == (("spring", "again"),)
 
 
+@pytest.mark.long
 def test_the_command_prints_a_line_a_value_and_writes_page_and_table(year, tmp_path, capsys):
     page, table = tmp_path / "page.html", tmp_path / "table.csv"
     assert main(["compare", *map(str, year), "--html", str(page), "--csv", str(table)]) == 0

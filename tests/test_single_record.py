@@ -43,6 +43,7 @@ def periodic() -> tuple[dict[str, np.ndarray], np.ndarray]:
     return channels, times - 12.0
 
 
+@pytest.mark.long
 def test_impacts_regime_and_values_of_one_record(periodic):
     channels, times = periodic
     found = vinesexp.analyse(
@@ -57,6 +58,7 @@ def test_impacts_regime_and_values_of_one_record(periodic):
     assert float(found["displacement"].max()) == pytest.approx(channels["displacement"].max())
 
 
+@pytest.mark.long
 def test_the_same_file_in_a_campaign_gives_the_same_numbers(tmp_path: Path):
     t = np.arange(4000) / 500.0
     x = 20.0 * np.exp(-0.4 * t) * np.cos(2 * np.pi * 7.862 * t)
@@ -106,6 +108,7 @@ def test_a_mistake_is_one_line_that_names_the_argument(channels, given, message)
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.long
 def test_a_masked_sample_is_one_that_is_missing():
     t = np.arange(4000) / 500.0
     x = 5e-3 * np.exp(-0.3 * t) * np.cos(2.0 * np.pi * 7.862 * t)
@@ -179,6 +182,7 @@ def test_every_public_name_is_there():
     assert dir(vinesexp) == vinesexp.__all__
 
 
+@pytest.mark.long
 def test_linear_algebra_has_one_thread_while_a_record_is_analysed(periodic):
     """In a notebook numpy is loaded with a thread a core, which costs more than it gains."""
     seen: list[int] = []
@@ -198,6 +202,7 @@ def test_linear_algebra_has_one_thread_while_a_record_is_analysed(periodic):
     assert set(seen) == {1}
 
 
+@pytest.mark.long
 def test_a_decay_that_an_accelerometer_clips_keeps_its_damping():
     """Clipped samples counted as they were: the damping ratio was a quarter too small."""
     t = np.arange(24_000) / 2000.0

@@ -103,6 +103,7 @@ def follow(path: Path, *, slow: bool) -> int:
     return done
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", sorted(RUN))
 def test_the_snippets_of_a_page_run_in_order(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -116,6 +117,7 @@ def test_the_first_run_works_as_written(tmp_path, monkeypatch):
     assert Path("results/virtual/report.html").is_file()
 
 
+@pytest.mark.long
 def test_the_figure_over_clearance_is_three_lines(tmp_path, monkeypatch):
     """As the page has it, on results that name test, clearance, level and error of each record."""
     (text,) = [

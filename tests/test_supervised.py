@@ -97,6 +97,7 @@ def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(go,
     assert str(tmp_path / ".log") in shown
 
 
+@pytest.mark.long
 def test_peak_memory_is_the_step_s_own_and_not_that_of_who_started_it(go, tmp_path):
     if not sys.platform.startswith("linux"):
         pytest.skip("elsewhere the system says nothing better")
@@ -117,6 +118,7 @@ def test_records_of_a_batch_share_a_process_and_each_is_a_line(go, tmp_path, cap
     ]  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_line_says_how_long_the_rest_may_take(go, capfd):
     assert go("a", "b", "c", takes=0.6) == 0
     first, *_, last = capfd.readouterr().err.splitlines()
@@ -194,6 +196,7 @@ def until(happens):
     return False
 
 
+@pytest.mark.long
 def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
     """Ctrl-C twice: what the step clears away on its way out is cleared away."""
     run = started("Watched(folder, held=True), 'impacts', ['a']", tmp_path / "temporary")
@@ -204,6 +207,7 @@ def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
     assert not (tmp_path / "temporary").exists()
 
 
+@pytest.mark.long
 def test_a_step_ends_when_the_run_is_killed(tmp_path):
     """The next record does not begin; what waits for the step ends too."""
     run = started("Watched(folder, takes=0.5), 'impacts', ['a', 'b']", tmp_path / "a.tried")

@@ -12,6 +12,7 @@ from vinesexp.cli import main
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository")
 def test_a_real_campaign_passes_and_its_excluded_record_is_shown(capsys):
     assert main(["check", str(REAL / "spring_hard")]) == 0
@@ -85,6 +86,7 @@ def write_campaign(folder, n):
         (folder / f"r{k}.csv").write_text(f"x\n{x}\n" if k != 3 else f"x\n{x}\noops\n{x}\n")
 
 
+@pytest.mark.long
 def test_many_records_are_looked_at_side_by_side_and_told_in_their_order(tmp_path, capsys):
     write_campaign(tmp_path, 12)
     assert main(["check", str(tmp_path)]) == 1

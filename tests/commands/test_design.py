@@ -270,6 +270,7 @@ def test_bad_identified_is_an_error(
     assert "no.csv: is missing; run the identify step first" in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ["svg", "pdf", "png"])
 def test_a_picture_drawn_on_another_day_has_the_same_bytes(
     ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -284,6 +285,7 @@ def test_a_picture_drawn_on_another_day_has_the_same_bytes(
     assert once.stat().st_size > 3000
 
 
+@pytest.mark.long
 def test_plot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "sim.svg"
     assert call(BOTH, "--plot", str(file)) == 0
@@ -341,6 +343,7 @@ def test_a_sheet_without_simulation(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "<svg" not in page
 
 
+@pytest.mark.long
 def test_a_release_alone_is_simulated_and_told_by_its_measures(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -151,6 +151,7 @@ def test_clearances_that_fit_no_ball_are_refused(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small")
 @pytest.mark.parametrize("frequency", ["0.1 Hz", "900 Hz"])
 @pytest.mark.compiles
@@ -186,6 +187,7 @@ def test_friction_and_laws_enter_a_release() -> None:
     assert "b*(level), the bare times and b_t of theory do not" in text
 
 
+@pytest.mark.long
 def test_a_blow_is_a_release(capsys: pytest.CaptureFixture[str]) -> None:
     answer, text = answered({**ONE, "--release-velocity": "1 m/s"})
     x_m = 1e3 / math.sqrt(1.147e4 / 4.7)
@@ -196,12 +198,14 @@ def test_a_blow_is_a_release(capsys: pytest.CaptureFixture[str]) -> None:
     assert "without excitation" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_given_pair_is_shown_in_a_release() -> None:
     answer, text = answered({**PAIR, "--release": "20 mm", "--clearance": "33 mm; 10 mm"})
     assert answer["release_simulated"]["asked_mm"] == pytest.approx(33.0)
     assert re.search(r"b = 33\.00 mm, as given +[0-9.]+; [0-9.]+; [0-9.]+ ", text)
 
 
+@pytest.mark.long
 def test_identified_values_are_simulated(tmp_path: Path, small: None) -> None:
     """Values of a campaign with their errors go through the whole answer."""
     (tmp_path / "identified.csv").write_text(

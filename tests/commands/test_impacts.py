@@ -44,6 +44,7 @@ def test_results_can_go_to_a_folder(record, tmp_path, capsys):
     assert (out / "scope.impacts.csv").read_text().startswith("time_s,")
 
 
+@pytest.mark.long
 def test_impacts_that_are_not_certain_are_said_to_be_so(tmp_path, capsys):
     """Pulses that stand barely out of the noise: a table, and what it is worth."""
     t = np.arange(40000) / 1e4
@@ -61,6 +62,7 @@ def test_impacts_that_are_not_certain_are_said_to_be_so(tmp_path, capsys):
     assert "impacts are certain" in shown.err
 
 
+@pytest.mark.long
 def test_no_file_is_written_over(record, tmp_path, capsys):
     """In the folder of the raw file, and for a second time: one line, exit code 1."""
     words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]
@@ -106,6 +108,7 @@ def test_a_file_that_cannot_be_used_does_not_stop_the_others(record, tmp_path, c
     assert shown.out.count("\n") == 20  # name, header, 18 impacts
 
 
+@pytest.mark.long
 def test_impacts_of_a_moving_mass_are_found_from_its_acceleration_alone(tmp_path, capsys):
     t = np.arange(50_000) / 1e4
     a = 12.0 * np.sin(2 * np.pi * 7.86 * t) + np.random.default_rng(3).normal(0.0, 0.3, t.size)

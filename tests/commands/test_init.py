@@ -118,6 +118,7 @@ def test_shuffled_names_and_suffixes_give_a_campaign_after_the_marked_fields(
             assert record.frequency[0] == pytest.approx(7.862, abs=0.002)
 
 
+@pytest.mark.long
 def test_names_that_carry_values_are_read_and_nothing_is_overwritten(twin, tmp_path, capsys):
     for name, new in (
         ("steady_b30.h5", "run_G0.25mm_b34.5mm.h5"),

@@ -29,6 +29,7 @@ def words(options: dict[str, str], *more: str) -> list[str]:
     return [word for pair in options.items() for word in pair] + list(more)
 
 
+@pytest.mark.long
 def test_a_map_is_made_drawn_and_taken_up_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -46,6 +47,7 @@ def test_a_map_is_made_drawn_and_taken_up_again(
     assert "2 x 3 cells of 2 starts" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_basins_as_table_json_and_picture(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -179,6 +179,7 @@ def test_the_bare_mean_over_a_band_is_exact_however_narrow_the_resonance(
         assert min(abs(f - o.f0) for f in frequencies) < 1e-9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("levels", "band", "b"), [((G, G), (6.3, 9.4), 8e-3), ((5e-5, 5e-4), (7.862,) * 2, 24.8e-3)]
 )

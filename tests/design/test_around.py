@@ -72,6 +72,7 @@ def test_under_a_damping_law_levels_are_simulated_not_scaled(
     assert around.operating_range(law, found, phases=2) == around._range(law, *tried)
 
 
+@pytest.mark.long
 def test_over_a_band_no_level_is_said_to_work_where_the_ball_is_a_dead_mass(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -64,6 +64,7 @@ def test_several_balls_and_laws_are_reckoned_to_take_more_work() -> None:
     assert affordable(1e-9, one, (2, 10**6)) == 2
 
 
+@pytest.mark.long
 def test_where_a_cycle_is_dear_a_range_has_fewer_parts_and_a_start_is_watched_for_less() -> None:
     """A band under a damping law took 115 s of the processor, half of it to watch 315 starts."""
     light = Oscillator.from_modal(M=7.0, f0=3.0, zeta=3e-4)
@@ -78,6 +79,7 @@ def test_where_a_cycle_is_dear_a_range_has_fewer_parts_and_a_start_is_watched_fo
     assert len(wall_starts(parted(law, 0.015, 4.0), 0.015, range(2))) == 16
 
 
+@pytest.mark.long
 def test_what_an_answer_may_take_bounds_its_runs() -> None:
     """A twentieth of the usual work, on a rig whose runs take long; the answer says so."""
     light = Oscillator.from_modal(M=1.0, f0=10.0, zeta=3e-4)

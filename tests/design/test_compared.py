@@ -294,6 +294,7 @@ def test_without_a_tolerance_a_start_is_the_same_at_every_clearance_and_run_once
     assert np.unique(one.largest[0]).size == 8
 
 
+@pytest.mark.long
 def test_where_any_ball_amplifies_the_search_goes_on_to_where_it_rests() -> None:
     """This ball tunes the rig to its base: 6 to 18 times the bare amplitude, up to b = 7 mm."""
     o = Oscillator(M=1.0, c1=2.0 * 1.374e-4, k1=1.0)

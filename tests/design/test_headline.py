@@ -47,6 +47,7 @@ def median_time(b: float, places: np.ndarray, level: float) -> float:
     return float(np.median(times))
 
 
+@pytest.mark.long
 def test_a_printed_time_is_one_that_the_median_ball_keeps() -> None:
     """Table 2, 20 to 10 mm: theory's 87 mm in 0.67 s strikes one ball in four; bare 2.16 s."""
     falls = released(OpenRig(OSCILLATOR, (0.032,), (0.6,)), x0=0.02, v0=0.0, levels=[0.01])
@@ -64,6 +65,7 @@ def test_a_printed_time_is_one_that_the_median_ball_keeps() -> None:
     )
 
 
+@pytest.mark.long
 def test_times_of_a_stiff_rig_are_told_apart() -> None:
     """At 500 Hz they were "0.01 s, 0.02 s and 0.02 s"."""
     stiff = Oscillator.from_modal(M=4.7, f0=500.0, zeta=0.0065)
@@ -175,6 +177,7 @@ def test_clearances_that_few_starts_do_not_tell_apart_are_not_called_equal(advic
     assert "Clearances from 5; 20 to 7.5; 30 mm are equal within 2 %." in " ".join(build_this(two))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small")
 def test_what_is_recommended_is_among_those_that_are_alike(
     monkeypatch: pytest.MonkeyPatch,
@@ -219,6 +222,7 @@ def advice(small: None) -> Advice:
     return advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01), budget=0.25)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small")
 def test_a_rig_that_no_ball_helps_is_said_first() -> None:
     heavy = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.1)
@@ -234,6 +238,7 @@ def test_a_rig_that_no_ball_helps_is_said_first() -> None:
         assert not any("100 %" in cell for row in table.rows for cell in row), "no gain"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small")
 @pytest.mark.filterwarnings("ignore::vinesexp.errors.RigWarning")  # of clearances only tried
 def test_a_ball_that_only_adds_its_mass_is_said_to() -> None:
@@ -293,6 +298,7 @@ def test_a_mass_that_friction_holds_is_said_to_be_held() -> None:
     assert "holds" not in said(1.2, release="0.1 mm", release_velocity="0.1 m/s")
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small")
 @pytest.mark.filterwarnings("ignore::vinesexp.errors.RigWarning")
 def test_a_ball_heavier_than_the_mass_is_compared_with_itself_fixed() -> None:

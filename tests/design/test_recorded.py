@@ -32,6 +32,7 @@ def quake(monkeypatch: pytest.MonkeyPatch) -> Measured:
     return Measured(0.3e-3 * np.sin(np.pi * t / 6.0) ** 2 * np.asarray(motion), 200.0)
 
 
+@pytest.mark.long
 def test_what_is_printed_is_the_motion(quake: Measured) -> None:
     answer = vinesexp.design(**RIG, base=quake, tolerance=0)
     found = answer.driven
@@ -49,6 +50,7 @@ def test_what_is_printed_is_the_motion(quake: Measured) -> None:
     assert "least rms" in answer.text()
 
 
+@pytest.mark.long
 def test_a_record_in_a_file(
     quake: Measured, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -71,6 +73,7 @@ def test_a_record_in_a_file(
     assert "name its file with --base" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_where_a_sensor_has_its_zero_is_no_motion(quake: Measured) -> None:
     samples, rate = np.asarray(quake.samples), quake.sample_rate
     plain = vinesexp.design(**RIG, base=quake).driven
@@ -107,6 +110,7 @@ def test_a_record_that_begins_in_motion_has_its_mean_at_zero(quake: Measured) ->
     assert any("begins at rest and undeflected" in note for note in answer.notes)
 
 
+@pytest.mark.long
 def test_a_ball_that_friction_holds_is_compared_with_its_mass(quake: Measured) -> None:
     t = np.arange(1200) / 200.0
     w = 2.0 * np.pi * HOST.f0

@@ -43,6 +43,7 @@ def test_the_best_clearance_falls_with_the_level_and_wide_cavities_capture_fewer
     assert (again.found[4].times == falls.found[4].times).all()
 
 
+@pytest.mark.long
 def test_a_ball_that_takes_all_within_a_few_cycles_is_captured() -> None:
     """A twentieth of the mass, ten times as fast as c1: there are no ten cycles to be kept for."""
     balls = OpenRig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), (0.235,), (0.6,))
@@ -104,6 +105,7 @@ class Timed:
     times: np.ndarray
 
 
+@pytest.mark.long
 def test_a_time_is_that_of_more_starts_than_chose_it() -> None:
     """Of 40 clearances that are alike, the one that 36 starts liked best was a third later."""
     shown = []
@@ -153,6 +155,7 @@ def test_the_fastest_clearance_is_that_of_the_cavities_a_workshop_delivers() -> 
     assert answer.as_dict()["release_simulated"]["tolerance"] == 0.1  # type: ignore[index]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "rig", leading(1, [(0.0032, 0.003, 0.58), (0.0115, 0.0013, 0.77), (0.0158, 0.0013, 0.4)])
 )

@@ -10,6 +10,7 @@ from tests.design.made_up import made_up_advice
 from vinesexp.figures.design_curve import _percentiles, design_curve
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("absorber", [0.012, 0.3], ids=["beside the curves", "far above"])
 def test_the_axes_have_their_room_whatever_stands_beside(absorber):
     """A label of 3 mm over curves of 0.3 mm left none: the page had half of its figure."""

@@ -117,6 +117,7 @@ def test_colours_of_many_records_do_not_repeat():
         assert len(set(sequence(n))) == n
 
 
+@pytest.mark.long
 def test_saved_twice_the_bytes_are_the_same(tmp_path):
     for name in ("a", "b"):
         figure, (axis,) = style.new_figure()
@@ -195,6 +196,7 @@ def test_a_figure_of_very_many_records_shows_even_choices():
     assert evenly_chosen(many[:5]) == many[:5]
 
 
+@pytest.mark.long
 def test_every_channel_has_a_name_and_a_colour():
     from vinesexp.figures.single_records import _SHOWN
     from vinesexp.figures.style import COLOURS

@@ -48,6 +48,7 @@ def test_the_legend_names_what_is_drawn_and_nothing_else(predicted):
     assert named == ["mean, two symmetric", "largest", *line]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("published", [19.4, 21.5])
 def test_names_of_long_records_and_of_both_predictions_lie_beside_one_another(published):
     """Titles of two panels lay over each other, and both b_c where the published one is less."""

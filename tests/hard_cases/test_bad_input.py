@@ -68,6 +68,7 @@ def check(folder, capsys):
     return code, [line for line in lines if ": ok: " not in line and not line.startswith("next:")]
 
 
+@pytest.mark.long
 def test_the_good_campaign_passes(folder, capsys):
     code, lines = check(folder, capsys)
     assert code == 0
@@ -568,6 +569,7 @@ def test_a_frequency_in_rad_per_second_is_refused(folder, capsys):
     assert re.search(r"frequency_hz is 49.64 Hz, the base moves at [78]", lines[0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("defect", "change"), [("frozen", _frozen), ("saturated", _clipped)])
 def test_a_defect_can_be_accepted_and_is_a_warning_then(defect, change, folder, capsys):
     (folder / "raw/bad.csv").write_text(_spoiled(change))

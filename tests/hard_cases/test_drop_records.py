@@ -106,6 +106,7 @@ def test_noise_and_hum_hold_no_hit(tmp_path: Path) -> None:
     assert found_in(heard(np.empty(0), seconds=5.0, fade=1.0), tmp_path).n == 0
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository")
 @pytest.mark.parametrize("column", ["accelerometer_board", "accelerometer_base"])
 @pytest.mark.parametrize("name", ["impact_0.5_vibration_0.0", "impact_1_vibration_0.0"])
@@ -133,6 +134,7 @@ def speech(x: np.ndarray, begin: float, end: float, random: np.random.Generator)
         time += t[-1] + random.uniform(0.0, 0.25)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("between", "seed"), combined(["speech", "bumps"], range(3)))
 def test_what_is_heard_beside_a_drop_gives_no_wrong_r(
     between: str, seed: int, tmp_path: Path

@@ -180,10 +180,12 @@ def reported(folder: Path, change) -> set[tuple[str, str]]:
     return {(c.record, c.check) for c in checks if c.outcome == "warning"}
 
 
+@pytest.mark.long
 def test_right_channels_raise_no_warning_of_sign_or_gain(tmp_path):
     assert not {"sign", "gain"} & {check for _, check in reported(tmp_path, lambda text: text)}
 
 
+@pytest.mark.long
 def test_the_wrong_sign_of_a_channel_is_reported(tmp_path):
     assert ("forced", "sign") in reported(
         tmp_path, lambda text: text.replace("20 mV/g", "-20 mV/g")

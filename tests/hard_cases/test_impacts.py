@@ -76,6 +76,7 @@ def assert_whole(found: Impacts, time: np.ndarray, *, within: float = 5e-6) -> N
     assert np.abs(found.time_s - time).max() < within
 
 
+@pytest.mark.long
 def test_eight_bits(tmp_path: Path) -> None:
     record = measured(bits=8, duration=4.0)  # a step of 2 m/s^2 under contacts of 55
     found = found_in(record.channels, tmp_path)
@@ -85,6 +86,7 @@ def test_eight_bits(tmp_path: Path) -> None:
     assert pull.std() < 1.6  # the step is the noise, and is said to be
 
 
+@pytest.mark.long
 def test_five_per_cent_of_the_samples_missing(tmp_path: Path) -> None:
     record = measured(duration=2.5)
     lost = np.random.default_rng(5).random(record.channels["acceleration"].size) < 0.05

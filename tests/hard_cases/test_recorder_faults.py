@@ -337,6 +337,7 @@ def test_knocks_in_a_release_are_no_impacts_where_flights_are_few_or_none(b, cou
     assert found.regime["regime"] == ("two asymmetric" if true else "no impact")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("b", [0.05, 0.0195])
 @pytest.mark.parametrize("lasts", [1e-5, 4e-3])
 def test_letting_go_is_no_impact_of_an_accelerometer_alone(b, lasts):
@@ -387,6 +388,7 @@ def test_a_decay_that_ends_in_noise_has_lost_no_samples(part):
             assert abs(law.step + 12.0 * step) < 5.0 * law.step_error < 5.0 * step
 
 
+@pytest.mark.long
 def test_a_ball_that_comes_to_rest_at_a_wall_is_no_knock():
     """Many small impacts within 20 ms move the mass smoothly: its slope hardly jumps."""
     checks = analysed(channels(0.045), b=0.045).checks

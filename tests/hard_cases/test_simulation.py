@@ -84,6 +84,7 @@ def test_restitution_from_none_to_full(r, b, general):
     assert abs(residual) < 1e-10 * scale
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(
     zeta=st.floats(0.0, 0.2), eps=st.floats(1e-3, 1.0), b=st.floats(2e-3, 0.05),
@@ -407,6 +408,7 @@ def test_identical_balls_chatter_and_rest_together():
     np.testing.assert_allclose(pair.rests["end"], one.rests["end"][0], rtol=1e-13)
 
 
+@pytest.mark.long
 def test_heavy_balls_of_unequal_restitution_gain_no_energy():
     import numba
 

@@ -107,6 +107,7 @@ def of_mass(found, where):
     return {e.method: (e.value, e.std_error) for e in rows if e.parameter == "M"}, said
 
 
+@pytest.mark.long
 def test_a_mass_that_all_records_leave_open_is_known_by_none_of_its_ways():
     """Totals were typed, or one load is wrong: by added mass M was 30.3 +- 0.08 kg for 3.25."""
     known, _ = of_mass(*ring_downs([0.0, 0.5, 0.9], [0.0, 0.5, 0.9], M=3.25))
@@ -156,6 +157,7 @@ def test_equal_masses_put_on_top_of_one_another_are_told_by_the_frequency(loads,
     assert any("what came on top of the masses of the rows above" in text for text in said)
 
 
+@pytest.mark.long
 def test_rows_of_two_masses_exchanged_are_one_mistake_however_often_they_were_measured():
     """M was 26.14 +- 0.06 kg for 14.5: increments, and an f0 that changed."""
     true, typed = [0.0, 0.0, 1.0, 1.0, 1.8, 1.8, 4.1, 4.1], [0.0, 0.0, 1.8, 1.8, 1.0, 1.0, 4.1, 4.1]
@@ -164,6 +166,7 @@ def test_rows_of_two_masses_exchanged_are_one_mistake_however_often_they_were_me
     assert any("1800 g and 1000 g are exchanged" in text for text in said)
 
 
+@pytest.mark.long
 def test_which_of_two_masses_is_wrong_is_open():
     """The one that needed to be wrong by less was named: M was 6.80 +- 0.32 kg for 13.67."""
     known, said = of_mass(*ring_downs([0.0, 3.1, 3.5], [0.0, 1.55, 3.5], M=13.67))
@@ -171,6 +174,7 @@ def test_which_of_two_masses_is_wrong_is_open():
     assert any("added_mass_g that is wrong (1550 g)" in text for text in said)
 
 
+@pytest.mark.long
 def test_an_added_mass_that_was_not_typed_is_found_from_the_frequency():
     """M was not known, or 18.6 +- 5 kg for 8.4."""
     found, where = ring_downs([0.0, 0.8, 0.3, 0.5, 0.0], [0.0, 0.0, 0.3, 0.5, 0.0])
@@ -181,6 +185,7 @@ def test_an_added_mass_that_was_not_typed_is_found_from_the_frequency():
     assert "differs from the stated one by +80" in told or "by +79" in told
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("M", [4.7, 0.9])
 def test_totals_in_every_row_leave_the_oscillator_without_a_mass(M):
     """M was said to be open by 155 %: correct what the other lines name. None named anything."""
@@ -192,6 +197,7 @@ def test_totals_in_every_row_leave_the_oscillator_without_a_mass(M):
     assert no_mass in why or "It may be added_mass_g that is off by the same amount" in why
 
 
+@pytest.mark.long
 def test_added_masses_typed_in_kg_leave_no_mass_of_grams_without_a_word():
     """M was 0.008 kg for 7.7."""
     found, where = ring_downs([0.0, 1.1], [0.0, 1.1e-3], M=9.2)
@@ -215,6 +221,7 @@ def test_a_mass_that_rests_on_one_added_mass_is_said_to(loads):
     assert single == (["ok"] if len(loads) == 2 else [])
 
 
+@pytest.mark.long
 def test_a_mass_in_the_wrong_unit_beside_an_added_mass_that_is_wrong_is_found():
     """Fits that come to no end are no evidence: one ended in a traceback."""
     found, where = ring_downs([0.0, 0.0, 0.36, 0.36], [0.0, 0.0, 0.39, 0.39], M=3.381)
@@ -228,6 +235,7 @@ def test_a_mass_in_the_wrong_unit_beside_an_added_mass_that_is_wrong_is_found():
     )
 
 
+@pytest.mark.long
 def test_a_damping_that_the_ring_downs_leave_open_is_said_to_be_so():
     """In air and in water: it was not known for want of a free decay."""
     found, where = ring_downs([0.0] * 3, [0.0] * 3)

@@ -157,6 +157,7 @@ def test_noise_of_the_base_is_no_motion_of_it(tmp_path, follows, jump):
     assert (errors < [3e-4 * W0**2, 0.02 * ZETA * W0]).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("noise", [5e-6, 2e-5])
 def test_the_frequency_of_an_unseen_base_is_as_sure_as_the_noise_leaves_it(tmp_path, noise):
     """It was stated to 2e-5, and off by 1e-3 where the displacement was noisy."""
@@ -327,6 +328,7 @@ def released(rng, *, held=0.0, zeta=0.03, jump=0.02, impacts=50):
     return x + rng.normal(0.0, 5e-6, n), replace(seen, **own)
 
 
+@pytest.mark.long
 def test_a_release_says_f0_and_zeta_by_its_flights(tmp_path):
     off = []
     for seed in range(20):
@@ -340,6 +342,7 @@ def test_a_release_says_f0_and_zeta_by_its_flights(tmp_path):
     assert 0.6 < np.std(off, axis=0).min() < np.std(off, axis=0).max() < 1.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("held", [0.5, 1.5, 2.0])
 def test_a_hand_that_brakes_a_release_is_no_damper(tmp_path, held):
     """Fitted whole, the damping was that of the hand, hundreds of errors off."""
@@ -355,6 +358,7 @@ def test_a_hand_that_brakes_a_release_is_no_damper(tmp_path, held):
     assert none < 3 or held == 2.0  # of 2.6 s with impacts
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("what", ["noise", "at rest", "runs away"])
 def test_what_is_no_release_has_no_f0(tmp_path, what):

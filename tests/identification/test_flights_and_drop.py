@@ -36,6 +36,7 @@ def test_mass_and_restitution(measure, tmp_path: Path, b: float, r: float) -> No
     assert bounce.scatter < 1e-3
 
 
+@pytest.mark.long
 def test_a_wrong_clearance_shifts_M_by_as_much(measure, tmp_path: Path) -> None:
     right = mass_ratio(flights(measure, tmp_path, b=0.03)).eps
     wrong = mass_ratio(flights(measure, tmp_path, b=0.03, believed=0.033)).eps
@@ -116,6 +117,7 @@ def test_bounces_give_r(r: float, first: float, n: int) -> None:
     assert found.count == n
 
 
+@pytest.mark.long
 def test_bounces_with_timing_noise_have_honest_errors(monkeypatch) -> None:
     monkeypatch.setattr("vinesexp.identification.bounces._AIR", 0.0)
     t = 0.1 + 0.15 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(7))])
@@ -131,6 +133,7 @@ def test_bounces_with_timing_noise_have_honest_errors(monkeypatch) -> None:
     assert abs(np.mean(pulls)) < 0.3
 
 
+@pytest.mark.long
 def test_what_the_air_may_do_is_no_r_that_goes_with_the_speed() -> None:
     """Of hits timed to nanoseconds one drop in 200 seemed to have a power of the speed of 1e-6."""
     t = 0.1505 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(8))])
@@ -236,6 +239,7 @@ def test_perfect_times_leave_what_the_air_does():
     assert 2e-4 < found.error / found.r < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scatter", [0.0, 0.01, 0.03])
 @pytest.mark.parametrize("bounces", [4, 5, 8])
 def test_the_interval_of_r_holds_it_where_bounces_differ(bounces: int, scatter: float) -> None:

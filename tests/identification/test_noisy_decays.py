@@ -32,6 +32,7 @@ def _noisy(seed: int, law: str, noise: float, bend: float = 0.0) -> tuple[RingDo
     return found, f * (1.0 + bend * at**2), zeta * damping(at) / (1.0 + bend * at**2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "noise"), combined(sorted(_LAWS), [0.03, 0.2]))
 def test_values_hold_their_errors_whatever_the_law(law: str, noise: float) -> None:
     off = []

@@ -5,6 +5,7 @@ import pytest
 from vinesexp import Release, analyse
 
 
+@pytest.mark.long
 def test_the_flights_of_a_release_need_no_ring_down(measure_in, tmp_path):
     """They were not used: r was called unknown for want of impacts, f0 for want of a decay."""
     start = Release(x0=0.020, y0=[0.020 - 0.0179])

@@ -55,6 +55,7 @@ def identified(r: tuple[float, float], *drop: Estimate) -> Identified:
     return identify_campaign([*found, *drop], campaign, tables)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("r", [(0.6, 0.6), (0.6, 0.7)])
 def test_one_r_is_given_where_the_balls_are_alike(r: tuple[float, float]) -> None:
     """Of balls with 0.6 and 0.7 the report said r = 0.66 +- 0.57."""
@@ -66,6 +67,7 @@ def test_one_r_is_given_where_the_balls_are_alike(r: tuple[float, float]) -> Non
     assert not any("r is not known" in check.detail for check in found.checks)
 
 
+@pytest.mark.long
 def test_a_drop_test_beside_tests_with_several_balls_has_its_own_r() -> None:
     """Nothing came of such a campaign: no flight knew of the r of the drop test."""
     found = identified((0.6, 0.7), Estimate("r", 0.65, 1e-3, "1", "drop", ("d",)))

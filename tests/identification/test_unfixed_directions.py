@@ -90,6 +90,7 @@ def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none(noise, least):
     assert published >= least
 
 
+@pytest.mark.long
 def test_up_to_a_fifth_of_noise_a_short_decay_is_told_with_the_error_that_noise_allows():
     """Fifteen periods above 1 kHz under noise from a tenth of the motion to all of it.
 

@@ -95,6 +95,7 @@ def test_a_level_is_no_wider_than_releases_of_one_stop():
     assert max(apart) < 0.03
 
 
+@pytest.mark.long
 def test_the_error_of_an_added_mass_holds_that_of_the_scale_of_all():
     """Of masses typed 20 % too low the first was said to be known to 0.3 g of 520."""
     M, f0, loads = 5.0, 8.0, {"bare": 0.0, "one": 0.4, "two": 0.8}

@@ -80,6 +80,7 @@ def test_two_frequencies_without_dwell_are_a_linear_sweep(tmp_path):
     assert test.base() == Sweep(0.25e-3, 7.2, 7.9, duration=9.0)
 
 
+@pytest.mark.long
 def test_a_measured_base_moves_the_rig_as_the_motion_that_was_measured(tmp_path):
     """127 samples a cycle: the spline is good to 1e-10 of the amplitude away from its ends."""
     shaker(tmp_path)

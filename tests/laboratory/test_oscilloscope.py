@@ -52,6 +52,7 @@ def test_converter_is_right_to_half_a_step_and_clips(bits, volts):
     assert np.abs(shown - expected).max() <= 0.5 * scope.step * (1.0 + 1e-12)
 
 
+@pytest.mark.long
 def test_a_block_boundary_leaves_no_trace(monkeypatch):
     sensors = {
         **LASERS,

@@ -46,6 +46,7 @@ def looked_at(bench, results, text: str) -> RecordShown:
     return look_at_record(campaign.record("a"), paths=paths)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "test", "said"),
     [
@@ -73,6 +74,7 @@ def test_a_good_record_needs_no_word(bench, tmp_path):
     assert (view.verdict, view.words) == ("good", ())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seconds", "zeta", "said"), [
     (6.0, None, "only a ring-down shows how long the start lasts"),
     (6.0, 0.0065, "the start lasts 6.23 s"),

@@ -53,6 +53,7 @@ def decay(t, f0=3.0, zeta=0.02):
     return np.exp(-2 * np.pi * f0 * zeta * t) * np.cos(2 * np.pi * f0 * t)
 
 
+@pytest.mark.long
 def test_bounces_heard_by_a_microphone_are_a_drop_test_that_runs(tmp_path, capsys):
     for k, r in enumerate((0.81, 0.70)):
         x = bounces(44100, r=r)

@@ -92,6 +92,7 @@ def test_a_ball_that_slides_and_then_rolls_is_not_replayed():
     assert rig_of(replace(record(), clearance=()), model).nes == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("effects", "ball"), RIGS[:3])
 def test_amplitudes_are_nearer_with_the_effects_than_without(effects, ball):
     true = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), [ball])

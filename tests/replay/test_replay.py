@@ -160,6 +160,7 @@ def test_a_rig_replays_its_own_records(own):
     assert {row["record"] for row in cycles} == {record.id for record in RECORDS}
 
 
+@pytest.mark.long
 def test_a_sensitivity_that_the_records_contradict_is_no_other_rig(tmp_path):
     """A displacement shown twice too large: no record was said to be reproduced."""
     rows, cycles = replayed(tmp_path, RECORDS[:4], reads=2.0)
@@ -181,6 +182,7 @@ def test_cycles_of_a_permanent_response_lie_on_each_other(own):
         assert row["measured_m"] == pytest.approx(row["replayed_m"], rel=5e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("wrong", "record", "words"),
     [
@@ -497,6 +499,7 @@ def test_the_share_of_starts_that_move_as_a_release_is_said():
     assert compared(RECORDS[2], MEASURED, 2.02, found[:3])[0].starts == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hold", [0.3, 0.5, 0.63, 0.72])
 def test_a_ring_down_that_was_held_first_is_replayed_from_where_it_is_free(tmp_path, hold):
     """An ordinary pre-trigger: the mass is held at 10 mm for a part of a second."""

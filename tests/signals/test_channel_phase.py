@@ -104,6 +104,7 @@ def test_a_release_within_one_sample_is_no_lag_and_no_motion_across(begins, tmp_
     assert abs(found.lag) < 3.0 * found.lag_error
 
 
+@pytest.mark.long
 def test_places_at_impacts_are_right_behind_an_ac_coupled_sensor(measure, tmp_path: Path) -> None:
     record = measure(b=[0.03], drive=G25, start=10.0, duration=15.0)
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
@@ -211,6 +212,7 @@ def test_a_corner_that_one_record_hardly_shows_widens_its_lag() -> None:
     np.testing.assert_allclose(found[2], (0.05, 0.01), rtol=0.1)
 
 
+@pytest.mark.long
 @given(z=st.floats(-30.0, 30.0), error=st.floats(1e-4, 10.0))
 def test_noise_makes_no_corner(z: float, error: float) -> None:
     """Below zero no sensor has one, however wide the error: what is left is a motion across."""
@@ -237,6 +239,7 @@ def test_harmonics_of_impacts_do_not_alias_into_the_gain(measure, tmp_path: Path
     assert abs(found.gain - 1.0) < 3e-4
 
 
+@pytest.mark.long
 def test_pulses_that_read_too_large_move_the_gain_by_their_share(measure, tmp_path: Path) -> None:
     moved, shares = [], []
     for b in (0.026, 0.029, 0.031):

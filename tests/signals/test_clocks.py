@@ -17,6 +17,7 @@ def scatter(n: int, seed: int) -> np.ndarray:
     return noise[1:] + noise[:-1]
 
 
+@pytest.mark.long
 def test_the_scatter_of_a_short_record_is_no_lost_sample() -> None:
     """Five standard errors known by a dozen windows: 0.7 % of records lost samples by chance."""
     t = np.arange(14.0)
@@ -73,6 +74,7 @@ def test_the_phase_of_a_mass_that_comes_to_rest_is_as_uncertain_as_it_scatters()
     assert 0.6 < np.median(found[:, :20] / true[:20]) < 3.0
 
 
+@pytest.mark.long
 def test_a_phase_that_wanders_has_no_step():
     """Its largest move is no larger than its others: of 200 walks 11 had a step by their error."""
     t = np.arange(30.0)
@@ -138,6 +140,7 @@ def test_a_shaker_that_starts_slowly_has_lost_no_samples(tmp_path, slow):
     assert fault(tmp_path / "b.nc", base[begin:]) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at", [1 << 20, (1 << 20) - 3, 1_500_000])
 def test_a_long_displacement_is_looked_through_by_blocks(tmp_path, at):
     """A jump is found at the seam of two blocks too, in the memory of a block."""

@@ -76,6 +76,7 @@ SLOW = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sensor", SLOW)
 def test_jumps_and_velocities_beside_a_slow_sensor(sensor, channels, tmp_path):
     """With 64 samples averaged M of a rig was three times the true one."""
@@ -225,6 +226,7 @@ def test_exchanged_laser_and_accelerometer_are_refused_where_impacts_tell(
         agreement_of(view, frequency=F0)
 
 
+@pytest.mark.long
 def test_a_mass_held_before_its_release_is_not_taken_for_an_ac_coupling(tmp_path):
     """The integral from the hold on hardly changes after it, and goes with noise as any line."""
     rate, f, release = 5000.0, 4.993, 0.02308

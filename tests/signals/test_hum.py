@@ -30,6 +30,7 @@ def with_hum(channels, *, line, size):
     return {**channels, "displacement": channels["displacement"] + hum}
 
 
+@pytest.mark.long
 def test_a_line_between_two_points_of_a_short_spectrum_is_none():
     """It ended the search for impacts in a traceback."""
     t = np.arange(20_000) / 4000.0
@@ -84,6 +85,7 @@ def test_hum_beside_impacts_is_taken_out(line, b, measure, tmp_path):
         np.testing.assert_array_equal(view.read("acceleration"), clean["acceleration"])
 
 
+@pytest.mark.long
 def test_jumps_and_places_at_impacts_are_those_without_hum(measure, tmp_path):
     """Left in, 0.1 mm of 60 Hz made r 0.997 of 0.6 in a campaign."""
     record = measure(b=[0.031], drive=G25, start=20.0, duration=21.0)

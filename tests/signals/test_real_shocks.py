@@ -39,6 +39,7 @@ def shocks(name: str, column: str, folder: Path) -> Impacts:
     return impacts_of_record(record, filtered, folder / "impacts.csv", clearance=(0.03,))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["impact_0.5_vibration_0.0", "impact_1_vibration_0.0"])
 def test_one_shock_near_four_seconds(name: str, tmp_path: Path) -> None:
     board, base = (shocks(name, column, tmp_path) for column in SENSORS)

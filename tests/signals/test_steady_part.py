@@ -37,6 +37,7 @@ def correlated(rng: np.random.Generator, n: int, neighbour: float) -> np.ndarray
     return x
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("neighbour", [0.0, 0.6, 0.9])
 def test_95_percent_intervals_hold_the_mean(neighbour: float) -> None:
     rng = np.random.default_rng(11)

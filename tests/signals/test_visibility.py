@@ -76,6 +76,7 @@ def test_hidden_in_noise(measure, tmp_path: Path) -> None:
     assert ("ball" in said) == (found.n == 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rate", [1e4, 200.0])
 def test_what_is_hidden_in_one_channel_the_other_shows(
     rate: float, heard, measure, tmp_path: Path
@@ -92,6 +93,7 @@ def test_what_is_hidden_in_one_channel_the_other_shows(
     assert jumps[0] == pytest.approx(jumps[1], rel=0.02)
 
 
+@pytest.mark.long
 def test_without_an_acceleration(heard, measure, tmp_path: Path) -> None:
     """The displacement shows the impacts, and with them the regime, as both channels do."""
     alone, found = regime({"displacement": driven(measure)["displacement"]}, 1e4, tmp_path)
@@ -116,6 +118,7 @@ def test_the_displacement_alone_does_not_show_that_no_ball_hits(measure, tmp_pat
     assert said == ["ball"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("noise", "regimes"), [(1e-5, "two symmetric"), (2e-5, None)])
 def test_impacts_that_hardly_stand_clear_of_the_noise_hide_others(
     noise: float, regimes: str | None, measure, tmp_path: Path
@@ -154,6 +157,7 @@ def test_impacts_are_hidden_where_many_near_the_limit_are_as_large_as_the_rest(
     assert _some_hidden(given, 0.0, 10.0, fewest=fewest) == hidden
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("roles", "length", "regimes"),
     [

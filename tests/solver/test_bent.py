@@ -45,6 +45,7 @@ def bent_by(k3: float, quadratic: float, way: float):
     return found, work[10], table[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("k3", [3e5, 1e6, -1e6])
 def test_a_bent_flight_is_that_of_the_power_series(k3):
     """Over the whole reach, the linear motion from the same start and u added up."""
@@ -77,6 +78,7 @@ def test_what_is_far_from_linear_is_left_to_the_power_series():
     assert not bent_by(0.0, 500.0, 1.0)[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["cubic", "softening", "quadratic", "both", "and Coulomb friction"])
 def test_motions_are_those_of_the_power_series(law):
     """200 rigs and starts nobody chose: the same events, at the same times to rounding."""

@@ -122,6 +122,7 @@ def test_amplitude_while_one_of_two_balls_rests():
     assert largest == pytest.approx(amplitude.max(), rel=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::vinesexp.errors.RigWarning")
 @pytest.mark.parametrize("masses", [(0.02, 0.05), (0.3, 1.4, 0.2)])
 @pytest.mark.parametrize("ratio", [0.97, 1.0001])

@@ -36,6 +36,7 @@ def by_the_book(par, direction, E, x, v):
     return X
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("top", [LOW, HIGH])
 @pytest.mark.parametrize("k3", [0.0, 3e5, -2e6])
 @pytest.mark.parametrize(("q", "direction"), [(0.0, 1.0), (0.5, 1.0), (40.0, -1.0)])

@@ -198,6 +198,7 @@ rubbing = st.builds(
 )  # fmt: skip
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(
     nes=st.lists(rubbing, min_size=1, max_size=3), zeta=st.floats(0.0, 0.2),
@@ -401,6 +402,7 @@ def test_a_ball_chatters_to_rest_on_a_mass_that_friction_holds():
     assert np.ptp(motion.at(late)[0] - motion.base(late)[0]) < 0.05 * base.amplitude
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("coulomb", [0.0, 0.03, 0.3, 1.5])
 def test_flights_in_closed_form_are_those_of_the_power_series(coulomb):
     """300 rigs and starts nobody chose: the same events, before chaos makes much of a rounding.

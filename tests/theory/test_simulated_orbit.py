@@ -57,6 +57,7 @@ def test_it_scales_with_the_base_where_nothing_else_has_a_length():
     assert large == pytest.approx(10.0 * small, rel=2e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("shares", "ratio"), combined([(0.2, 0.8, 0.0), (0.5, 0.0, 0.5), (0.2, 0.5, 0.3)], [1.0, 1.001])
 )
@@ -80,6 +81,7 @@ def test_a_ball_that_friction_holds_has_no_end():
         end_of(friction=30.0)
 
 
+@pytest.mark.long
 def test_it_moves_little_with_a_little_of_each_effect():
     plain = end_of()
     for small in ({"friction": 1e-4}, {"tilt": 1e-3}, {"contact_time": 1e-6}, {"r_slope": -1e-6}):

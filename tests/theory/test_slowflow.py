@@ -40,6 +40,7 @@ def test_parametric_form_is_at_rest_in_the_flow(
     assert abs(drho) < 1e-12 * size / A
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=80)
 @given(st.floats(0.1, 2.5), st.floats(-3.0, 3.0), st.floats(0.0, 5.0), st.floats(0.1, 0.95))
 def test_every_fixed_point_is_found(C: float, sigma: float, lam: float, r: float) -> None:

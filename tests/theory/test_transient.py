@@ -16,6 +16,7 @@ LAM = 3.02 / (0.032 * TABLE_1.w0)
 EPS = 0.032 / 4.7
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("r", [0.3, 0.6, 0.8])
 def test_the_box_itself_takes_the_power_of_the_manifold(r: float) -> None:
     A = np.linspace(float(manifold.A_1(r)) * 1.3, float(manifold.A_2(r)) * 0.97, 3)
@@ -28,6 +29,7 @@ def test_the_box_itself_takes_the_power_of_the_manifold(r: float) -> None:
     assert captured.mean() > 0.6, "most starts settle on two symmetric impacts"
 
 
+@pytest.mark.long
 def test_the_box_shows_that_t2_is_not_at_0_6() -> None:
     """Past T2 the settled box takes another power than two symmetric impacts would; before, not."""
     A = np.array([0.62, 0.70, 0.76])

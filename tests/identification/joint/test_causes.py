@@ -127,6 +127,7 @@ def test_the_short_way_to_the_evidence_is_the_long_way(cause):
     assert odds[0] == pytest.approx(gain + cause.log_odds)
 
 
+@pytest.mark.long
 def test_noise_has_no_cause():
     """At most 2 of 300 campaigns without any cause name one: by chance of the prior odds."""
     rng = np.random.default_rng(2)
@@ -182,6 +183,7 @@ def test_a_pair_that_explains_more_is_found_behind_the_best_single_cause():
     assert [w.value for w in found] == pytest.approx([0.3, 0.3], abs=0.03)
 
 
+@pytest.mark.long
 def test_six_mistakes_in_one_campaign_are_all_found():
     """Of seven contradictions two had no room: one scatter stood for them, and M was 18 % off."""
     values = np.full(N, 0.5)
@@ -522,6 +524,7 @@ def cavities(stated, true, *, error=5e-5):
                          np.zeros(len(names)))  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shift", [1, 2])
 def test_files_one_row_down_are_one_cause(shift):
     """Five tests whose files are each in the row of another: no pair of rows explains it."""
@@ -543,6 +546,7 @@ def test_two_pairs_of_rows_are_two_causes_and_rows_in_order_none():
     assert of_some_rows(*cavities(stated.tolist(), (1.02 * stated + 3e-4).tolist())) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rows", "factor"), [((0, 2, 4), 2.0), ((3,), 0.1)])
 def test_a_factor_in_some_rows_is_one_cause(rows, factor):
     """Some rows with the total travel, one in cm: each was not explained, or several causes."""
@@ -877,6 +881,7 @@ def test_tests_with_a_ball_that_scatter_leave_the_ring_downs_what_they_are():
     assert abs(value) < 4.0 * error < 1e-5
 
 
+@pytest.mark.long
 def test_ring_downs_of_several_oscillators_leave_f0_as_unsure_as_they_differ():
     """Springs that differ by a half: f0 had the error of records that scatter by 1 %."""
     of = [-0.3, -0.3, 0.0, 0.13, 0.25, 0.25, -0.1, 0.05]

@@ -217,6 +217,7 @@ def left(c, **effects):
     return np.abs(c.rest(p)[0].real).max()
 
 
+@pytest.mark.long
 def test_a_ball_in_a_hollow_arrives_and_leaves_slower_than_its_mean():
     pulled = collisions(15.0)
     assert left(collisions(0.0)) < 1e-8
@@ -224,6 +225,7 @@ def test_a_ball_in_a_hollow_arrives_and_leaves_slower_than_its_mean():
     assert left(pulled, hollow=15.0) < 0.15 * left(pulled)
 
 
+@pytest.mark.long
 def test_a_ball_that_air_brakes_arrives_slower_and_leaves_faster_than_its_mean():
     braked = collisions(0.0, drag=0.1)
     assert left(braked) > 2e-3
@@ -232,6 +234,7 @@ def test_a_ball_that_air_brakes_arrives_slower_and_leaves_faster_than_its_mean()
     assert left(oiled, viscous=0.1) < 0.15 * left(oiled)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rub", "share"), [(3.0, 1e-4), (10.0, 1e-4), (20.0, 0.02)])
 def test_a_ball_slides_on_the_floor_until_it_rolls(rub, share):
     """At 3 m/s^2 it slides all the way, at 10 nearly so, at 20 it rolls for half of it."""
@@ -242,6 +245,7 @@ def test_a_ball_slides_on_the_floor_until_it_rolls(rub, share):
     assert left(c, friction=0.9 * rub) > 3.0 * left(c, friction=rub)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rub", "share"), [(0.3, 0.12), (1.0, 0.3)])
 def test_a_floor_that_overtakes_the_ball_rubs_it_the_other_way(rub, share):
     """In a third of the flights and more the mass is for a while faster than the ball."""
@@ -278,6 +282,7 @@ def test_a_friction_from_which_a_ball_rolls_is_stated_where_it_does(rub, known):
         assert found[0] == np.median(rolls_from(c.flights)) < rub
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("known", [0.0, 2.0])
 def test_a_friction_with_which_a_ball_rolls_is_found_from_none(monkeypatch, known):
     """On a rig of 3 Hz steps from no friction lead to a small one, with an r 0.2 too small.
@@ -456,6 +461,7 @@ def test_r_of_a_soft_wall_with_a_damper_is_one_of_a_slow_ball():
     assert left(c, **LAW) < 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("hertz", "power"), [(1.5, -0.09), (1.0, 0.045)])
 def test_a_faster_ball_touches_a_wall_for_a_shorter_time_unless_its_spring_is_linear(hertz, power):
     """A damper, which stops a faster ball more, makes its contact longer by some of it."""
@@ -662,6 +668,7 @@ def test_r_that_changes_in_the_course_of_a_record(worn):
     assert left(c, r=middle, **{"course r": -half}) < 0.02 * abs(half)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [0.4, -0.2])
 def test_friction_that_changes_in_the_course_of_a_record(change):
     c = collisions(0.0, count=200, beat=0.3, rub=0.5, duller=change)
@@ -671,6 +678,7 @@ def test_friction_that_changes_in_the_course_of_a_record(change):
     assert left(c, friction=middle, **{"course friction": -half}) < 0.2 * constant
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wrong", [{"edge": 0.1}, {"missed": 9}])
 def test_the_errors_of_a_record_do_not_depend_on_what_is_known_of_its_ball(wrong):
     """Of a ball that rolls, beside some wrong flights, they were ten and a hundred times larger."""

@@ -103,6 +103,7 @@ def test_two_ring_downs_that_differ_by_their_mounting_share_one_law():
     )
 
 
+@pytest.mark.long
 def test_ring_downs_of_several_rigs_are_each_moved_by_no_law_but_what_all_show():
     """A first guess of the law moved one at 168 Hz to 103.5 +- 0.1 Hz, 60 Hz in a folder."""
     decays = [(34.0, 3.1e-4, [1.7e-3, 2e-3]), (34.0, 2.8e-4, [3e-3, 5e-3]),
@@ -211,6 +212,7 @@ def loaded(added: float, *, viscous: float = 1.0, uncertainties=EXACT):
     return whole, rows, true
 
 
+@pytest.mark.long
 def test_a_ring_down_with_an_added_mass_shows_the_law_of_the_bare_rig():
     whole, rows, true = loaded(1.0)
     assert not [check for check in whole.checks if check.check in ("plain model", "either")]
@@ -218,6 +220,7 @@ def test_a_ring_down_with_an_added_mass_shows_the_law_of_the_bare_rig():
         assert rows[name] == pytest.approx(value, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_mounting_may_change_the_viscous_damping_alone():
     """Friction was 1.3 % off where a mounting could scale the whole damping only."""
     whole, rows, true = loaded(1.0, viscous=1.01, uncertainties=Uncertainties())
@@ -281,6 +284,7 @@ def test_the_prediction_of_a_level_takes_its_row():
     assert at_level(plain, rows, G=0.2e-3) == plain
 
 
+@pytest.mark.long
 def test_a_level_works_at_the_amplitude_of_its_orbit_at_b_c():
     """Friction in the guide has tests stop at three times that of b_c, which would be too large."""
     G, rig = 1e-4, {"M": 3.66, "f0": 6.25, "zeta": 0.0046, "r": 0.765, "m": 0.026}

@@ -74,6 +74,7 @@ def test_values_errors_and_evidence_are_those_of_the_normal_distribution(seed):
     )
 
 
+@pytest.mark.long
 @given(st.integers(0, 1000), st.floats(-2.0, 2.0), st.floats(0.05, 5.0))
 def test_a_cause_is_one_more_unknown(seed, centre, width):
     """Believing a cause equals an unknown of that prior put into the sums."""

@@ -120,6 +120,7 @@ def two_tests(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 def test_check_counts_the_impacts_of_a_row_without_clearance(two_tests, capsys):
     assert main(["check", str(two_tests)]) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -98,6 +98,7 @@ def test_every_format_gives_the_same_si_record(name, tmp_path):
         np.testing.assert_array_equal(record.attributes["frequency_hz"], [7.9, 7.9])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rows", [64, 999, 4000, 1 << 18])
 def test_the_size_of_the_blocks_plays_no_part(rows, tmp_path, monkeypatch):
     campaign = make(tmp_path, "a.csv", YAML + write(tmp_path, "a.csv"))

@@ -226,6 +226,7 @@ def test_frozen_noise_is_found_without_knowing_a_period(stored):
     assert abs(run[0] - 30_000) <= 3
 
 
+@pytest.mark.long
 @given(
     held=st.floats(0.3, 12.0),
     phase=st.floats(0.0, 6.28),

@@ -17,6 +17,7 @@ def run(times, block=None, size=1.0, stated=None):
     return clock.finish()
 
 
+@pytest.mark.long
 @given(
     interval=st.floats(1e-6, 1.0),
     start=st.floats(-10.0, 1000.0),
@@ -39,6 +40,7 @@ def test_a_uniform_clock_passes_however_it_was_printed(interval, start, n, finen
     assert first == times[0]
 
 
+@pytest.mark.long
 @given(
     at=st.integers(2, 997),
     change=st.sampled_from(["lost", "backward", "jump"]),

@@ -42,6 +42,7 @@ def blocks_of_text(path):
     path.write_text(f"time,x\n{ROWS[7:]}\n\ntime,x\n{ROWS[7:]}")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("file", "count"),
     combined([("a.xlsx", workbook), ("a.zip", zipped), ("a.txt", blocks_of_text)], [1, 2]),
@@ -60,6 +61,7 @@ def test_nothing_is_left_when_a_source_is_closed(file, count, tmp_path, passing,
     assert list(passing.iterdir()) == []
 
 
+@pytest.mark.long
 def test_nothing_is_left_when_the_program_itself_is_killed(tmp_path, passing):
     workbook(tmp_path / "a.xlsx")
     code = (

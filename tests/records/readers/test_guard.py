@@ -60,6 +60,7 @@ def file(tmp_path):
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("open_file", "words"),
     [
@@ -126,6 +127,7 @@ def test_a_source_gives_the_same_from_a_copied_and_from_a_new_process(tmp_path, 
         assert [len(block) for block in first] == [400]
 
 
+@pytest.mark.long
 def test_no_process_with_several_threads_is_forked(tmp_path):
     """Python 3.12 warns of it, and the copy may wait for ever on a lock."""
     write_hdf5(tmp_path / "a.h5")
@@ -150,6 +152,7 @@ def test_no_process_with_several_threads_is_forked(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.long
 def test_no_library_brings_threads_into_the_process_that_is_forked():
     """A new process keeps to its limits, and a process of one thread can go on forking."""
     code = (
@@ -204,6 +207,7 @@ def test_a_dataset_larger_than_its_file_can_hold_is_refused(tmp_path):
         open_source(tmp_path / "a.h5")
 
 
+@pytest.mark.long
 def test_windows_itself_is_told_to_use_wsl():
     code = (
         "import select, signal, subprocess, sys, threading\n"

@@ -154,6 +154,7 @@ def test_segments_of_a_lecroy_sequence(tmp_path):
         open_source(tmp_path / "b.trc")
 
 
+@pytest.mark.long
 def test_sheets_of_a_workbook(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
@@ -260,6 +261,7 @@ def decay(f, n=8000):
     )
 
 
+@pytest.mark.long
 def test_init_and_check_take_every_file_of_a_zip(tmp_path, capsys):
     members = {"readme.txt": "Two decays, rig of the basement.\n"}
     members |= {"x0_20.csv": decay(7.0), "x0_10.csv": decay(8.0)}

@@ -107,6 +107,7 @@ def test_preamble_names_and_units_are_reported_apart(preamble, names, units, tmp
     assert source.locate(0) == f"line {preamble.count(chr(10)) + 1}"
 
 
+@pytest.mark.long
 @given(
     n=st.integers(3, 30),
     k=st.integers(1, 5),

@@ -90,6 +90,7 @@ def test_records_that_a_step_cannot_digest_stop_nothing(campaign, tmp_path, monk
     assert "ZeroDivisionError" in paths.report.read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_a_full_disk_is_no_property_of_a_record(campaign, tmp_path, monkeypatch):
     full = OSError(errno.ENOSPC, "No space left on device")
     paths = ResultPaths(tmp_path / "results")
@@ -112,6 +113,7 @@ def test_a_record_is_not_refused_because_it_could_not_be_written(campaign, tmp_p
     assert not list(tmp_path.glob("*.nc"))
 
 
+@pytest.mark.long
 def test_a_strict_caller_gets_the_reason(campaign, tmp_path, monkeypatch):
     paths = ResultPaths(tmp_path / "results")
     analyse_campaign(campaign, paths=paths)

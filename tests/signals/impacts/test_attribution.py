@@ -64,6 +64,7 @@ def table(b, r, *, m=None, missed=0.0, misread=0.0, start=3.0, seed=0):
     return found, hits["nes"][seen] + 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("r", "missed", "misread", "right"),
     [
@@ -80,6 +81,7 @@ def test_each_impact_is_that_of_the_ball_that_can_have_made_it(r, missed, misrea
     assert given.nes_confidence.mean() > 0.97
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("r", "start", "seed"), [(0.6, 3.0, 0), (0.6, 3.7, 1), (0.8, 4.4, 2)])
 def test_equal_balls_keep_their_numbers(r, start, seed):
     """Numbers are given by chance, and then kept: histories with numbers exchanged count once.
@@ -94,6 +96,7 @@ def test_equal_balls_keep_their_numbers(r, start, seed):
     assert given.nes_confidence.mean() > 0.9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("way", "balls"),
     combined(
@@ -118,6 +121,7 @@ def test_unlike_balls_are_not_exchanged(way, balls):
     assert given.nes_confidence.mean() > 0.95
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("b", "r", "m"),
     [
@@ -136,6 +140,7 @@ def test_a_start_that_explains_the_first_impacts_well_need_not_end_well(b, r, m)
     assert given.unseen_before.sum() <= 4  # nothing is known of a ball before its first impacts
 
 
+@pytest.mark.long
 def test_impacts_before_which_one_was_not_seen_are_known():
     b = (0.0221, 0.0147)
     whole, true = table(b, (0.66, 0.66))
@@ -150,6 +155,7 @@ def test_impacts_before_which_one_was_not_seen_are_known():
     assert given.unseen_before[lost].mean() > 0.9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("start", "seed"), [(9.0, 0), (10.4, 1)])
 def test_what_an_exchange_explains_nearly_as_well_is_not_sure(start, seed):
     """Two periods in which one of the balls hardly hits: either may be the one that does."""

@@ -30,6 +30,7 @@ def laser_alone(folder: Path, x: np.ndarray, base: np.ndarray, *, b: float = 0.0
     return impacts_of_record(record, band, folder / "i.csv", clearance=[b], **how)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bits", leading(1, [12, 14, 16]))
 def test_impacts_are_found_where_the_accelerometer_would_find_them(bits, measure, tmp_path):
     record = measure(b=[0.03], drive=G25, start=10.0, duration=10.0, bits=bits)
@@ -72,6 +73,7 @@ def test_harmonics_and_hum_are_no_impacts(share):
     assert detect_bends(coarsen(x, RATE, F), frequency=F).time.size == 0
 
 
+@pytest.mark.long
 def test_a_spike_of_the_laser_is_no_impact(measure, tmp_path):
     """A bend lasts; what comes back at once is none, once all are fitted."""
     record = measure(b=[0.03], drive=G25, start=10.0, duration=10.0)
@@ -148,6 +150,7 @@ def test_where_no_bend_stays_there_is_none(damage, seed, tmp_path):
     assert laser_alone(tmp_path, x, np.zeros(t.size)).n == 0
 
 
+@pytest.mark.long
 def test_a_hand_that_trembles_before_a_release_is_no_ball(tmp_path):
     """A laser alone: bends of the hold were impacts, and hid two of five of those that follow."""
     rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.1, b=0.01, r=0.6)])
@@ -165,6 +168,7 @@ def test_a_hand_that_trembles_before_a_release_is_no_ball(tmp_path):
     assert found.time_s.min() > 2.0
 
 
+@pytest.mark.long
 def test_bends_that_no_flights_explain_are_no_impacts(tmp_path):
     """20 um of the fifth harmonic bend the motion 189 times in 8 s: a ball would have to fly so."""
     t, rng = np.arange(40_000) / 5000.0, np.random.default_rng(0)
@@ -179,6 +183,7 @@ def test_bends_that_no_flights_explain_are_no_impacts(tmp_path):
     assert [(check, outcome) for check, outcome, _ in said] == [("impacts", "warning")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("b", "size", "order"),
     [(0.026, 1e-5, 4.7), (0.03, 1e-5, 4.7), (0.03, 3e-6, 3.3), (0.045, 1e-5, 4.7)],
@@ -199,6 +204,7 @@ def test_a_second_motion_of_the_target_is_no_impact(b, size, order, measure, tmp
     assert f"{order * F:.0f} Hz" in said[0][2]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("b", "r", "base"), [(0.034, 0.6, 2.5e-4), (0.045, 0.6, 2.5e-4), (0.036, 0.3, 1.5e-4)]
 )

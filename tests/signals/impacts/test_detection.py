@@ -150,6 +150,7 @@ def test_what_a_highpass_makes_of_clipped_contacts_is_no_impact(corner: float, m
     assert np.abs(found.time - t).max() < (2e-6 if most < 2.0 else 2e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rate", "swing", "limit"), [(1500.0, 4.0, 0.3), (4000.0, 15.0, 0.5)])
 def test_a_motion_beyond_the_range_is_no_error(rate: float, swing: float, limit: float) -> None:
     """What was given back for each clipped contact moved the others, until numbers ran over."""
@@ -316,6 +317,7 @@ def test_a_filter_before_sampling_delays_impacts_as_it_delays_slow_motions(
     assert np.median(found.jump / j) == pytest.approx(1.0, abs=0.04)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("side", "duration"), combined([-1.0, 1.0], [3e-4, 4e-4]))
 def test_a_wall_that_rings_beside_the_sensor_makes_no_impacts(side: float, duration: float) -> None:
     """A mode of 900 Hz takes 30 % of the pulses of one wall: its swings were 80 to 290 contacts."""

@@ -181,6 +181,7 @@ def test_an_unknown_word_says_how_to_name_ones_own() -> None:
         changed_by_text(Settings(), "impacts.detector = tempalte")
 
 
+@pytest.mark.long
 def test_analyse_takes_a_function(measure) -> None:
     record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=8.0)
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}

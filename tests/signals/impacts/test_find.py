@@ -198,6 +198,7 @@ def test_chunks_of_a_long_record_leave_no_seam(monkeypatch, periodic, tmp_path: 
     assert np.abs(pieces.time_s - whole.time_s).max() < 1e-6
 
 
+@pytest.mark.long
 def test_a_long_contact_at_one_wall_is_one_impact(measure, store, tmp_path):
     """A rubber at the wall +1 and steel at the other: the template of a short contact is cut up."""
     record = measure(b=[0.03], drive=G25, start=10.0, duration=6.0)
@@ -304,6 +305,7 @@ def test_pulses_beside_a_noisy_displacement_are_not_called_aliased(measure, stor
     assert np.nanmedian(np.abs(ratio - np.nanmedian(ratio))) > 0.2  # more than good sensors show
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ball", [True, False])
 def test_a_mass_that_is_let_go_rings_and_nothing_hits(ball, measure, tmp_path):
     """The step of the acceleration, through the filter of the recorder: ripples of 0.4 ms."""
@@ -351,6 +353,7 @@ def test_by_how_much_impacts_take_part_in_a_decay(measure, store, tmp_path, role
         assert share < 0.05
 
 
+@pytest.mark.long
 def test_a_mode_that_rings_in_a_decay_is_no_ball(tmp_path, store):
     """Its spikes were impacts in seven cycles that changed the velocity ten times over."""
     rate, w, v = 5000.0, 2.0 * np.pi * 5.0, 2.0 * np.pi * 300.0

@@ -59,6 +59,7 @@ CASES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("contact", "sampled"), CASES)
 def test_every_contact_once_and_at_its_time(contact, sampled):
     rate, ring = sampled

@@ -51,6 +51,7 @@ def test_harmonics_of_the_base_leave_the_jumps_alone(multiple, gain):
     assert np.nanmax(np.abs(off(0.05, told=True) - pure)) < 2e-4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("phase", [0.0, 0.8, 1.6, 2.4])
 def test_the_second_harmonic_of_a_base_that_nobody_recorded_leaves_the_jumps_alone(phase):
     """A force of x^2 has one of its phases; the other was a cavity that slopes by 1.4 degrees."""
@@ -94,6 +95,7 @@ def test_a_damper_that_is_straight_is_no_bent_one(zeta):
         assert abs(np.nanmean(off[wall & settled])) < 4e-3
 
 
+@pytest.mark.long
 def test_the_staircase_of_a_converter_in_a_motion_that_repeats_is_in_the_error():
     """Of 0.1 mm, one cycle like the other: the jumps of a wall are off alike, by 3 % and more.
 

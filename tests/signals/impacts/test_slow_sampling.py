@@ -22,6 +22,7 @@ def slowly(channels: dict[str, np.ndarray], step: int) -> dict[str, np.ndarray]:
     return {role: sosfilt(before, x - x[0])[::step] for role, x in channels.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("per_period", leading(1, [32, 70, 50]))
 def test_impacts_are_found_at_few_samples_a_period(measure, tmp_path, store, per_period) -> None:
     record = measure(

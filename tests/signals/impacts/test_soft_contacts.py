@@ -35,6 +35,7 @@ def content(a, folder, **attributes):
         return content_of_impacts(record, F0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("contact", "low", "high"), [(5e-3, 7 * F0, 10 * F0), (4e-4, 45 * F0, 90 * F0)]
 )
@@ -46,11 +47,13 @@ def test_half_of_what_impacts_leave_lies_lower_the_longer_they_last(contact, low
     )
 
 
+@pytest.mark.long
 def test_where_nothing_is_left_of_impacts_nothing_follows(tmp_path):
     assert content(acceleration(4e-3, jump=0.0, hum=2.0), tmp_path) == math.inf
     assert content(acceleration(4e-3), tmp_path, clearance_m=None) == math.inf
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("contact", [3e-3, 6e-3])
 def test_each_contact_of_a_soft_wall_is_one_impact(contact, tmp_path):
     """With all below 20 f0 removed, what is left of a contact is its two ends."""
@@ -65,6 +68,7 @@ def test_each_contact_of_a_soft_wall_is_one_impact(contact, tmp_path):
     assert np.median(off) < 0.02 * contact
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("samples", "shown"), [(5, True), (51, False)])
 def test_of_soft_contacts_the_displacement_alone_says_how_large_they_are(samples, shown, tmp_path):
     """Of 4 ms at 16 Hz a highpass leaves a seventh of the area; the shape made a tenth too little
