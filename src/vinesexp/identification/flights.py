@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray, IntArray, spread_of
+from vinesexp.arrays import FloatArray, IntArray, median_of, spread_of
 from vinesexp.errors import AnalysisError
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.units import SIGNIFICANT
@@ -77,6 +77,17 @@ class Flights:
     def speed(self) -> FloatArray:
         """Relative speed of each impact, by the stated clearance, m/s."""
         return np.asarray(np.abs(self.v_before - self.u_before))
+
+    @property
+    def unlike(self) -> float:
+        """By what share of it the impulse of one impact differs from that of the next, by its r.
+
+        0 of few impacts.
+        """
+        if self.index.size < _FEWEST:
+            return 0.0
+        r = (self.u_after - self.v_after) / (self.v_before - self.u_before)
+        return float(spread_of(r) / (1.0 + median_of(r)))
 
     def keep(self, chosen: NDArray[np.bool_]) -> Flights:
         return Flights(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))

@@ -21,6 +21,7 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
+from vinesexp.identification.flights import flights_of
 from vinesexp.records.campaign.schema import RELEASES, Campaign, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.records.stored.result_columns import reading_of_metre
@@ -207,6 +208,7 @@ class Recorded:
     x0, v0 : of the mass there, m and m/s.
     base : from the base channel, where it measures displacement.
     states : of mass and balls near the beginning, as the impacts show them.
+    unlike : by what share of it the impulse of one impact differs from that of the next.
     """
 
     frequency: float
@@ -217,6 +219,7 @@ class Recorded:
     v0: float
     base: BaseSamples | None
     states: tuple[Begun, ...]
+    unlike: float
 
 
 def replay_campaign(
@@ -281,8 +284,8 @@ def _beside(
     """Replays of a record and the rows of replay.csv.
 
     Near a change of regime, and where a wall just reaches the ball, a clearance that is off by what
-    nobody can know leads to another motion: where the rig does not replay it, clearances to either
-    side are tried, until one does.
+    nobody can know leads to another motion, and so do impacts of which no two are alike: where the
+    rig does not replay it, clearances to either side are tried, until one does.
     """
     apart = len(each_ball(row["regime"])) > 1 or len(record.clearance) < 2
     decay = float("nan")
@@ -301,6 +304,7 @@ def _beside(
         _LEAST_OFF,
         campaign.known.uncertainties.clearance.of(record.clearance[0]) / record.clearance[0],
         campaign.known.uncertainties.base.of(1.0),
+        seen.unlike,
     )
     near = list(found)
     for share in _BESIDE:
@@ -339,8 +343,10 @@ def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
             base = base_samples(view, frequency=f)
     x0, v0 = _beginning(x[: max(int(rate / f), 8)], rate, f)
     states: list[Begun | None] = []
+    unlike = 0.0
     if record.clearance:
         impacts = read_impacts(paths.impacts(record.id))
+        unlike = flights_of(impacts, nes=1, b=record.clearance[0] * reads, period=1.0 / f).unlike
         places, speeds = impacts.x_m / reads, impacts.v_before_m_s / reads
         impacts = replace(impacts, time_s=impacts.time_s - begins, x_m=places, v_before_m_s=speeds)
         if record.test == "periodic":
@@ -352,7 +358,7 @@ def _seen(paths: ResultPaths, record: Record, reads: float) -> Recorded | None:
             states = _let_go(impacts, record.clearance, let_go, 1.0 / f)
     shown = tuple(state for state in states if state is not None)
     cycles = time[known], amplitude[known]
-    return Recorded(f, min(length, _LONGEST), *cycles, x0, v0, base, shown)
+    return Recorded(f, min(length, _LONGEST), *cycles, x0, v0, base, shown, unlike)
 
 
 def _begun(

@@ -647,6 +647,14 @@ def test_chance_from_impact_to_impact_is_no_floor_and_no_air(how, read):
         assert 0.4 < np.std(own) < 2.0
 
 
+@pytest.mark.parametrize("scatter", [0.01, 0.05])
+def test_flights_show_by_how_much_impulses_are_unlike(scatter):
+    """As 1 + r is, whatever the speeds; of few nothing is said."""
+    flights = collisions(0.0, count=160, scatter=scatter, beat=0.2).flights
+    assert flights.unlike == pytest.approx(scatter * R / (1.0 + R), rel=0.3)
+    assert flights.keep(np.arange(flights.index.size) < 5).unlike == 0.0
+
+
 def test_what_derivatives_share_with_chance_is_in_the_likelihood_as_in_its_slope():
     """A fit goes where its slope is zero only if its likelihood is largest there."""
     at = quantities()[:, 0]
