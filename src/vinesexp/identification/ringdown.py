@@ -56,6 +56,7 @@ _MISFIT = 0.02  # of the motion: what leaves more is not all of what moves
 _APART = 4.0  # standard errors
 _SAME_F0, _SAME_ZETA = 1e-3, 0.05  # relative
 _DRIVEN = 0.5  # of the motion: what leaves more is no decay that something disturbs
+_USUAL = 0.9  # of the periods
 _POOR = 0.05  # of the motion, left by a decay: worth a line
 _STEADY = 5e-3  # a decay whose amplitude falls by less is a steady drive
 _AROUND = 6.0  # times f0: lines of noise that are as strong as those near f0, mostly
@@ -574,7 +575,7 @@ def ring_down(
             f"{100 * best.residual:.2g} %; expected a standard error of zeta of a third of zeta at "
             "most: record more of the decay, and only the decay"
         )
-    return [decrement, _as_unsure_as_left(best, left)]
+    return [decrement, _as_unsure_as_left(best, min(left, _usually_left(phasors, best.decay)))]
 
 
 def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> Phasors | None:
@@ -634,6 +635,17 @@ def _as_unsure_as_left(found: RingDown, left: float) -> RingDown:
         zeta_error=math.hypot(found.zeta_error, left * found.zeta),
         note=note,
     )
+
+
+def _usually_left(p: Phasors, decay: Decay) -> float:
+    """Share of the motion that a decay leaves but for the tenth of the periods with the most of it.
+
+    What takes hold of the mass at an end is not in it: that is in the errors by how long it lasts.
+    """
+    rest = np.abs(p.z - _modelled(p, decay)) ** 2
+    usual = np.sort(rest)[: math.ceil(_USUAL * rest.size)]
+    noise = 2.0 * p.error**2 * usual.size
+    return math.sqrt(max(float(usual.sum()) - noise, 0.0) / float((np.abs(p.z) ** 2).sum()))
 
 
 def _unexplained(p: Phasors, decay: Decay) -> float:
