@@ -84,10 +84,10 @@ class Flights:
 
         0 of few impacts.
         """
-        if self.index.size < _FEWEST:
-            return 0.0
-        r = (self.u_after - self.v_after) / (self.v_before - self.u_before)
-        return float(spread_of(r) / (1.0 + median_of(r)))
+        before = self.v_before - self.u_before
+        r = (self.u_after - self.v_after)[before != 0.0] / before[before != 0.0]
+        r = np.clip(r[np.isfinite(r)], 0.0, 1.0)  # of another clearance, it is anything
+        return float(spread_of(r) / (1.0 + median_of(r))) if r.size >= _FEWEST else 0.0
 
     def keep(self, chosen: NDArray[np.bool_]) -> Flights:
         return Flights(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))

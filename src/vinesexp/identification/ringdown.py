@@ -575,7 +575,8 @@ def ring_down(
             f"{100 * best.residual:.2g} %; expected a standard error of zeta of a third of zeta at "
             "most: record more of the decay, and only the decay"
         )
-    return [decrement, _as_unsure_as_left(best, min(left, _usually_left(phasors, best.decay)))]
+    usually = min(left, _unexplained(phasors, best.decay, of=_USUAL))
+    return [decrement, _as_unsure_as_left(best, usually)]
 
 
 def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> Phasors | None:
@@ -637,22 +638,15 @@ def _as_unsure_as_left(found: RingDown, left: float) -> RingDown:
     )
 
 
-def _usually_left(p: Phasors, decay: Decay) -> float:
-    """Share of the motion that a decay leaves but for the tenth of the periods with the most of it.
+def _unexplained(p: Phasors, decay: Decay, *, of: float = 1.0) -> float:
+    """What a decay leaves of the motion in a share of the periods, beyond the chance of noise.
 
-    What takes hold of the mass at an end is not in it: that is in the errors by how long it lasts.
+    In those with the least of it: what takes hold of the mass at an end is in the errors by how
+    long it lasts.
     """
-    rest = np.abs(p.z - _modelled(p, decay)) ** 2
-    usual = np.sort(rest)[: math.ceil(_USUAL * rest.size)]
-    noise = 2.0 * p.error**2 * usual.size
-    return math.sqrt(max(float(usual.sum()) - noise, 0.0) / float((np.abs(p.z) ** 2).sum()))
-
-
-def _unexplained(p: Phasors, decay: Decay) -> float:
-    """What a decay leaves of the motion, beyond what noise leaves by chance."""
-    rest = float((np.abs(p.z - _modelled(p, decay)) ** 2).sum())
-    noise = 2.0 * p.error**2 * (p.t.size + CHANCE * math.sqrt(p.t.size))
-    return math.sqrt(max(rest - noise, 0.0) / float((np.abs(p.z) ** 2).sum()))
+    rest = np.sort(np.abs(p.z - _modelled(p, decay)) ** 2)[: math.ceil(of * p.t.size)]
+    noise = 2.0 * p.error**2 * (rest.size + CHANCE * math.sqrt(rest.size))
+    return math.sqrt(max(float(rest.sum()) - noise, 0.0) / float((np.abs(p.z) ** 2).sum()))
 
 
 def _modelled(p: Phasors, decay: Decay) -> ComplexArray:

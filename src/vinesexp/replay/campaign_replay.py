@@ -62,6 +62,7 @@ _LATER = 0.2, 0.6  # of a record: between them a test is replayed from there as 
 _LEAST_OFF = 3e-3
 #: Standard uncertainties by which a clearance is moved where a record is near a change of regime.
 _OFF = 2.0
+_MOST_OFF = 0.5  # of a clearance: beyond it is another cavity
 #: Clearances that are tried one after the other, as shares of it. Of a strongly modulated motion
 #: one start in a hundred may move as the record does.
 _BESIDE = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.75, -0.75)
@@ -306,6 +307,7 @@ def _beside(
         campaign.known.uncertainties.base.of(1.0),
         seen.unlike,
     )
+    off = min(off, _MOST_OFF)
     near = list(found)
     for share in _BESIDE:
         near += again(share=share * off)

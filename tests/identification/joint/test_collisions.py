@@ -653,6 +653,10 @@ def test_flights_show_by_how_much_impulses_are_unlike(scatter):
     flights = collisions(0.0, count=160, scatter=scatter, beat=0.2).flights
     assert flights.unlike == pytest.approx(scatter * R / (1.0 + R), rel=0.3)
     assert flights.keep(np.arange(flights.index.size) < 5).unlike == 0.0
+    lost = np.where(np.arange(flights.index.size) % 9, flights.v_before, np.nan)
+    assert replace(flights, v_before=lost).unlike == pytest.approx(flights.unlike, rel=0.2)
+    still = replace(flights, u_before=flights.v_before)  # as of another clearance
+    assert still.unlike == 0.0
 
 
 def test_what_derivatives_share_with_chance_is_in_the_likelihood_as_in_its_slope():

@@ -671,7 +671,7 @@ def _flights(b: _Builder, record: Record, impacts: Impacts, driven: DrivenMotion
         whole = np.isfinite(flights.v_before + flights.v_previous + flights.v_next + flights.jump)
         every[number] = flights.keep(whole)
     seen = {number: one for number, one in every.items() if one.index.size >= _FEWEST}
-    unseen = sum(_ball(b, number)[1] for number in every.keys() - seen.keys())
+    unseen = sum(_ball(b, number)[1] for number in every if seen and number not in seen)
     for number, flights in seen.items():
         stated = record.clearance[number - 1]
         if not several:
