@@ -191,6 +191,33 @@ def test_a_block_is_looked_at_once_at_each_point():
     assert block.at(np.array([-7.0])) is first
 
 
+def test_a_block_that_moves_by_little_is_expanded_and_not_looked_at():
+    """Within a tenth of a standard deviation and of what is nearly straight; no further."""
+    looks = []
+
+    def look(p):
+        """1000 values of 0.63 on average that go with p + p^2/2, each known to 1."""
+        looks.append(p)
+        slope, rest = 1.0 + p[0], 0.63 - p[0] - 0.5 * p[0] ** 2
+        return np.array([[1e3 * slope**2]]), np.array([1e3 * slope * rest]), -500.0 * rest**2
+
+    block = Block("a", "flights", (({"u": 1.0}, 0.0),), look, bends=np.array([0.02]))
+    _, gradient, _ = block.at(np.array([0.5]))
+    _, near, value = block.at(np.array([0.502]))  # 0.095 standard deviations
+    assert len(looks) == 1
+    _, exact, truth = look(np.array([0.502]))
+    assert near == pytest.approx(exact, abs=0.003 * 1500.0**0.5)  # of its standard deviations
+    assert abs(near[0] - gradient[0]) > 4.0  # which changes by as much
+    assert value == pytest.approx(truth, abs=1e-4)
+    del looks[:]
+    block.at(np.array([0.503]))  # 0.14 standard deviations
+    assert len(looks) == 1
+    unsure = Block("a", "flights", block.sums, lambda p: (np.eye(1), -p, 0.0), bends=block.bends)
+    unsure.at(np.array([0.0]))
+    assert unsure.at(np.array([0.019]))[1] == pytest.approx([-0.019])
+    assert unsure.at(np.array([0.1]))[1] == pytest.approx([-0.1])
+
+
 def test_a_fit_leaves_a_narrow_valley_that_bends_and_comes_back_to_it():
     """Each step within it was a hundredth of what the expansion asked for: 40 led nowhere."""
 

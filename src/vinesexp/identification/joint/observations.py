@@ -921,11 +921,14 @@ def _share_speed(b: _Builder) -> None:
         look = b.collisions[key].look
         factor = _misfit(b.collisions[key], b.alone[key])
         means = int(np.isfinite(own.sigma).sum())
-        b.blocks.append(Block(key[0], "flights", b.sums[key], Tempered(look, factor), means))
+        tempered = Tempered(look, factor)
+        b.blocks.append(Block(key[0], "flights", b.sums[key], tempered, means, _BENDS))
 
 
 #: Information about the local quantities of a record on its own.
 _FREE = np.diag(np.array([*FREE.values()]) ** -2)
+#: Changes of them up to which flights are as good as straight.
+_BENDS = 0.1 * np.array([*FREE.values()])
 
 
 def _misfit(collisions: Collisions, near: FloatArray) -> float:
