@@ -106,6 +106,8 @@ _SCATTER = {
     "own friction": (0.03, 0.3), "own tilt": (0.01, 0.1),
     "own displacement gain": (3e-3, 3e-2), "own acceleration gain": (1e-2, 1e-1),
 }  # fmt: skip
+#: What the records of a kind share of it.
+_SHARED = {"clearance": ("clearance offset",), "own momentum": ("jump reading", "pulse area")}
 _MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does
 #: A contact lasts about as long as its pulse, or less where the sensor is slower than it.
 _OF_PULSE = (0.6, 0.4)
@@ -1345,8 +1347,9 @@ def _scatters(o: Observed) -> list[Cause]:
     Other modes, or harmonics of the base, disturb the motion between impacts and no decay.
     """
     own = {kind: (kind, list(names)) for kind, names in o.kinds.items() if kind in _SCATTER}
-    if "clearance" in own:  # what they share is no better known than each of them
-        own["clearance"][1].append("clearance offset")
+    for kind, shared in _SHARED.items():
+        if kind in own:  # what they share is no better known than each of them
+            own[kind][1].extend(name for name in shared if name in o.names)
     own["own base"] = "own base", list(_beside_others(o))
     for kind in ("f0", "zeta"):
         decays = _of_decays(o, kind)
