@@ -47,7 +47,7 @@ from vinesexp.identification.joint.whole import (
     rolling_from,
     tests_at,
 )
-from vinesexp.identification.joint.words import called, cause_checks
+from vinesexp.identification.joint.words import called, called_unknown, cause_checks
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict, gain_of
@@ -1219,11 +1219,14 @@ def _stretched(inputs: Sequence[_Input], answer: Answer) -> list[Check]:
     if not far:
         return []
     widths, name = max(far)
+    words = next(
+        called_unknown(kind, of[name]) for kind, of in answer.observed.kinds.items() if name in of
+    )
     more = f" (and {len(far) - 1} more)" if len(far) > 1 else ""
     detail = (
-        f"not explained: the records fit with '{name}'{more} {widths:.0f} times as far off as an "
-        "ordinary lab leaves it, and no known effect or mistake goes as far: values may be wrong "
-        "by more than their errors"
+        f"not explained: the records fit only with {words}{more} {widths:.0f} times as far off as "
+        "an ordinary lab leaves it, and no known effect or mistake goes as far: values may be "
+        "wrong by more than their errors"
     )
     return [Check("", "plain model", "warning", detail)]
 

@@ -131,12 +131,14 @@ def test_what_is_farther_off_than_any_cause_goes_is_not_explained(off, error, sa
     beliefs = Beliefs({name: Prior(0.0, w) for name, w in width.items()})
     cause = SimpleNamespace(cause=SimpleNamespace(moves={"caused"}))
     answer = SimpleNamespace(
-        posterior=posterior, judged=SimpleNamespace(beliefs=beliefs, found=(cause,))
-    )
+        posterior=posterior, judged=SimpleNamespace(beliefs=beliefs, found=(cause,)),
+        observed=SimpleNamespace(kinds={"generator": {"generator": "b34"}}),
+    )  # fmt: skip
     checks = _stretched([({}, {"typed"})], answer)
     assert [check.outcome for check in checks] == ["warning"] * said
     if said:
-        assert f"'generator' {abs(off):.0f} times" in checks[0].detail
+        words = "the frequencies of the test log beside those of the record in b34"
+        assert f"{words} {abs(off):.0f} times" in checks[0].detail
 
 
 @pytest.mark.parametrize(("left", "more"), [(0.7, 1.0), (4.0, 4.0), (3e4, 3e4)])

@@ -78,6 +78,39 @@ _SCATTERED = {
     "own displacement gain": "the displacement is read with another gain in each record",
     "own acceleration gain": "the acceleration is read with another gain in each record",
 }
+#: What unknowns are that stand neither in the test log nor in a cause, by their kind.
+_UNKNOWNS = {
+    "jump reading": "the velocity jumps that the displacement shows",
+    "own reading": "the velocity jumps that the displacement shows",
+    "share": "the velocities of the mass beside its impacts",
+    "own pulse": "the area of the acceleration's pulses",
+    "pulse power": "the area of pulses of fast impacts beside that of slow ones",
+    "own pulse power": "the area of pulses of fast impacts beside that of slow ones",
+    "pulse wall": "the area of pulses at one wall beside that at the other",
+    "late wall": "the times of impacts at one wall beside those at the other",
+    "late": "the lag of the displacement behind the acceleration",
+    "own late": "the lag of the displacement behind the acceleration",
+    "bends": "the lag that the displacement shows at its impacts beside that of its phase",
+    "centre": "the times of impacts beside the middle of their pulses",
+    "drift": "the drift of one channel's clock beside the other's",
+    "generator": "the frequencies of the test log beside those of the record",
+    "own push": "what pulls the mass besides spring, damper and base",
+    "bent": "what drives the mass beside the motion of its base",
+    "bent phase": "what drives the mass beside the motion of its base",
+    "driven f0": "f0 of the tests with a ball beside that of the free motions",
+    "driven zeta": "zeta of the tests with a ball beside that of the free motions",
+}
+
+
+def called_unknown(kind: str, record: str) -> str:
+    """An unknown in a few words, by its kind and the record that it belongs to, if it does.
+
+    Examples
+    --------
+    >>> called_unknown("own late", "b34")
+    'the lag of the displacement behind the acceleration in b34'
+    """
+    return f"{_UNKNOWNS.get(kind, kind)}{f' in {record}' if record else ''}"
 
 
 #: What mountings do to f0 and zeta: in a few words, and as a sentence.
