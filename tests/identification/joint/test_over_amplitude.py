@@ -177,6 +177,25 @@ def test_a_stiffening_that_is_noise_is_not_published(scale):
     assert not {"stiffening", "f0_small"} & names
 
 
+@pytest.mark.parametrize(("slip", "cubic"), [(0.0, True), (0.02, True), (0.5, False)])
+def test_a_spring_with_very_little_slip_is_cubic(slip, cubic):
+    """A slip of 4 % of it, 3 errors from none, hid that a spring has a large motion, too."""
+
+    def of(A: float) -> tuple[float, float]:
+        a = A / 5e-3
+        f0 = SMALL * (1.0 + 1e-3 * (a * a + slip * a))
+        return f0, LINEAR / math.hypot(LINEAR, 2.0 * math.pi * f0)
+
+    records = [seen(f"rd_{i}", of, np.geomspace(1e-3, 0.02, 9).tolist(), error=2e-6, terms=[
+        "stiffening", "frequency_slope"]) for i in (1, 2)]  # fmt: skip
+    found = identify_campaign([*records[0], *records[1], *swings()], campaign(), {})
+    rows = {e.parameter: e.value for e in found.rows}
+    assert ("stiffening" in rows) == cubic
+    if cubic:
+        assert rows["stiffening"] == pytest.approx(1e-3 / 5e-3**2, rel=0.02)
+        assert rows["f0_small"] == pytest.approx(SMALL, rel=5e-5)
+
+
 def test_damping_terms_that_one_amplitude_cannot_part_are_not_published():
     of = seen("rd_1", lambda A: (100.0, 0.01 * (A / 5e-3) ** 5), [5e-3, 5.0025e-3, 5.005e-3],
               error=1e-3, at=5e-3, terms=("damping_coulomb", "damping_quadratic"))  # fmt: skip

@@ -45,6 +45,7 @@ WIDTHS = (1.0, 1.0, 0.3, 0.3, 0.3)
 _AROUND = (0.8, 1.25)
 _LEAST = 0.02  # of f0 and zeta: a step of the fit may ask for less than none
 _SWEPT = 0.25  # of its amplitude: a resonance has all up to it, and leans over with them
+_CUBIC = 0.1  # of k: what s and h may be of a spring that is called cubic
 _STRONG = 0.03  # of zeta: beyond, a warning
 _LEAST_CHANGE = 1e-4  # of f0, that is worth a line
 _SAME, _LOWER = 0.05, 0.5  # of an amplitude
@@ -295,7 +296,7 @@ def law_rows(posterior: Posterior, law: Law, records: tuple[str, ...]) -> list[E
                 math.sqrt(np.array(own) @ law.covariance[:2, :2] @ np.array(own)), term * relative
             )
             rows.append(Estimate(name, max(size * term, 0.0), error, unit, METHOD, records))
-    if k and not s and not h:
+    if abs(s) + abs(h) < _CUBIC * abs(k):
         # of the spring with the viscous part: other damping does not turn the frequency of a decay
         zeta = math.exp(posterior.of({"ln_zeta": 1.0})[0]) if "ln_zeta" in posterior else 0.0
         f0 *= math.hypot(1.0, zeta * (1.0 - g - q)) / math.hypot(1.0, zeta)
