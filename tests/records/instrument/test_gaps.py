@@ -179,3 +179,15 @@ def test_an_honest_record_keeps_no_value(tmp_path, bits, noise, every):
     for whole in (np.append(rest, x), decay):
         with stored(tmp_path, whole) as view:
             assert gaps_of(view, rate=RATE / every) == []
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("tail", [0, 1, 5])
+def test_a_value_shown_from_a_leap_to_the_end_is_a_gap(tmp_path, seed, tail):
+    rng = np.random.default_rng(seed)
+    t = np.arange(20000) / RATE
+    x = 5e-3 * np.sin(2 * np.pi * F * t + seed) + 1e-6 * rng.standard_normal(t.size)
+    at = t.size - 40 - tail
+    x[at : at + 40] = x[at - 1] + 2e-4 * rng.choice([-1.0, 1.0])  # within the motion
+    with stored(tmp_path, x) as view:
+        assert findings.frozen(view, "displacement", period=RATE / F) == [(at, at + 40)]

@@ -217,10 +217,11 @@ def _keeps_its_value(view: RecordView, role: str, first: int, end: int, levels: 
     if not leaps or kept in (levels.low, levels.high):
         return False
     # where the motion turns, by what is beside it, it stays in one quantum
-    length = min(end - first, sides[0].size - 1, sides[1].size - 1)
-    own = np.concatenate([sides[0][-1 - length : -1], sides[1][1 : 1 + length]])
-    at = np.concatenate([np.arange(-length, 0), end - first + np.arange(length)])
-    turned = np.polyval(np.polyfit(at, own - kept, 2), np.arange(end - first))
+    length = end - first
+    before, after = sides[0][:-1][-length:], sides[1][1:][:length]  # few where the record ends
+    own = np.concatenate([before, after])
+    at = np.concatenate([np.arange(-before.size, 0), length + np.arange(after.size)])
+    turned = np.polyval(np.polyfit(at, own - kept, 2), np.arange(length))
     return bool(np.abs(turned).max() > _TURNS * usual)
 
 
