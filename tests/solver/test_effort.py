@@ -14,6 +14,7 @@ from vinesexp.errors import AnalysisError, RigWarning
 from vinesexp.excitation import WeakDamping
 from vinesexp.rig import remarks_on
 from vinesexp.solver import effort
+from vinesexp.solver.state import ALLOWANCE
 
 LABORATORY = Oscillator(M=4.7, c1=1.857, k1=11469.0)
 
@@ -114,3 +115,12 @@ def test_a_rig_without_balls_needs_no_event_loop(monkeypatch):
     t = np.linspace(0.0, 8.0, 50)
     expected = np.cos(rate * t) + decay / rate * np.sin(rate * t)
     np.testing.assert_allclose(found.at(t)[0], 0.02 * np.exp(-decay * t) * expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("b", [1.6e-5, 2e-5])
+def test_a_motion_with_more_impacts_than_segments_are_allowed_can_be_read(b):
+    rig = Rig(Oscillator(M=1.0, c1=0.0, k1=0.01), nes=[NES(m=1e-3, b=b, r=1.0)])
+    motion = simulate(rig, None, Release(x0=0.0, v0=1.0, y0=[0.0]), 9.0)
+    hit = motion.impacts
+    assert hit["time"].size > ALLOWANCE  # in less than a radian
+    assert np.abs(motion.at(hit["time"][::1000])[0] - hit["x"][::1000]).max() < 1e-12

@@ -367,7 +367,7 @@ def sample(
     """x, x', x'' at sorted times; `events`: the log.
 
     `P` is that of `expand`. Returns inf, or the time at which ALLOWANCE segments lay within `pace`
-    seconds.
+    seconds, with no event between them.
     """
     E, X = work[0], work[1]
     node, last, spent, mark = 0, events.shape[0] - 1, 0, events[0].time
@@ -379,7 +379,7 @@ def sample(
                 here, speed, _ = place_at(X, t_end - t)
             t = t_end
             while node < last and events[node + 1].time <= t:
-                node += 1
+                node, spent = node + 1, 0  # what came to a stop has no further event
                 here, speed = events[node].x, events[node].v_after
             piece = piece_at(table, t)
             mass, force, since = events[node].mass, events[node].force, t - table[piece, 0]
