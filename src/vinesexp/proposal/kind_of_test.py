@@ -148,8 +148,7 @@ def _driven(base: ColumnView) -> tuple[str, dict[str, str], str]:
     if abs(end - begin) > _SWEEPS * mean:
         cells = {"frequency_hz": f"{begin:.4g}:{end:.4g}"}
         return "sweep", cells, "the frequency of the base changes"
-    cells = {"frequency_hz": f"{mean:.5g}"}
-    return "periodic", cells, "the base moves at one frequency"
+    return "periodic", {}, f"the base moves at {mean:.5g} Hz"
 
 
 def _period(file: FileView) -> int:

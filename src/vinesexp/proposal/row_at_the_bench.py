@@ -1,6 +1,6 @@
 """The row of a file that has just been measured, in a campaign whose channels are described.
 
-Kind of test, frequency, base amplitude and release come from the channels; the clearance from the
+The kind of test and the ends of a sweep come from the channels; the clearance from the
 file's name, else from the flights between its impacts. What neither tells stays open.
 """
 
@@ -82,8 +82,8 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
     return Quantity(b, error)
 
 
-#: Shares by which a measured value may miss one of the table and still be that one.
-_SAME_FREQUENCY, _SAME_CLEARANCE = 1e-3, 0.003
+#: Share by which a measured clearance may miss one of the table and still be that one.
+_SAME_CLEARANCE = 0.003
 
 
 def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -> ProposedRecord:
@@ -121,10 +121,6 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
     known = replace(view, columns=tuple(columns))
     found = propose_record(campaign.folder, known, guesses, used)
     found.setup = setup
-    frequency = found.cells.get("frequency_hz", ":")
-    if ":" not in frequency and all(one.column != "frequency_hz" for one in found.readings):
-        known_ones = [r.frequency[0] for r in records if r.frequency and r.test != "sweep"]
-        found.cells["frequency_hz"] = _snapped(float(frequency), known_ones, _SAME_FREQUENCY, 5)
     return found
 
 
@@ -141,22 +137,18 @@ def _channel_of(column: ColumnView, channels: Mapping[str, Channel]) -> Channel 
     )
 
 
-def _snapped(value: float, known: Iterable[float], share: float, digits: int) -> str:
-    """A measured value as the one of the table that it repeats, else in a few digits.
+def clearance_cell(found: Quantity, records: Iterable[Record]) -> str:
+    """A clearance as it is written, mm: one of the table where it repeats it.
 
     Examples
     --------
-    >>> _snapped(7.8604, [7.86, 7.95], 1e-3, 5), _snapped(7.8771, [7.86], 1e-3, 5)
-    ('7.86', '7.8771')
+    >>> one = Record("b34", Path("a.csv"), "periodic", (0.034,))
+    >>> [clearance_cell(Quantity(b, 1e-5), [one]) for b in (0.03395, 0.0352)]
+    ['34', '35.2']
     """
-    near = min(known, key=lambda one: abs(math.log(value / one)), default=None)
-    if near is not None and abs(value - near) <= share * near:
-        return f"{near:.10g}"
-    return f"{value:.{digits}g}"
-
-
-def clearance_cell(found: Quantity, records: Iterable[Record]) -> str:
-    """A clearance as it is written, mm: one of the table where it repeats it."""
     known = [b for record in records for b in record.clearance]
-    share = max(_SAME_CLEARANCE, 2.0 * found.std_error / found.value)
-    return _snapped(1e3 * found.value, [1e3 * b for b in known], min(share, 0.01), 4)
+    share = min(max(_SAME_CLEARANCE, 2.0 * found.std_error / found.value), 0.01)
+    near = min(known, key=lambda b: abs(math.log(found.value / b)), default=None)
+    if near is not None and abs(found.value - near) <= share * near:
+        return f"{1e3 * near:.10g}"
+    return f"{1e3 * found.value:.4g}"
