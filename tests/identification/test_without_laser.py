@@ -112,6 +112,40 @@ def test_a_ball_in_its_cavity_in_the_ring_downs_is_seen_without_a_laser(tmp_path
     assert any("ring-downs in which the mass carries" in c.detail for c in found.checks)
 
 
+FAST = {"1.147e4": "2.294e5", "3.02": "13.5", "frequency: 7.862": "frequency: 35.16"}
+FREE = """\
+  more:
+    test: periodic
+    duration: 8 s
+    settle: 5 s
+    base_amplitude: 0.05 mm
+    frequency: 35.16 Hz
+    ball_start: wall -1
+    records: {two: {clearance: 6.2 mm}, three: {clearance: 5.8 mm}}
+  down:
+    test: ringdown
+    duration: 5 s
+    release: 3 mm
+    records: {bare: {}, loaded: {added_mass: 500 g}}
+"""
+
+
+@pytest.mark.parametrize("early", [-0.4, 0.4])  # ms
+def test_a_base_channel_with_a_filter_of_its_own_is_no_other_f0(tmp_path, early):
+    text = SCENE.format(**GIVEN | {"seconds": 8, "G": 0.05, "b": 6.8}) + FREE
+    for slow, fast in FAST.items():
+        text = text.replace(slow, fast)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(text.replace("hdf5", f"hdf5, skew: {{base: {early} ms}}"))
+    found = rehearse(scene)
+    assert_nothing_but_r(found, 0.6)
+    f0, true = found.combined("f0"), math.sqrt(2.294e5 / 4.7) / (2.0 * math.pi)
+    assert abs(f0.value - true) < 2.5 * f0.std_error < 0.02
+    own = next(e for e in found.estimates if e.parameter == "integrated_f0")
+    late = own.data["by_late"] * -1e-3 * early
+    assert own.value / true - 1.0 == pytest.approx(late, rel=0.1, abs=3e-4)
+
+
 @pytest.mark.parametrize("seed", [2, 4])
 def test_a_phase_two_errors_off_is_no_effect_of_the_ball(tmp_path, seed):
     # no ring-down says what f0 is: the phase of the sensor is unsure all the same

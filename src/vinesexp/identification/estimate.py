@@ -28,7 +28,8 @@ NOTHING = "nothing"
 #: Parameter name: the phase error of a displacement integrated from the acceleration; its note.
 INTEGRATED = "integrated_phase"
 #: Parameter name: f0 of a test, by an acceleration whose integral is its displacement; ``by_area``
-#: of its data is its relative change where the areas of pulses are larger by 1.
+#: of its data is its relative change where the areas of pulses are larger by 1, ``by_late`` (1/s)
+#: where the channel of the base is later.
 F0_INTEGRATED = "integrated_f0"
 #: Parameter names: f0 and zeta of a release, by the motion of the mass between impacts.
 IN_RELEASE = {"f0": "release_f0", "zeta": "release_zeta"}

@@ -291,7 +291,7 @@ def _without_laser(
     if math.isfinite((own := integrated.motion.own).value):
         rows.append(
             Estimate(F0_INTEGRATED, own.value, own.error, "Hz", "motion of the mass", (record.id,),
-                     data={"by_area": own.by_area})
+                     data={"by_area": own.by_area, "by_late": own.by_late})
         )  # fmt: skip
     return rows + impact_estimates(record, known, impacts, frequency, None, integrated)
 

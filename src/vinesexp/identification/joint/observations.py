@@ -1198,6 +1198,9 @@ def _without_laser(b: _Builder, found: Sequence[Estimate]) -> None:
             b.own("own f0", record, math.hypot(_OWN_F0, bent)): 1.0,
             "driven f0": 1.0, b.add("rolling", 0.0, 0.0): -0.5 * _share_of_ball(b),
             b.gain(record, "base"): -by,
+            # beside the acceleration: a laser in other records has a delay of its own
+            b.add("base late", 0.0, _BASE_LATE, of=f"{record.setup} acceleration".strip()):
+                e.data["by_late"],
             **{name: by * one for name, one in gains.items()},
         }  # fmt: skip
         error = math.hypot(e.std_error / e.value, _F0_INTEGRATED)

@@ -176,11 +176,14 @@ class OwnFrequency:
         The error is that of the scatter along the record.
     by_area : float
         Relative change where the areas of pulses are larger by 1, or the base smaller.
+    by_late : float
+        Relative change where the base's channel is later, 1/s.
     """
 
     value: float
     error: float
     by_area: float
+    by_late: float
 
 
 @dataclass(frozen=True)
@@ -266,8 +269,8 @@ def integrated_motion(
     for _ in range(_PASSES):
         x, v, a_band = _integrated(a, step, frequency, 2, corner=corner)
         law, own = _law(
-            (a_band, v - v_e, x - x_e), _integrated(a, step, frequency, 2)[2], times - start, jumps,
-            step=step, frequency=frequency, cycles=cycles,
+            (a_band, v - v_e, x - x_e, v_e), _integrated(a, step, frequency, 2)[2],
+            times - start, jumps, step=step, frequency=frequency, cycles=cycles,
         )  # fmt: skip
         corner = law.corner
         if not -0.5 * frequency < corner < _NEAREST * frequency:
@@ -336,14 +339,15 @@ def _integrated(
 
 
 def _law(
-    motion: tuple[FloatArray, FloatArray, FloatArray], measured: FloatArray, times: FloatArray,
-    jumps: FloatArray, *, step: float, frequency: float, cycles: float,
+    motion: tuple[FloatArray, FloatArray, FloatArray, FloatArray], measured: FloatArray,
+    times: FloatArray, jumps: FloatArray, *, step: float, frequency: float, cycles: float,
 ) -> tuple[PhaseLaw, OwnFrequency]:  # fmt: skip
     """Phase of the measured acceleration beside what impacts and base do to the mass; its f0.
 
     Parameters
     ----------
-    motion : acceleration of the mass, and its velocity and displacement against the base
+    motion : acceleration of the mass, its velocity and displacement against the base, and the
+        velocity of the base
     measured : the acceleration with whatever the sensor did to its phase
     times, jumps : impacts, on the axis of the arrays
     """
@@ -357,16 +361,17 @@ def _law(
         return np.fft.rfft(segments * taper)[:, used]
 
     def moved(used: BoolArray, w: FloatArray) -> tuple[ComplexArray, ...]:
-        """Acceleration, velocity and displacement, and what impacts do to the first."""
-        a, v, x = (lines(values, used) for values in motion)
+        """The motions, and what impacts do to the first."""
+        a, v, x, v_e = (lines(values, used) for values in motion)
         begins = edge + size // 2 * np.arange(len(a))
         struck = [lines_of_pulses(times - i * step, jumps, step, size, w) for i in begins]
-        return a, v, x, np.stack(struck)
+        return a, v, x, v_e, np.stack(struck)
 
-    a, v, x, struck = (one.ravel() for one in moved(*lines_between(size, step, AT_IT, frequency)))
-    d, s, own = _oscillator(v, x, a, struck)
+    at_it = moved(*lines_between(size, step, AT_IT, frequency))
+    a, v, x, v_e, struck = (one.ravel() for one in at_it)
+    d, s, own = _oscillator(v, x, a, struck, v_e)
     above, w = lines_between(size, step, ABOVE_IT, frequency)
-    _, v, x, struck = moved(above, w)
+    _, v, x, _, struck = moved(above, w)
     law = law_of_lines(lines(measured, above), struck - d * v - s * x, w, frequency=frequency)
     if law is None:
         raise AnalysisError(
@@ -377,21 +382,26 @@ def _law(
 
 
 def _oscillator(
-    v: ComplexArray, x: ComplexArray, a: ComplexArray, struck: ComplexArray
+    v: ComplexArray, x: ComplexArray, a: ComplexArray, struck: ComplexArray, v_e: ComplexArray
 ) -> tuple[float, float, OwnFrequency]:
-    """d and s of the equation of motion by lines at the oscillation, and f0 by s."""
+    """d and s of the equation of motion by lines at the oscillation, and f0 by s.
+
+    A base that is shown late by a time lacks `v_e` times it: of its place, where the spring acts;
+    what this makes of the damper's part is 2 zeta of that.
+    """
 
     def real(lines: ComplexArray) -> FloatArray:
         return np.concatenate([lines.real, lines.imag])
 
-    A, y = real(np.stack([v, x], axis=1)), real(np.stack([struck - a, struck], axis=1))
+    A, y = real(np.stack([v, x], axis=1)), real(np.stack([struck - a, struck, v_e], axis=1))
     size = np.linalg.norm(A, axis=0)
     solved = np.linalg.lstsq(A / size, y)[0] / size[:, None]
-    (d, _), (s, by_area) = solved.tolist()
+    (d, *_), (s, by_area, lacks) = solved.tolist()
     left = y[:, 0] - A @ solved[:, 0]
     variance = float(left @ left) / left.size * float(np.linalg.inv(A.T @ A)[1, 1])
     if not s > 0.0:
-        return d, s, OwnFrequency(math.nan, math.nan, 0.0)
+        return d, s, OwnFrequency(math.nan, math.nan, 0.0, 0.0)
     f0 = math.sqrt(s) / (2.0 * math.pi)
     # segments overlap by half
-    return d, s, OwnFrequency(f0, 0.5 * f0 * math.sqrt(2.0 * variance) / s, 0.5 * by_area / s)
+    error = 0.5 * f0 * math.sqrt(2.0 * variance) / s
+    return d, s, OwnFrequency(f0, error, 0.5 * by_area / s, -0.5 * lacks)
