@@ -188,11 +188,15 @@ def _filtered(
 
     The displacement of a mass that is held is as measured, from `free` on it is filtered; one that
     was not recorded is that of the accelerometer (-1/w^2), which shows nothing of what is held.
+    To an acceleration that is filtered with the hold the oscillation is added there, as if it had
+    gone on before: its step at the release would be in the impacts that come soon after.
     """
     low, high = bands.of(role)
     band = butterworth(record.sample_rate, low=low, high=high, order=settings.filter.order)
-    free = free if role == "displacement" else 0
     spiky = role == "acceleration"
+    # by an acceleration alone it is not known well enough when the mass is let go
+    swung = free if spiky and "displacement" in record.roles else 0
+    free = free if role == "displacement" else 0
     held = iter([np.zeros(free)])
     if role in record.roles:
         held = _held(record, role, free, bands.frequency)
@@ -204,9 +208,21 @@ def _filtered(
     if band is None:
         return blocks
     pad = settling_samples(band, remains=_EDGE_REMAINS)
-    before, after = _extensions(record, role, pad, bands.frequency, line, free, spiky)
+    before, after = _extensions(
+        record, role, (pad + swung, pad), bands.frequency, line, free + swung, spiky
+    )
+    before, hold = before[:pad], before[pad:]
+    if swung:
+        blocks = _added(blocks, hold - np.nanmean(record.read(role, 0, swung)))
     filtered = zero_phase_blocks(blocks, band, before=before, after=after)
     return itertools.chain(held, filtered)
+
+
+def _added(blocks: Iterator[FloatArray], first: FloatArray) -> Iterator[FloatArray]:
+    """Blocks to whose first samples something is added."""
+    for block in blocks:
+        own, first = first[: block.size], first[block.size :]
+        yield np.concatenate([block[: own.size] + own, block[own.size :]])
 
 
 def _held(
@@ -222,13 +238,13 @@ def _held(
 def _extensions(
     record: RecordView,
     role: str,
-    pad: int,
+    pads: tuple[int, int],
     frequency: float | None,
     line: int,
     free: int,
     spiky: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """What came before the first sample and after the last one.
+    """What came before sample `free` and after the last one, of so many samples (`pads`).
 
     The oscillation goes on; of a channel with spikes also the trend of what it leaves of the last
     `line` samples, which is blind to them.
@@ -240,7 +256,7 @@ def _extensions(
     head = fill_gaps(record.read(role, free, free + length))[::-1]
     tail = fill_gaps(record.read(role, record.n - length, record.n))
 
-    def ahead(edge: FloatArray) -> FloatArray:
+    def ahead(edge: FloatArray, pad: int) -> FloatArray:
         if not frequency:
             return continued_line(edge, pad, length=line)
         wave = continued_sine(edge, pad, sample_rate=rate, frequency=frequency, back=line)
@@ -248,7 +264,7 @@ def _extensions(
             return wave[line:]
         return wave[line:] + continued_line(edge[-line:] - wave[:line], pad, length=line)
 
-    return ahead(head)[::-1], ahead(tail)
+    return ahead(head, pads[0])[::-1], ahead(tail, pads[1])
 
 
 def _blocks(
