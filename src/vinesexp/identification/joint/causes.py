@@ -111,10 +111,12 @@ _SHARED = {"clearance": ("clearance offset",), "own momentum": ("jump reading", 
 _MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does
 #: A contact lasts about as long as its pulse, or less where the sensor is slower than it.
 _OF_PULSE = (0.6, 0.4)
+_RUBS = 0.02  # m/s^2: the rolling friction of a steel ball, about
 #: Prior odds of an effect of ball and contact, of a mistake, of a scatter without a cause; every
-#: contact lasts.
+#: contact lasts, and every ball rubs a little.
 _ODDS = {
     "effect contact": 1.0,
+    "effect friction, slight": 1.0,
     "effect drag": 0.005,
     "effect drag, strong": 0.005,
     "effect": 0.05,
@@ -821,6 +823,8 @@ def _effects(o: Observed) -> list[Cause]:
         for name, prior in priors.items()
         for how, times, members in _AS_FAR[: 1 if name in _NEAR else 2]
     ]  # fmt: skip
+    rubs = Direction({"friction": 1.0}, Prior(0.0, _RUBS))
+    found.append(Cause("effect friction, slight", "effect", "friction", rubs, least=0.0))
     rolls = Direction({"rolling": 1.0}, Prior(_ROLLS, _ROLLS_BY))
     found.append(Cause("effect rolling", "effect", "rolling", rolls, least=0.0))
     if "aboard" in o.names and o.collisions:
