@@ -362,23 +362,25 @@ def _freely(
         return None
     along, lag = rows.of(moments), _LAG
     rubbed = -rows.of(flights.rubbing())[:, 0]
-    others = [rubbed, *rows.of(flights.drift()).T, rows.jump]
+    touch = 0.5 * rows.of(flights.touching())[:, 0]
+    others = [touch, rubbed, *rows.of(flights.drift()).T, rows.jump]
     design = np.stack([along[:, 0], -along[:, 1], *others], axis=1)
-    y = rows.of(flights.touching())[:, 0] - along[:, 2]
+    y, touching, count = touch - along[:, 2], np.eye(1, design.shape[1], 2), len(design)
     for _ in range(_TURNS):
         white = rows.whitener(lag)(np.column_stack([design, y]))
-        A, rest = white[:, :-1], white[:, -1]
+        A, rest = np.vstack([white[:, :-1], touching]), np.append(white[:, -1], 0.0)
         size = np.sqrt((A**2).sum(axis=0))
         size = np.where(size > 0.0, size, 1.0)
         p, left = _without_outliers(A, rest, size, rows.flight)
         lag = _scatter_of_times(rows, y - design @ p)
-    counted = np.unique(rows.flight[A.any(axis=1)]).size
+    own, left = _apart(A[:, :2], A[:, 2:] / size[2:])[:count], left[:count]
+    kept = A[:count].any(axis=1)
+    counted = np.unique(rows.flight[kept]).size
     if counted < _LATE:
         return None
-    own = _apart(A[:, :2], A[:, 2:] / size[2:])
     covariance = np.linalg.pinv(_of_scatter(own, left, rows)[0])
     # few flights hardly show their scatter: what that of all of them makes of it at least
-    usual = float(left @ left) / np.count_nonzero(A.any(axis=1)) * np.linalg.pinv(own.T @ own)
+    usual = float(left @ left) / np.count_nonzero(kept) * np.linalg.pinv(own.T @ own)
     more = np.sqrt(np.maximum(np.diag(usual) / np.diag(covariance), 1.0))
     return p[:2], covariance * np.outer(more, more), counted
 
@@ -605,7 +607,9 @@ def _fitted(
     # x'' + w0^2 x + 2 zeta w0 x' = w0^2 x_e + 2 zeta w0 x_e', integrated by parts
     along, rubbed = rows.of(moments), -rows.of(flights.rubbing())[:, 0]
     others = [*rows.of(flights.drift()).T, rows.jump]
-    y = rows.of(flights.touching())[:, 0] - along[:, 2]
+    # a contact lasts no longer than its pulse: any part of it
+    touch = 0.5 * rows.of(flights.touching())[:, 0]
+    y = touch - along[:, 2]
     # AC coupling with a corner of w_c leaves y of x = y + w_c (integral of y)
     integral = rows.of(flights.moments(_integral(x, flights.step, w)))
     coupled = np.stack([-along[:, 1], integral[:, 0]], axis=1)
@@ -618,9 +622,10 @@ def _fitted(
     for _ in range(_TURNS):
         driven = [rows.of(one) for one in base]
         ahead = -driven[0][:, 1] / w if e is not None else driven[1][:, 0]
-        design = [along[:, 0], -along[:, 1], -driven[0][:, 0], -ahead, rubbed, *turning, *others]
+        sought = [along[:, 0], -along[:, 1], -driven[0][:, 0], -ahead, rubbed]
+        design = np.stack([*sought, *turning, touch, *others], axis=1)
         lag = _LAG if found is None else found.lag
-        found = _solved(rows, np.stack(design, axis=1), y, coupled, lag, w, held=len(turning))
+        found = _solved(rows, design, y, coupled, lag, w, held=len(turning) + 1)
         if found is None:
             return None
         if e is None:
