@@ -7,11 +7,13 @@ import pytest
 from scipy import signal
 from tests.signals.contacts import coarsen, struck
 
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.impacts.detection import detection_at
 from vinesexp.signals.impacts.find import _by_displacement
 from vinesexp.signals.impacts.slopes import (
     Forced,
     bent_forces,
+    coarse_displacement,
     forced_motion,
     slope_changes,
     unmoved,
@@ -278,3 +280,30 @@ def test_contacts_that_only_announce_impacts_share_the_jump_that_the_displacemen
     assert np.abs(slopes.jump[own]).max() < 3.0 * JUMP
     alone = ~own & np.isfinite(slopes.jump)
     assert np.abs(slopes.jump[alone] / np.delete(jumps, 9)[alone[~own]] - 1.0).max() < 0.05
+
+
+@pytest.mark.parametrize("rate", [2e3, 5e3])
+@pytest.mark.parametrize("first", [0.2, 0.25, 0.4])
+def test_a_jump_soon_after_a_release_knows_nothing_of_the_hold(tmp_path, rate, first):
+    """Its slopes were those of the hold, too: no jump was left, 8 to 26 errors off."""
+    f, hold, out = 28.0, 0.35, 6e-3
+    w, t = 2.0 * np.pi * f, np.arange(round(2.0 * rate)) / rate
+    times, jumps = hold + (first + 0.5 * np.arange(9)) / f, -0.1 * (-0.64) ** np.arange(9)
+    free = out * np.exp(-0.5 * (t - hold)) * np.cos(w * (t - hold))
+    x = np.where(t < hold, out, free)
+    for at, jump in zip(times, jumps, strict=True):
+        x += jump / w * np.where(t > at, np.sin(w * (t - at)), 0.0)
+    off = []
+    for seed in range(5):
+        path = tmp_path / f"{seed}.nc"
+        noise = 1.2e-5 * np.random.default_rng(seed).standard_normal(t.size)
+        kinds = {"displacement": "displacement"}
+        with RecordWriter(path, sample_rate=rate, quantities=kinds) as writer:
+            writer.append({"displacement": x + noise})
+        with open_record(path) as view:
+            found = slope_changes(
+                coarse_displacement(view, f, free=hold), times, jumps, frequency=f
+            )
+        off.append((found.jump[0] - jumps[0]) / found.jump_error[0])
+    assert np.abs(off).max() < 3.0
+    assert abs(np.mean(off)) < 1.5

@@ -485,7 +485,7 @@ def _by_pulses(
         integral = partial(slopes_of_integral, record, frequency=motion)
         found, slopes, _ = _of_the_ball(found, integral, clearance)
         return found, slopes, 1.0, 0.0
-    x = coarse_displacement(record, motion)
+    x = coarse_displacement(record, motion, free=free)
     sign, lag = _beside(agreement_in(conditioned.attributes), settings)
     x = replace(x, late=max(lag, 0.0), lasts=found.lasts)
     if "base" not in record.roles:
@@ -638,12 +638,9 @@ def _where_it_bends(
 ) -> tuple[Detection, SlopeChanges]:  # fmt: skip
     """Impacts by the displacement alone: bends that are surely there, once all are fitted.
 
-    Until `free`, s, the mass is held: it has no motion of its own that could bend.
+    The mass is held until `free`, s.
     """
-    x = coarse_displacement(record, frequency)
-    if free:
-        held = x.start + x.step * np.arange(x.values.size) < free
-        x = replace(x, missing=held if x.missing is None else x.missing | held)
+    x = coarse_displacement(record, frequency, free=free)
     steps = resolution_in(record, "displacement")
     samples = round(x.step * record.sample_rate)
     x = replace(x, samples=0)  # how bends are rounded is asked when it is known where they are
@@ -725,7 +722,7 @@ def struck(record: RecordView, conditioned: RecordView, settings: Settings) -> t
     frequency, free = conditioned.oscillation, freed(conditioned)
     if not frequency or "displacement" not in record.roles:
         return 0, 0.0
-    x = coarse_displacement(record, frequency)
+    x = coarse_displacement(record, frequency, free=free)
     if "acceleration" in record.roles:
         stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
         found = detect(stream, settings.impacts, frequency=frequency)

@@ -208,12 +208,16 @@ class Forced:
     error: float
 
 
-def coarse_displacement(record: RecordView, frequency: float) -> Coarse:
-    """The displacement of a record as block means, read by blocks."""
+def coarse_displacement(record: RecordView, frequency: float, *, free: float = 0.0) -> Coarse:
+    """The displacement of a record as block means, read by blocks.
+
+    Until `free`, s, the mass is held: it has no motion of its own that could bend.
+    """
     k, step, (means,) = coarse_channels(record, frequency, POINTS, "displacement")
     # over a two hundredth of a period a straight line leaves 1e-4 of the motion
     missing = missing_means(record, "displacement", k, bridged=k)
     start = 0.5 * (k - 1) / record.sample_rate
+    missing |= start + step * np.arange(means.size) < free
     forced = bent_forces(means, step, frequency=frequency)
     x = Coarse(means, step, start, missing if missing.any() else None, forced, samples=k)
     if "base" not in record.roles:
