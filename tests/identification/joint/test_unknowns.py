@@ -218,6 +218,26 @@ def test_a_block_that_moves_by_little_is_expanded_and_not_looked_at():
     assert unsure.at(np.array([0.1]))[1] == pytest.approx([-0.1])
 
 
+@pytest.mark.parametrize("believed", [True, False])
+def test_a_fit_goes_as_far_in_a_unit_as_is_usual_in_it(believed):
+    """From a floor of 500 1/s^2, and to it, steps of 3 led nowhere: 40 of them were no end."""
+    looks = []
+
+    def look(p):
+        looks.append(p)
+        rest = np.array([500.0 - p[0], 0.02 * (300.0 - p[0])])  # both say more than steps of 3
+        return np.array([[1.0004]]), np.array([rest[0] + 0.02 * rest[1]]), -0.5 * float(rest @ rest)
+
+    block = Block("a", "flights", (({"hollow": 1.0}, 0.0),), look)
+    plain = Beliefs({"hollow": Prior(0.0, 1e-9)})
+    floor = Direction({"hollow": 1.0}, Prior(0.0, 200.0))
+    beliefs = plain.believing("effect hollow", floor) if believed else plain
+    found = fit([block], ("hollow",), beliefs, np.array([0.0 if believed else 500.0]))
+    assert found.settled
+    assert len(looks) < 8
+    assert found.at == pytest.approx([499.9 if believed else 0.0], abs=0.1)
+
+
 def test_a_fit_leaves_a_narrow_valley_that_bends_and_comes_back_to_it():
     """Each step within it was a hundredth of what the expansion asked for: 40 led nowhere."""
 

@@ -391,13 +391,13 @@ def fit(
     begin[:n] += start - whole(mean)
     here = at(begin)
     for _ in range(_STEPS):
-        step, errors = _step(here, beliefs, whole)
+        step, errors = _step(here, beliefs)
         left = float(np.abs(step / errors).max())
         tried = at(here.parts + step)
         enough = here.value - 1e-6 * abs(here.value)
         # out of a narrow valley that bends: more steps from there lead back into it
         while not tried.value >= enough and np.isfinite(tried.data.information.data).all():
-            further = at(tried.parts + _step(tried, beliefs, whole)[0])
+            further = at(tried.parts + _step(tried, beliefs)[0])
             if not further.value > tried.value:
                 break
             tried, step = further, further.parts - here.parts
@@ -423,11 +423,15 @@ class _Tried(NamedTuple):
     value: float
 
 
-def _step(
-    here: _Tried, beliefs: Beliefs, whole: Callable[[FloatArray], FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """From some parts towards where the expansion is largest, and their errors there."""
-    aim = posterior_of(here.data, beliefs)
+def _step(here: _Tried, beliefs: Beliefs) -> tuple[FloatArray, FloatArray]:
+    """From some parts towards where the expansion is largest, and their errors there.
+
+    Some are in units in which `_LARGEST` is little: a cause may go as far as is usual of it, and
+    anything back to where it usually is.
+    """
+    aim, names = posterior_of(here.data, beliefs), here.data.names
     step = aim.values - here.parts
-    share = min(1.0, _LARGEST / max(float(np.abs(whole(step)).max()), 1e-300))
+    far = np.maximum(np.abs(here.parts - beliefs.means(names)), _LARGEST)
+    far[len(names) :] = np.maximum(far, beliefs.widths(names))[len(names) :]
+    share = min(1.0, 1.0 / max(float((np.abs(step) / far).max()), 1e-300))
     return share * step, np.sqrt(np.maximum(aim.covariance.variances, 1e-300))
