@@ -19,7 +19,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Rows
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
+from vinesexp.identification.budget import BASE, EFFECT, FREQUENCY, RECORDS, RELEASE
 from vinesexp.records.campaign.schema import Known
 from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.units import COVERAGE_95, Quantity
@@ -59,6 +59,7 @@ class IdentifiedRig:
     stiffens : f0 of small motion, Hz, and kappa, 1/m^2, of a spring whose f0 goes with
         1 + kappa A^2.
     slides : whether the ball slides all the way from wall to wall, or rolls all the way.
+    unsimulated : whether the ball has an effect that b_c is not simulated with.
     """
 
     values: Mapping[str, Quantity]
@@ -69,6 +70,7 @@ class IdentifiedRig:
     joint: RigPosterior | None = None
     stiffens: tuple[float, float] | None = None
     slides: bool = True
+    unsimulated: bool = False
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -146,7 +148,12 @@ def identified_rig(
     spring = [float(rows[name]["value"]) for name in ("f0_small", "stiffening") if name in rows]
     stiffens = (spring[0], spring[1]) if len(spring) == 2 else None
     f0, zeta, slides = found.get("f0"), found.get("zeta"), "rolls_from" not in effects
-    return IdentifiedRig(values, f0, zeta, balls, rolling, joint, stiffens, slides)
+    unsimulated = bool(_UNSIMULATED & effects.keys())
+    return IdentifiedRig(values, f0, zeta, balls, rolling, joint, stiffens, slides, unsimulated)
+
+
+#: Effects of the ball that the simulation of b_c does not have.
+_UNSIMULATED = {"hollow", "drag", "viscous"}
 
 
 def cubic_stiffness(k1: float, kappa: float) -> float:
@@ -201,9 +208,9 @@ def _share(r: float) -> float:
 def _as_simulated(r: float, m: float, effects: Mapping[str, float]) -> tuple[NES, ...]:
     """The ball as the simulation can have it: friction and a contact that lasts one by one.
 
-    None with a pull to the middle or with drag: there the effective r and mass remain.
+    None with a pull to the middle, drag or viscous friction: there the effective r and mass remain.
     """
-    if {"hollow", "drag", "viscous"} & effects.keys():
+    if _UNSIMULATED & effects.keys():
         return ()
     ball = ball_of(m, 1.0, r, effects)
     if ball.friction and ball.contact_time:
@@ -355,8 +362,8 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
     at = None if f is None else f.value
     found = predict_periodic(G=G, values=rig.values, frequency=at)
 
-    def moved(G: float, frequency: float | None) -> float:
-        return float(b_c_exact(G=G, frequency=frequency, **rig.numbers)) - found.exact
+    def moved(G: float, frequency: float | None, **other: float) -> float:
+        return float(b_c_exact(G=G, frequency=frequency, **rig.numbers | other)) - found.exact
 
     by = {name: found.gradient[name] * rig.values[name].value for name in RIG_VALUES}
     name = base_at(level)
@@ -373,6 +380,9 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
         more[BASE] = abs(moved(G + base.G.std_error, at))
     if f is not None:
         more[FREQUENCY] = abs(moved(G, f.value + f.std_error))
+    if rig.unsimulated and rig.joint is not None and rig.joint.ball is not None:
+        r, m = rig.joint.ball  # of magnets b_c was beyond that with their own r
+        more[EFFECT] = abs(moved(G, at, r=r, m=m))
     plain = _with_errors(found, rig, gradient, more)
     slides = plain.times(end_over_plain(rig, G=G, frequency=at))
     # One that rolls moves so in a shorter cavity.

@@ -21,6 +21,7 @@ RECORDS, DISAGREEMENT = "records", "disagreement"
 
 #: Parts of the error of a predicted clearance alone.
 BASE, FREQUENCY, RELEASE = "base amplitude", "base frequency", "release"
+EFFECT = "effect of the ball"
 
 #: Below this share of the error nothing is said of what would be left without its largest part.
 _LEFT = 0.1
@@ -43,12 +44,14 @@ _REMEDY: Mapping[str, str] = {
     BASE: "calibrate the base channel, or record the base in every test",
     FREQUENCY: "a better clock, or record the base in every test",
     RELEASE: "measure the release better",
+    EFFECT: "a ball and a cavity without it",
 }
 
 _ASSUMED: Mapping[str, str] = {
     RECORDS: "noise and scatter, as the records show them",
     DISAGREEMENT: "sources that exclude one another",
     "amplitude": "f0 and zeta depend on amplitude; the tests cover a range of it",
+    EFFECT: "no theory has it: b_c with the effective r and mass, give or take that with its own",
 }
 
 
