@@ -176,7 +176,7 @@ OF_BALL = (
 
 
 def ball_of(m: float, b: float, r: float, effects: Mapping[str, float]) -> NES:
-    """A ball with the effects that were found, all but a pull to the middle and drag.
+    """A ball with the effects that were found, all but a pull to the middle, drag and oil.
 
     Examples
     --------

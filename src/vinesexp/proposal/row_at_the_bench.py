@@ -142,6 +142,7 @@ def clearance_cell(found: Quantity, records: Iterable[Record]) -> str:
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> one = Record("b34", Path("a.csv"), "periodic", (0.034,))
     >>> [clearance_cell(Quantity(b, 1e-5), [one]) for b in (0.03395, 0.0352)]
     ['34', '35.2']
