@@ -1351,18 +1351,17 @@ def _scatters(o: Observed) -> list[Cause]:
     Other modes, or harmonics of the base, disturb the motion between impacts and no decay.
     """
     own = {kind: (kind, list(names)) for kind, names in o.kinds.items() if kind in _SCATTER}
-    for kind, shared in _SHARED.items():
-        if kind in own:  # what they share is no better known than each of them
-            own[kind][1].extend(name for name in shared if name in o.names)
     own["own base"] = "own base", list(_beside_others(o))
     for kind in ("f0", "zeta"):
         decays = _of_decays(o, kind)
         driven = [name for name in o.kinds.get(f"own {kind}", ()) if name not in decays]
         if decays:
             own[f"own {kind} of tests with a ball"] = f"own {kind}", driven
+    # what records share is no better known than each of them
+    shared = {kind: [name for name in names if name in o.names] for kind, names in _SHARED.items()}
     return [
         Cause(f"scatter of {about} {width:g}", "scatter", about, None,
-              wider=dict.fromkeys(names, width))
+              wider=dict.fromkeys([*names, *shared.get(about, [])], width))
         for about, (kind, names) in own.items() if len(names) > 1
         for width in _SCATTER[kind]
     ]  # fmt: skip

@@ -430,8 +430,8 @@ def _step(here: _Tried, beliefs: Beliefs) -> tuple[FloatArray, FloatArray]:
     anything back to where it usually is.
     """
     aim, names = posterior_of(here.data, beliefs), here.data.names
-    step = aim.values - here.parts
-    far = np.maximum(np.abs(here.parts - beliefs.means(names)), _LARGEST)
+    step, off = aim.values - here.parts, here.parts - beliefs.means(names)
+    far = np.maximum(np.where(step * off < 0.0, np.abs(off), 0.0), _LARGEST)
     far[len(names) :] = np.maximum(far, beliefs.widths(names))[len(names) :]
     share = min(1.0, 1.0 / max(float((np.abs(step) / far).max()), 1e-300))
     return share * step, np.sqrt(np.maximum(aim.covariance.variances, 1e-300))
