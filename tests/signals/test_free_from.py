@@ -112,11 +112,12 @@ def test_the_filter_makes_no_swing_of_a_hold(tmp_path, hold):
     assert amplitude[:20] == pytest.approx(decayed[:20], rel=0.012)
 
 
-def struck_soon(folder, *, rate, first, went_on):
+def struck_soon(folder, *, rate, first, went_on, lost=-1.0):
     """Time after the release and the filtered acceleration, over the height of its first pulse.
 
     A ball hits `first` of a cycle after a mass was let go, and every half cycle from then on; or
-    the mass swung before, as if it `went_on`.
+    the mass swung before, as if it `went_on`. Of the acceleration all is `lost` to a time after the
+    release, s.
     """
     f, jump, lasts, hold, out = 28.0, -0.1, 1.5e-3, 0.35, 6e-3
     w, t = 2.0 * np.pi * f, np.arange(round(4.0 * rate)) / rate
@@ -138,7 +139,7 @@ def struck_soon(folder, *, rate, first, went_on):
         writer.append(
             {
                 "displacement": x + 4e-6 * rng.standard_normal(t.size),
-                "acceleration": a + 0.2 * rng.standard_normal(t.size),
+                "acceleration": np.where(s < lost, np.nan, a + 0.2 * rng.standard_normal(t.size)),
             }
         )
     condition(measured, band, f0_hint=f)
@@ -155,6 +156,16 @@ def test_the_step_of_a_release_is_in_no_impact_after_it(tmp_path, rate, first):
     _, expected = struck_soon(tmp_path, **made, went_on=True)
     soon = (cycles > 1.0 / 16.0) & (cycles < 1.0)
     assert np.abs(found - expected)[soon].max() < 0.02
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_accelerometer_that_begins_after_the_release_loses_nothing_else(tmp_path):
+    """The mean of no sample made all of the record a gap."""
+    made = {"rate": 2e3, "first": 0.4, "went_on": False}
+    cycles, found = struck_soon(tmp_path, **made, lost=2e-3)
+    _, expected = struck_soon(tmp_path, **made)
+    assert np.isfinite(found).all()
+    assert np.abs(found - expected)[cycles > 0.3].max() < 0.05
 
 
 @pytest.mark.parametrize("hold", [0.0, 0.1, 0.55, 2.0])

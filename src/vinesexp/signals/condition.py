@@ -213,7 +213,7 @@ def _filtered(
     )
     before, hold = before[:pad], before[pad:]
     if swung:
-        blocks = _added(blocks, hold - np.nanmean(record.read(role, 0, swung)))
+        blocks = _added(blocks, hold - fill_gaps(record.read(role, 0, swung)).mean())
     filtered = zero_phase_blocks(blocks, band, before=before, after=after)
     return itertools.chain(held, filtered)
 
