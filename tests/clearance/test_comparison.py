@@ -655,10 +655,14 @@ def test_b_c_of_an_effect_that_is_not_simulated_is_as_unsure_as_the_ball(effect)
     found = predicted_b_c(drawn, base=LevelBase(Quantity(0.25e-3), None), level=0.25e-3)
     own = b_c_exact(G=0.25e-3, **{**drawn.numbers, "r": 0.60, "m": 0.032})
     apart = abs(own - found.exact)
+    rolls = [*rows, *impacts_rows({"rolling": 2.0 / 7.0})]
+    rolling = identified_rig(combined({**TABLE_2, "r": 0.6}) + rolls, known, joint)
+    also = predicted_b_c(rolling, base=LevelBase(Quantity(0.25e-3), None), level=0.25e-3)
     if effect == "friction":  # simulated
         assert found.high - found.exact < 0.2 * apart
     else:
         assert found.parts["effect of the ball"] == pytest.approx(apart)
+        assert also.parts["effect of the ball"] == pytest.approx(apart, rel=0.25)  # no more of it
         assert found.high - found.exact == pytest.approx(1.96 * apart, rel=0.05)
 
 

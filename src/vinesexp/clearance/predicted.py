@@ -382,7 +382,7 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float) -> Predi
         more[FREQUENCY] = abs(moved(G, f.value + f.std_error))
     if rig.unsimulated and rig.joint is not None and rig.joint.ball is not None:
         r, m = rig.joint.ball  # of magnets b_c was beyond that with their own r
-        more[EFFECT] = abs(moved(G, at, r=r, m=m))
+        more[EFFECT] = abs(moved(G, at, r=r, m=(1.0 - rig.rolling) * m))
     plain = _with_errors(found, rig, gradient, more)
     slides = plain.times(end_over_plain(rig, G=G, frequency=at))
     # One that rolls moves so in a shorter cavity.
