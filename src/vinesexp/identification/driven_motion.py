@@ -445,6 +445,8 @@ class _Flights:
         """Integrals of phi times what contacts push before and after their middle; as `rubbing`.
 
         phi is 0 in the middle, and bends from there: phi'' over 2, for one half of the contact.
+        That of contacts as long as their pulses. Filters and mounts make pulses longer, so a fit
+        takes half of it, give or take that half.
         """
         bends = np.stack([_VALUES[2][:, 0], _VALUES[2].sum(axis=1)])  # where a flight begins, ends
         found = 0.25 * self.lasts * np.stack([self.push, self.jump], axis=1) @ bends
@@ -607,7 +609,6 @@ def _fitted(
     # x'' + w0^2 x + 2 zeta w0 x' = w0^2 x_e + 2 zeta w0 x_e', integrated by parts
     along, rubbed = rows.of(moments), -rows.of(flights.rubbing())[:, 0]
     others = [*rows.of(flights.drift()).T, rows.jump]
-    # a contact lasts no longer than its pulse: any part of it
     touch = 0.5 * rows.of(flights.touching())[:, 0]
     y = touch - along[:, 2]
     # AC coupling with a corner of w_c leaves y of x = y + w_c (integral of y)
