@@ -238,6 +238,20 @@ def test_a_fit_goes_as_far_in_a_unit_as_is_usual_in_it(believed):
     assert found.at == pytest.approx([499.9 if believed else 0.0], abs=0.1)
 
 
+def test_a_fit_that_is_far_off_goes_no_farther_at_once():
+    """Logarithms doubled in each step until numbers overflowed."""
+    looks = []
+
+    def look(p):
+        looks.append(float(p[0]))
+        return np.array([[100.0]]), np.array([100.0 * (60.0 - p[0])]), -50.0 * (60.0 - p[0]) ** 2
+
+    block = Block("a", "base", (({"ln_G": 1.0}, 0.0),), look)
+    fit([block], ("ln_G",), Beliefs({"ln_G": Prior(0.0, 10.0)}), np.array([20.0]))
+    assert looks[0] == 20.0
+    assert max(np.diff(looks)) == pytest.approx(3.0)
+
+
 def test_a_fit_leaves_a_narrow_valley_that_bends_and_comes_back_to_it():
     """Each step within it was a hundredth of what the expansion asked for: 40 led nowhere."""
 
