@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Oscillator, Rig, coexisting
-from vinesexp.errors import ParameterError
+from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.maps.basins import Settled, grouped
 from vinesexp.theory.floquet import symmetric_orbits
 from vinesexp.theory.regime_definitions import Regime
@@ -77,3 +77,10 @@ def test_one_ball_only():
             Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.6)]),
             level=1e-4, frequency=7.9, clearances=[0.03], starts=0,
         )  # fmt: skip
+
+
+def test_damping_that_leaves_no_vibration_is_refused_at_once():
+    # 1e9 N s/m, typed for 3: steps of c1/M would fill hours.
+    rig = Rig(Oscillator(M=4.7, c1=1e9, k1=1.147e4), nes=NES(m=0.032, b=0.025, r=0.6))
+    with pytest.raises(AnalysisError, match=r"damping ratio 2\.15e\+06: expected below 0\.9"):
+        coexisting(rig, level=0.25e-3, frequency=7.86, clearances=0.025, starts=1)

@@ -421,7 +421,7 @@ def responses(
     >>> round(1e3 * float(responses(one).mean[0]), 1)
     5.9
     """
-    _refuse_what_never_settles(runs)
+    refuse_what_never_settles(runs)
     M, c1, k1, _, f, *_ = runs.values.T
     settle, duration, _ = _durations(M, c1, k1, runs.balls[:, :, B_M].sum(axis=1), f)
     spans = (np.array([settle, duration]) + (watch - 1.0) * settle).T / haste
@@ -521,7 +521,14 @@ def _one(one: Run, settle: float, duration: float) -> tuple[float, float, float]
     )
 
 
-def _refuse_what_never_settles(runs: Runs) -> None:
+def refuse_what_never_settles(runs: Runs) -> None:
+    """Refuse rigs whose damping leaves no vibration, or whose vibration grows without end.
+
+    Raises
+    ------
+    AnalysisError
+        A damping ratio of 0.9 or more; no damping exactly at resonance.
+    """
     M, c1, k1, _, f, *_ = runs.values.T
     w0, w = np.sqrt(k1 / M), 2.0 * math.pi * f
     alpha = 0.5 * c1 / M

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.arrays import as_floats, as_number, several
-from vinesexp.design.ensemble import Run, duration_of
+from vinesexp.design.ensemble import Run, duration_of, refuse_what_never_settles
 from vinesexp.design.task import Task, random_starts
 from vinesexp.errors import ParameterError
 from vinesexp.rig import Rig
@@ -192,10 +192,9 @@ def coexisting(
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
         try:
             for b in np.unique(as_floats(several(clearances), "clearances")).tolist():
-                runs = [
-                    replace(run, rig=Rig(o, [replace(ball, b=b)]))
-                    for run in random_starts(task, b, starts=starts, seed=seed)
-                ]
+                drawn = random_starts(task, b, starts=starts, seed=seed)
+                refuse_what_never_settles(drawn)
+                runs = [replace(run, rig=Rig(o, [replace(ball, b=b)])) for run in drawn]
                 found += grouped(b, list(pool.map(settled, runs)))
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
