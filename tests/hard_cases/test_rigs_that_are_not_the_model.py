@@ -124,6 +124,22 @@ def test_a_ball_whose_r_scatters_from_impact_to_impact_has_no_effect(scatter):
     assert r_of(found).std_error < 0.004 * R
 
 
+def test_bounces_of_a_drop_are_as_unlike_as_impacts_between_the_walls():
+    """Four that were alike by chance, all of an r 2 % above the mean, outweighed 400 impacts."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.estimate import Estimate
+    from vinesexp.identification.whole_campaign import identify_campaign
+
+    found, campaign, tables = tables_of(departure(body_scatter=0.03))
+    bounces = {"speeds": [0.6, 0.34, 0.19, 0.11]}
+    drop = Estimate("r", 1.02 * R, 1e-3, "1", "drop", ("drop",), data=bounces)
+    whole = identify_campaign([*found, drop], campaign, tables)
+    assert effects(whole) == {}
+    assert not says(whole, "drop tests")
+    assert holds(r_of(whole), R, errors=3.0)
+
+
 @pytest.mark.parametrize(("later", "parts"), [(0.7, True), (0.61, False)])
 def test_a_ball_that_is_exchanged_midway_makes_two_rigs_if_b_c_moves(later, parts):
     """Tests of balls of 0.6 and 0.7 were one level, whose b_c was that of neither."""

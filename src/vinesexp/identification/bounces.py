@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.special import ndtr, stdtrit
+from scipy.optimize import brentq
+from scipy.special import ndtr
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
@@ -17,7 +17,6 @@ from vinesexp.signals.filters import butterworth, default_bands, zero_phase
 from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.onsets import detect_onsets
-from vinesexp.signals.steady_part import students_factor
 from vinesexp.units import COVERAGE_95, LIKELY, STANDARD_GRAVITY
 
 _SHRINKS = 0.03  # standard error of r from which on shrinking flights may be chance
@@ -32,7 +31,8 @@ _APART = 0.05  # by which series of one ball on one surface differ at most, rela
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
-_TINY, _WIDEST = 1e-9, 1.0  # scatter of ln r from bounce to bounce: least, most
+_TINY, _USUAL, _WIDEST = 1e-9, 0.02, 1.0  # scatter of ln r from bounce to bounce
+_SCATTERS = 60  # that are tried, between a tenth of what times leave and the widest
 _TIMED = 1e-4  # s: error of the time of a hit, from which on one that is clipped is not used
 _AIR = 0.0115  # 1/m: rho C_d A / m of a steel ball of 10 mm
 
@@ -185,8 +185,8 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     Returns
     -------
     Bounces
-        The error follows the scatter of the flights about the fit where that is larger than the
-        errors of the times, and that of the drops; it is no smaller than what the air may do.
+        The error holds the scatter of r from bounce to bounce that the flights leave possible, and
+        that of the drops; it is no smaller than what the air may do.
 
     Raises
     ------
@@ -365,30 +365,44 @@ def _regressed(y: FloatArray, X: FloatArray, known: FloatArray) -> tuple[FloatAr
     """Coefficients of the columns of X and their standard errors, from ratios of flights.
 
     No two bounces of a ball are alike, and each moves all hits after it: the ratios scatter, not
-    the times. Their scatter is the most probable one beside what is `known`, the errors of the
-    times (restricted likelihood); so few show it that it is uncertain itself, by Student's
-    distribution.
+    the times. A few that are near one another by chance do not show how much: the values are those
+    over all scatters (restricted likelihood; before it, `_USUAL` within a factor of e), and their
+    errors half of a 95 % interval over 1.96.
     """
+    scatters = np.geomspace(0.1 * float(np.sqrt(np.diag(known).min())), _WIDEST, _SCATTERS)
+    found = [_beside(y, X, known + s**2 * np.eye(y.size)) for s in scatters]
+    values, variances = (np.array([one[k] for one in found]) for k in (0, 1))
+    logs = np.array([one[2] for one in found]) - 0.5 * np.log(scatters / _USUAL) ** 2
+    weight = np.exp(logs - logs.max())
+    weight /= weight.sum()
+    mean, widths = weight @ values, np.sqrt(variances)
+    errors = [_error_of(values[:, k], widths[:, k], weight) for k in range(X.shape[1])]
+    return mean, np.array(errors)
 
-    def of(log_scatter: float) -> tuple[FloatArray, FloatArray, float]:
-        """Coefficients, their variances, and -2 log-likelihood of a scatter."""
-        C = known + math.exp(2.0 * log_scatter) * np.eye(y.size)
-        weighted = np.linalg.solve(C, X)
-        covariance = np.linalg.inv(X.T @ weighted)
-        value = covariance @ (weighted.T @ y)
-        rest = y - X @ value
-        misfit = float(rest @ np.linalg.solve(C, rest))
-        less = float(np.linalg.slogdet(C)[1]) - float(np.linalg.slogdet(covariance)[1])
-        return value, np.diag(covariance), misfit + less
 
-    least = math.log(_TINY + float(np.sqrt(np.diag(known).min())))
-    best = minimize_scalar(
-        lambda s: of(s)[2], bounds=(least - 3.0, math.log(_WIDEST)), method="bounded"
-    ).x  # fmt: skip
-    value, variance, _ = of(float(best))
-    surely = np.minimum(of(-math.inf)[1], variance)
-    factor = students_factor(y.size - X.shape[1])
-    return value, np.sqrt(surely + factor**2 * (variance - surely))
+def _beside(
+    y: FloatArray, X: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Coefficients, their variances, and the restricted log-likelihood of a covariance of y."""
+    weighted = np.linalg.solve(covariance, X)
+    of_them = np.linalg.inv(X.T @ weighted)
+    value = of_them @ (weighted.T @ y)
+    rest = y - X @ value
+    misfit = float(rest @ np.linalg.solve(covariance, rest))
+    less = float(np.linalg.slogdet(covariance)[1]) - float(np.linalg.slogdet(of_them)[1])
+    return value, np.diag(of_them), -0.5 * (misfit + less)
+
+
+def _error_of(values: FloatArray, widths: FloatArray, weight: FloatArray) -> float:
+    """Half of the 95 % interval of a sum of normal distributions, over 1.96."""
+    far = 10.0 * float(widths.max())
+    ends = float(values.min()) - far, float(values.max()) + far
+
+    def beyond(x: float, share: float) -> float:
+        return float(weight @ ndtr((x - values) / widths)) - share
+
+    low, high = (float(brentq(beyond, *ends, args=(share,))) for share in (0.025, 0.975))
+    return 0.5 * (high - low) / COVERAGE_95
 
 
 def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
@@ -433,8 +447,6 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
         return None
     # Four hits and no other are a ball of a low r; four of more may be chance.
     enough = _FEWEST - 1 if found.count == hits.time.size else _FEWEST
-    # the half-width of a 68 % interval: that of 95 % is wide by how few ratios show the scatter
-    freedom = found.count - 3
-    error = found.error * float(stdtrit(freedom, ndtr(1.0))) / students_factor(freedom)
+    error = found.error
     sure = found.count >= enough and error < _SHRINKS and found.r < 1.0 - error
     return found if sure else None

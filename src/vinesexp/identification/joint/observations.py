@@ -1385,11 +1385,16 @@ def begins_later(seen: Estimate, campaign: Campaign) -> bool:
 def _drops(b: _Builder, found: Sequence[Estimate]) -> None:
     """r of drop tests: the ball's own, at their speeds, if the ball met walls elsewhere or not.
 
-    Drops that differ by more than their errors are as unsure as they differ.
+    Drops that differ by more than their errors are as unsure as they differ, and a few bounces that
+    are alike as unsure as r differs from impact to impact between the walls.
     """
     drops = [e for e in found if e.parameter == "r" and e.method == "drop"]
     model = b.campaign.known.uncertainties.model.of(1.0)
-    errors = with_scatter([e.value for e in drops], [max(e.std_error, 1e-6) for e in drops])
+    r = b.start.get("r", 0.0)
+    chance = (1.0 + r) * median_of([c.flights.unlike for c in b.collisions.values()])
+    each = [chance / math.sqrt(len(e.data["speeds"])) if e.data else 0.0 for e in drops]
+    least = [max(e.std_error, by_chance, 1e-6) for e, by_chance in zip(drops, each, strict=True)]
+    errors = with_scatter([e.value for e in drops], least)
     for e, error in zip(drops, errors, strict=True):
         name = b.add("r", 0.6, _WIDE_R)
         off = b.add("drop", 0.0, model * e.value)
