@@ -12,9 +12,10 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.phasors import SAMPLES
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import repeated
-from vinesexp.signals.filters import SPECTRUM
+from vinesexp.signals.filters import SPECTRUM, dominant_frequency
 from vinesexp.signals.means import block_means, channel_means, group_size, missing_means
 
 #: Block means a period: a sine loses 0.3 % of its information there.
@@ -22,6 +23,7 @@ POINTS = 24
 _PAUSE = 2.0  # times as long as a group lasts
 #: Fewer periods than that in a record are drift.
 DRIFT = 3.0
+_FEWEST = 64  # samples of a part of a record that a line may stand out in
 
 
 def motion_role(view: RecordView) -> str:
@@ -113,8 +115,10 @@ def frequency_of_motion(view: RecordView) -> float:
     """Frequency (Hz) of the strongest oscillation of a channel.
 
     For records in which no oscillation stands out of its surroundings: decays so short that their
-    line is broad. The channel's own spectrum counts, not that of its velocity: noise, weighed with
-    the frequency, would win over a slow decay.
+    line is broad. What is over long before the record ends stands out in the part that holds it,
+    and a window over the whole record would give that part no weight. Where nothing does, the
+    channel's own spectrum counts, not that of its velocity: noise, weighed with the frequency,
+    would win over a slow decay.
 
     Raises
     ------
@@ -126,8 +130,18 @@ def frequency_of_motion(view: RecordView) -> float:
     x = channel_means(view, role, k)
     if x.size < 16 or not np.ptp(x) > 0.0:
         raise AnalysisError(f"the {role} does not move: nothing oscillates in it")
+    rate = view.sample_rate / k
+    begin, n = int(np.argmax(np.abs(x - np.median(x)))), x.size // 2
+    while n >= _FEWEST:
+        try:
+            line = dominant_frequency(x[begin : begin + n], rate, quantity=view.quantity(role))
+            if SAMPLES * line <= rate:  # else hum, or its alias
+                return line
+        except AnalysisError:
+            pass
+        n //= 2
     size = 1 << (x.size - 1).bit_length()
     spectrum = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size), size))
-    f = np.fft.rfftfreq(size, k / view.sample_rate)
+    f = np.fft.rfftfreq(size, 1.0 / rate)
     first = max(1, math.ceil(DRIFT * size / x.size))
     return float(f[first + int(np.argmax(spectrum[first:]))])
