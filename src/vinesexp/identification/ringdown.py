@@ -32,6 +32,7 @@ from vinesexp.identification.damping_law import (
 from vinesexp.identification.decrement import log_decrement, straight_line, telling_amplitude
 from vinesexp.identification.estimate import is_known
 from vinesexp.identification.least_squares import Solution
+from vinesexp.identification.near_mode import NearMode, near_mode
 from vinesexp.identification.oscillation import POINTS, fewer
 from vinesexp.identification.persistence import CHANCE, OF_PHASE, counts, grown, lasting
 from vinesexp.identification.phasors import (
@@ -99,10 +100,13 @@ _PASSES = 8
 _BEGUN = 0.39  # lines: a random walk from zero, at f0 beside its skirt (6.6 times the first line)
 
 
-def likelihood(x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown) -> RingDown:
+def likelihood(
+    x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown, near: NearMode | None = None
+) -> RingDown:
     """The form that the envelope chose, fitted to the displacement; drift is linear unknowns.
 
-    So is a second oscillation, where what is left shows one: then the fit is done once more.
+    So are a mode that is `near`, and a second oscillation, where what is left shows one: then the
+    fit is done once more.
     """
     step = float(np.median(np.diff(t)))
     inside = (t >= envelope.window[0]) & (t <= envelope.window[1])
@@ -119,6 +123,9 @@ def likelihood(x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown) -> 
     vector[0] -= envelope.decay.rate(A) * back
     vector[1] += vector[2] * back
     noise, slow = max(p.noise, 1e-9 * A), _drift(t, envelope.f0)
+    if near is not None:
+        near = near.fitted(y, t, slow)
+        slow = np.concatenate([slow, near.columns(t)], axis=1)
     kept = _trusted(y, slow, decay_of(vector, start.form, start.start), t, noise, p.w)
     fit = _fitted(vector, terms, t, y, slow, kept, noise)
     beat = _beat(_even(fit.rest, t, step), _even(y - fit.rest, t, step), step, envelope)
@@ -138,7 +145,7 @@ def likelihood(x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown) -> 
     found = ring_down_by(
         "likelihood", decay, free, covariance, envelope.reference, fit.left, envelope.window
     )
-    return replace(found, beat=beat)
+    return replace(found, beat=near.seen if near else beat)
 
 
 def _even(values: FloatArray, t: FloatArray, step: float) -> FloatArray:
@@ -549,7 +556,12 @@ def ring_down(
         if local is not None:
             whole, phasors = seen(better, rate=rate, local=local)
     decrement = log_decrement(phasors)
-    best = _settled(x, t, phasors, envelope(phasors, decrement.decay), decrement)
+    law = envelope(phasors, decrement.decay)
+    if (near := near_mode(phasors, law)) is not None:
+        phasors = near.without(phasors)
+        decrement = log_decrement(phasors)
+        law = envelope(phasors, decrement.decay)
+    best = _settled(x, t, phasors, law, decrement, near)
     if best.fallen < _STEADY:
         raise AnalysisError(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
@@ -561,7 +573,7 @@ def ring_down(
             f"the best fit of a decay leaves {100 * left:.2g} % of the motion: the mass is driven, "
             "this is no free decay"
         )
-    if (wider := widened(whole, phasors, best, resolution)) is not None:
+    if near is None and (wider := widened(whole, phasors, best, resolution)) is not None:
         with suppress(AnalysisError):
             start = begun_at(best.decay, float(wider.t[0]))
             longer = _settled(x, t, wider, envelope(wider, start), decrement)
@@ -678,8 +690,9 @@ def _sure(found: RingDown) -> bool:
 
 
 def _settled(
-    x: FloatArray, t: FloatArray, phasors: Phasors, law: RingDown, decrement: RingDown
-) -> RingDown:
+    x: FloatArray, t: FloatArray, phasors: Phasors, law: RingDown, decrement: RingDown,
+    near: NearMode | None = None,
+) -> RingDown:  # fmt: skip
     """The likelihood, or what stands in for it where it fails.
 
     A likelihood that leaves much of the motion and contradicts what amplitude and phase of every
@@ -688,7 +701,9 @@ def _settled(
     """
     others, said = [decrement], "the likelihood fit of this record does not converge"
     try:
-        best = likelihood(x, t, phasors, law)
+        best = likelihood(x, t, phasors, law, near)
+        if near is not None:  # the law of what is left knows nothing of how sure the other one is
+            return best
         if _sure(best):
             if best.residual < _MISFIT or _agree(best, law):
                 return best
