@@ -177,6 +177,9 @@ class NES(Checked):
         b and r are then those of side +1 alone.
     r_slope : float
         Change of r with the closing speed u, s/m: an impact has r + r_slope u, kept within [0, 1].
+    r_scatter : float
+        Standard deviation of r from one impact to the next, over r, as every real ball has it.
+        Known to the simulation only; what follows from r follows from its mean.
     friction : float
         Deceleration mu g of the ball as it slides or rolls over the floor of its cavity, m/s^2,
         >= 0; at rest on the floor friction holds it up to the same value.
@@ -199,6 +202,7 @@ class NES(Checked):
     b_minus: Annotated[float | None, ("clearance b_minus", "m", ABOVE_ZERO)] = None
     r_minus: Annotated[float | None, ("restitution r_minus", "", UP_TO_1)] = None
     r_slope: Annotated[float, ("r_slope", "s/m", FINITE)] = 0.0
+    r_scatter: Annotated[float, ("r_scatter", "", ZERO_OR_ABOVE)] = 0.0
     friction: Annotated[float, ("friction mu g", "m/s^2", ZERO_OR_ABOVE)] = 0.0
     tilt: Annotated[float, ("tilt", "m/s^2", FINITE)] = 0.0
     contact_time: Annotated[float, ("contact_time", "s", ZERO_OR_ABOVE)] = 0.0

@@ -38,3 +38,14 @@ def test_a_dead_ball_hits_once_and_an_elastic_one_for_ever(r, count):
     fall = math.sqrt(0.1 / STANDARD_GRAVITY)
     bounces = drop(NES(m=0.032, b=0.034, r=r), M=4.7, height=0.05, duration=20.0 * fall).impacts
     assert bounces["time"].size == count
+
+
+def test_bounces_of_a_ball_whose_r_scatters_are_unlike_about_their_mean():
+    ball = NES(m=0.032, b=0.034, r=0.9, r_scatter=0.03)
+    hits = [drop(ball, M=4.7, height=h, duration=30.0).impacts for h in (0.05, 0.05, 0.06)]
+    r = [-one["vy_after"] / one["vy_before"] for one in hits]
+    assert np.array_equal(r[0], r[1])
+    assert not np.array_equal(r[0][:20], r[2][:20])
+    every = np.concatenate(r[::2])
+    assert every.mean() == pytest.approx(0.9, abs=4.0 * 0.027 / math.sqrt(every.size))
+    assert every.std() == pytest.approx(0.027, rel=0.2)

@@ -212,7 +212,8 @@ DEPARTED = (
     SCENE.replace(
         "restitution: 0.6}",
         "restitution: [0.65, 0.6], restitution_minus: 0.55, restitution_slope: -0.1 s/m, "
-        "friction: 0.05 m/s^2, tilt: [2 mg, -2 mg], cubic_stiffness: 3e5 N/m^3}",
+        "restitution_scatter: 3 %, friction: 0.05 m/s^2, tilt: [2 mg, -2 mg], "
+        "cubic_stiffness: 3e5 N/m^3}",
     )
     .replace("noise: 6 um", "noise: 6 um, gain_error: 3 %")
     .replace("pulse: 0.4 ms", "pulse: 0.4 ms, gain_uncertainty: 2 %, ac_corner: 0.5 Hz")
@@ -227,7 +228,7 @@ def test_a_scene_can_depart_from_the_model_wall_by_wall(tmp_path):
     assert (ball.b, ball.clearance(-1)) == (0.03, 0.028)
     assert (ball.r, ball.restitution(-1)) == (0.65, 0.55)
     assert ball.restitution(1, speed=0.5) == pytest.approx(0.6, rel=1e-14)
-    assert ball.friction == 0.05
+    assert (ball.friction, ball.r_scatter) == (0.05, 0.03)
     assert ball.tilt == pytest.approx(2e-3 * 9.80665, rel=1e-14)
     assert [n.tilt > 0.0 for n in scene.rig(two).nes] == [True, False]
     assert scene.rig(one).oscillator.k3 == 3e5

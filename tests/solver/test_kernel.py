@@ -274,3 +274,20 @@ def test_weak_damping_with_impacts_keeps_the_ball_inside():
     )  # fmt: skip
     none = simulate(rig, Harmonic(0.25e-3, TABLE2.f0), Release(y0=[0.0299]), 20.0)
     np.testing.assert_allclose(tiny.impacts["time"], none.impacts["time"], atol=1e-10)
+
+
+@pytest.mark.parametrize("more", [{}, {"friction": 0.2}, {"contact_time": 5e-4}])
+def test_r_scatters_from_impact_to_impact_about_its_mean(more):
+    def restitutions(scatter):
+        ball = NES(m=0.032, b=0.03, r=0.6, r_scatter=scatter, **more)
+        start = Release(y0=[0.0299])
+        hits = simulate(Rig(TABLE2, nes=[ball]), Harmonic(0.25e-3, 7.862), start, 60.0).impacts
+        before = hits["v_before"] - hits["vy_before"]
+        return ((hits["vy_after"] - hits["v_after"]) / before)[np.abs(before) > 0.05]
+
+    r, again, constant = (restitutions(scatter) for scatter in (0.05, 0.05, 0.0))
+    assert np.array_equal(r, again)
+    assert r.mean() == pytest.approx(constant.mean(), abs=4.0 * 0.03 / np.sqrt(r.size))
+    assert r.std() == pytest.approx(0.05 * 0.6, rel=0.12)
+    assert abs(np.corrcoef(r[1:], r[:-1])[0, 1]) < 4.0 / np.sqrt(r.size)
+    assert constant.std() < 1e-3

@@ -53,7 +53,8 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
     Parameters
     ----------
     ball : NES
-        Its mass and restitution (that of wall +1, over speed); the clearance plays no part.
+        Its mass and restitution (that of wall +1, over speed, and its scatter); the clearance
+        plays no part.
     M, height, duration : float
         Mass of the oscillator, kg; m; s.
 
@@ -69,11 +70,13 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
     >>> bounces["time"][:3].round(6).tolist()
     [0.142809, 0.314179, 0.417001]
     """
+    chance = np.random.default_rng(round(1e9 * height))  # a drop from there is one drop
     fall = math.sqrt(2.0 * height / STANDARD_GRAVITY)
     speed = STANDARD_GRAVITY * fall
     bounces, t, v = [], fall, speed
     while t <= duration and v > _OVER * speed:
         r = ball.restitution(1, v)
+        r = min(max(r * (1.0 + ball.r_scatter * float(chance.standard_normal())), 0.0), 1.0)
         bounces.append((t, 0.0, 0.0, -(1.0 + r) * ball.m / M * v, -v, r * v))
         v *= r
         t += 2.0 * v / STANDARD_GRAVITY
@@ -107,6 +110,7 @@ def _departures(scene: Scene, test: Test) -> Iterator[tuple[str, str, float | No
             yield "clearance", f"{of} {wall}", nes.clearance(side), "m"
             yield "restitution", f"{of} {wall}", nes.restitution(side), "1"
         yield "restitution_slope", of, nes.r_slope or None, "s/m"
+        yield "restitution_scatter", of, nes.r_scatter or None, "1"
         yield "friction", of, nes.friction or None, "m/s^2"
         yield "tilt", of, nes.tilt or None, "m/s^2"
         yield "contact_time", of, nes.contact_time or None, "s"

@@ -38,6 +38,7 @@ BALL = {
     "restitution": ("ratio", "zero"),
     "restitution_minus": ("ratio", "zero"),
     "restitution_slope": ("restitution slope", "signed"),
+    "restitution_scatter": ("ratio", "zero"),
     "friction": ("acceleration", "zero"),
     "tilt": ("acceleration", "signed"),
     "contact_time": ("time", "zero"),
@@ -81,7 +82,8 @@ T = TypeVar("T")
 _FIELDS = {
     **{"mass": "M", "damping": "c1", "stiffness": "k1", "cubic_stiffness": "k3"},
     **{"quadratic_damping": "quadratic", "coulomb_damping": "coulomb"},
-    **{"restitution": "r", "restitution_minus": "r_minus", "restitution_slope": "r_slope"},
+    **{"restitution": "r", "restitution_minus": "r_minus"},
+    **{"restitution_slope": "r_slope", "restitution_scatter": "r_scatter"},
 }
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _WALLS = {"wall +1": -1.0, "wall -1": 1.0, "middle": 0.0}

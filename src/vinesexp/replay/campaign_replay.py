@@ -286,7 +286,8 @@ def _beside(
 
     Near a change of regime, and where a wall just reaches the ball, a clearance that is off by what
     nobody can know leads to another motion, and so do impacts of which no two are alike: where the
-    rig does not replay it, clearances to either side are tried, until one does.
+    rig does not replay it, clearances to either side are tried, with an r that scatters as in the
+    record, until one does.
     """
     apart = len(each_ball(row["regime"])) > 1 or len(record.clearance) < 2
     decay = float("nan")
@@ -305,10 +306,10 @@ def _beside(
         _LEAST_OFF,
         campaign.known.uncertainties.clearance.of(record.clearance[0]) / record.clearance[0],
         campaign.known.uncertainties.base.of(1.0),
-        seen.unlike,
     )
     off = min(off, _MOST_OFF)
     near = list(found)
+    again = partial(again, scatters=True)
     for share in _BESIDE:
         near += again(share=share * off)
         beside = compared(record, row, decay, near, steady=steady, near=True)
@@ -417,10 +418,12 @@ def _base(record: Record, bases: Mapping[str, Row], identified: Rows) -> LevelBa
 
 def _replayed(
     record: Record, model: Model, base: LevelBase | None, seen: Recorded, apart: bool, *,
-    still: bool, settles: float | None = None, share: float = 0.0,
+    still: bool, settles: float | None = None, share: float = 0.0, scatters: bool = False,
 ) -> list[Measures]:  # fmt: skip
     """Numbers of all replays, of cavities that are longer by a share."""
     rig, plain = (rig_of(record, one, share) for one in (model, model.plain))
+    if scatters:
+        rig = replace(rig, nes=[_unlike(nes, seen.unlike) for nes in rig.nes])
     drive = drive_of(record, plain, base=base, samples=seen.base, length=seen.length)
     x0, v0 = 0.0, 0.0
     if record.test == "sweep":
@@ -442,6 +445,11 @@ def _replayed(
         return found
     words = f"clearance {100.0 * abs(share):.2g} % {'larger' if share > 0.0 else 'smaller'}"
     return [replace(one, start=words) for one in found]
+
+
+def _unlike(nes: NES, unlike: float) -> NES:
+    """A ball whose impulses, in proportion to 1 + r, differ by a share from impact to impact."""
+    return replace(nes, r_scatter=unlike * (1.0 + nes.r) / max(nes.r, 1e-9))
 
 
 def _cycles(record: Record, motion: Recorded, found: Sequence[Measures]) -> list[dict[str, Value]]:

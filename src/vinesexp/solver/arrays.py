@@ -32,19 +32,31 @@ from vinesexp.solver.state import (
 LINEAR = WeakDamping()
 #: Of a ball: what a start fills in, all but its state.
 PLACED = [
-    *("mass", "half", "b_plus", "r", "r_plus", "r_minus", "r_slope", "rub", "tilt", "tau"),
+    *(
+        "mass",
+        "half",
+        "b_plus",
+        "r",
+        "r_plus",
+        "r_minus",
+        "r_slope",
+        "r_scatter",
+        "rub",
+        "tilt",
+        "tau",
+    ),
     *("gap", "side", "rho", "u", "way"),
 ]
 
 
 def is_plain(rig: Rig, damping: WeakDamping = LINEAR) -> bool:
-    """Whether balls fly freely and bounce with a constant r, the oscillator being linear.
+    """Whether balls fly freely and bounce with one r, the oscillator being linear.
 
     Clearances that differ between the two walls are plain: only the width of a cavity matters.
     """
     return rig.oscillator.k3 == 0.0 and damping == LINEAR and all(
         not nes.rubs and nes.r_slope == 0.0 and nes.restitution(-1) == nes.r
-        and nes.contact_time == 0.0
+        and nes.contact_time == 0.0 and nes.r_scatter == 0.0
         for nes in rig.nes
     )  # fmt: skip
 
@@ -63,7 +75,8 @@ def ball_table(rig: Rig, release: Release) -> tuple[Records, FloatArray]:
         gap, side = gap_of(nes, i, release.x0, y0[i])
         table[PLACED][i] = (
             nes.m, 0.5 * (nes.b + nes.clearance(-1)), nes.b, nes.restitution(side), nes.r,
-            nes.restitution(-1), nes.r_slope, nes.friction, nes.tilt, nes.contact_time, gap, side,
+            nes.restitution(-1), nes.r_slope, nes.r_scatter, nes.friction, nes.tilt,
+            nes.contact_time, gap, side,
             release.v0 - vy0[i], vy0[i], UNSET if nes.rubs else 0.0,
         )  # fmt: skip
     return table, np.array(y0, dtype=np.float64)
