@@ -19,6 +19,7 @@ from vinesexp.identification.phasors import Phasors
 from vinesexp.identification.ringdown_result import RingDown
 
 _RANGE = 0.35  # of f0, on either side: phasors, one a period, show no more
+_WIDTHS = 10.0  # of a line, on either side: farther off it is a line in what a fit leaves
 _RATES = (0.5, 1.0, 2.0)  # times that of the decay, from which the search begins
 _WORTH = 0.5  # of what a law leaves: two modes that leave more are no better
 _LEFT = 5e-3  # of the motion: what a law leaves less of is no beat
@@ -65,18 +66,20 @@ class NearMode:
 
     def fitted(self, x: FloatArray, t: FloatArray, slow: FloatArray) -> NearMode:
         """The two modes fitted to samples, with columns of what moves slowly."""
-        s = t - self.start
+        q = np.linalg.qr(slow)[0]
+        fast = x - q @ (q.T @ x)
 
         def columns(rates: ComplexArray) -> FloatArray:
-            modes = np.exp(np.outer(s, rates))
-            return np.concatenate([modes.real, -modes.imag, slow], axis=1)
+            modes = np.exp(np.outer(t - self.start, rates))
+            both = np.concatenate([modes.real, -modes.imag], axis=1)
+            return np.asarray(both - q @ (q.T @ both))
 
         def rest(rates: ComplexArray) -> FloatArray:
             X = columns(rates)
-            return np.asarray(x - X @ np.linalg.lstsq(X, x, rcond=None)[0])
+            return np.asarray(fast - X @ np.linalg.lstsq(X, fast, rcond=None)[0])
 
         rates = _least(rest, self.rates, span=float(np.ptp(t)))
-        parts = np.linalg.lstsq(columns(rates), x, rcond=None)[0]
+        parts = np.linalg.lstsq(columns(rates), fast, rcond=None)[0]
         return replace(self, rates=rates, amplitudes=parts[:2] + 1j * parts[2:4])
 
 
@@ -101,17 +104,16 @@ def near_mode(p: Phasors, law: RingDown) -> NearMode | None:
     >>> [round(value, 1) for value in found.seen]
     [1.1, 0.2]
     """
-    n, size = 2 * p.t.size, float(np.linalg.norm(p.z))
-    if law.residual < _LEFT or n <= _UNKNOWNS + 3:
+    n, span = 2 * p.t.size, float(np.ptp(p.t))
+    noise = math.sqrt(n) * p.error / float(np.linalg.norm(p.z))
+    if law.residual < max(_LEFT, noise / _WORTH) or n <= _UNKNOWNS + 3:
         return None
     rates = _two_rates(p, law)
     amplitudes, left = _with(rates, p)
-    noise = math.sqrt(n) * p.error / size
     gained = 2.0 * n * math.log(max(law.residual, noise) / max(left, noise))
     worth = _EVIDENCE + (_UNKNOWNS - len(law.free)) * math.log(n)
     if left > _WORTH * law.residual or gained < worth or rates.real.max() >= 0.0:
         return None
-    span = float(np.ptp(p.t))
     power = np.abs(amplitudes) ** 2 * np.expm1(2.0 * rates.real * span) / rates.real
     order = np.argsort(-power)
     start = float(p.t[0])
@@ -125,14 +127,15 @@ def near_mode(p: Phasors, law: RingDown) -> NearMode | None:
 
 def _two_rates(p: Phasors, law: RingDown) -> ComplexArray:
     """Complex rates of the two modes that leave least, relative to the phasors' frequency."""
-    span = float(np.ptp(p.t))
-    rate, step = max(2.0 * math.pi * law.f0 * law.zeta, 1e-3 / span), math.pi / span
-    first = complex(-rate, 2.0 * math.pi * law.f0 - p.w)
+    span, f0 = float(np.ptp(p.t)), law.f0
+    rate, step = max(2.0 * math.pi * f0 * law.zeta, 1e-3 / span), math.pi / span
+    first = complex(-rate, 2.0 * math.pi * f0 - p.w)
+    reach = min(_RANGE * f0, _WIDTHS * max(1.0 / span, law.zeta * f0))
     begun = [
         np.array([first, complex(-factor * rate, first.imag + sign * apart)])
         for factor in _RATES
         for sign in (-1.0, 1.0)
-        for apart in np.arange(step, _RANGE * 2.0 * math.pi * law.f0, step)
+        for apart in np.arange(step, 2.0 * math.pi * reach, step)
     ]
 
     def rest(rates: ComplexArray) -> FloatArray:
