@@ -51,16 +51,16 @@ _SEEN = """\
 The table is of campaigns that nobody had looked at: 18000 to 18299 by the code of c3635f9a, and
 19000 to 19108 and 19300 to 19360 by that of e7136525. Two scenes are left out, which the simulation
 of the benchmark does not end. Two values are more than 4 errors off without a word, both of r: in
-18001 four bounces of a drop were alike by chance, all of an r 2 % above the mean (6.9 errors; 2.1 by
-e7136525, which knows from the impacts by how much r scatters); in 19065 a friction of 0.3 m/s^2
+18001 four bounces of a drop were alike by chance, all of an r 2 % above the mean (6.9 errors; 2.1
+by e7136525, which knows from the impacts by how much r scatters); in 19065 a friction of 0.3 m/s^2
 beside an r that scatters by 4.6 % is not seen, and r is 1.5 %, 4.5 errors, too small; b_c is right.
 Nearly all warnings on plain campaigns say that a test had not settled, which is so. By c3635f9a 6
 of 30 plain campaigns that were replayed had a record that was said not to be reproduced, as its r
 scatters; by e7136525 none of 18.
 
 Of 300 campaigns whose r does not scatter (13004 to 13303, 9c74c20d and c6eb0de5) plain rigs had b_c
-within 0.25 % and r within 0.02 %: most of the error of r is that of so many impacts. One b_c was off
-(13203, 4.2 errors: a magnet, as a law of the distance that a concave floor has not), and in 214
+within 0.25 % and r within 0.02 %: most of the error of r is that of so many impacts. One b_c was
+off (13203, 4.2 errors: a magnet, as a law of the distance that a concave floor has not), and in 214
 drawn between, whose r scatters, r where a friction was hardly seen (17029) and b_c of a ball that a
 magnet pulls (17203). Before ac9aad63 a ball whose r scatters had a concave floor.
 
