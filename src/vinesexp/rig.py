@@ -180,6 +180,8 @@ class NES(Checked):
     r_scatter : float
         Standard deviation of r from one impact to the next, over r, as every real ball has it.
         Known to the simulation only; what follows from r follows from its mean.
+    r_seed : float
+        A whole number for each draw of these r: with the same one, the same motion has the same.
     friction : float
         Deceleration mu g of the ball as it slides or rolls over the floor of its cavity, m/s^2,
         >= 0; at rest on the floor friction holds it up to the same value.
@@ -203,6 +205,7 @@ class NES(Checked):
     r_minus: Annotated[float | None, ("restitution r_minus", "", UP_TO_1)] = None
     r_slope: Annotated[float, ("r_slope", "s/m", FINITE)] = 0.0
     r_scatter: Annotated[float, ("r_scatter", "", ZERO_OR_ABOVE)] = 0.0
+    r_seed: Annotated[float, ("r_seed", "", ZERO_OR_ABOVE)] = 0.0
     friction: Annotated[float, ("friction mu g", "m/s^2", ZERO_OR_ABOVE)] = 0.0
     tilt: Annotated[float, ("tilt", "m/s^2", FINITE)] = 0.0
     contact_time: Annotated[float, ("contact_time", "s", ZERO_OR_ABOVE)] = 0.0

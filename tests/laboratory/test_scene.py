@@ -1,5 +1,6 @@
 """Scenes: read strictly, of tests that depend on nothing else, made the same every time."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -234,6 +235,19 @@ def test_a_scene_can_depart_from_the_model_wall_by_wall(tmp_path):
     assert scene.rig(one).oscillator.k3 == 3e5
     assert one.release_state().y0[0] == 0.028  # wall -1: y - x = +28 mm
     assert scene.truth()["r"] == pytest.approx(0.6, rel=1e-14)
+
+
+def test_impacts_of_a_test_that_is_repeated_are_unlike_where_r_scatters(tmp_path):
+    text = SCENE.replace("restitution: 0.6}", "restitution: 0.6, restitution_scatter: 3 %}")
+    scene = scene_of(tmp_path, text)
+    one = scene.groups["driven"][0]
+    again, other = replace(one), replace(one, record=f"{one.record}_again")
+    r = []
+    for hits in (motion_of(scene, test).impacts for test in (one, again, other)):
+        before = hits["v_before"] - hits["vy_before"]
+        r.append(((hits["vy_after"] - hits["v_after"]) / before)[np.abs(before) > 0.05][:10])
+    assert np.array_equal(r[0], r[1])
+    assert np.abs(r[0] - r[2]).max() > 0.01
 
 
 def test_the_middle_of_an_asymmetric_cavity_is_between_its_walls(tmp_path):

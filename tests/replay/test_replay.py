@@ -611,8 +611,7 @@ def test_a_test_that_a_small_error_of_its_clearance_explains_is_replayed(
     """
     tried = []
 
-    def replayed(*_, share=0.0, scatters=False, **__):
-        assert scatters == (share != 0.0)
+    def replayed(*_, share=0.0, **__):
         tried.append(share)
         return [shown(f"clearance {share:+.3f}", "chatter", 5e-3 + abs(share), 2.0 - 50.0 * share)]
 

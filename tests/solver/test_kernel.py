@@ -278,8 +278,8 @@ def test_weak_damping_with_impacts_keeps_the_ball_inside():
 
 @pytest.mark.parametrize("more", [{}, {"friction": 0.2}, {"contact_time": 5e-4}])
 def test_r_scatters_from_impact_to_impact_about_its_mean(more):
-    def restitutions(scatter):
-        ball = NES(m=0.032, b=0.03, r=0.6, r_scatter=scatter, **more)
+    def restitutions(scatter, seed=0.0):
+        ball = NES(m=0.032, b=0.03, r=0.6, r_scatter=scatter, r_seed=seed, **more)
         start = Release(y0=[0.0299])
         hits = simulate(Rig(TABLE2, nes=[ball]), Harmonic(0.25e-3, 7.862), start, 60.0).impacts
         before = hits["v_before"] - hits["vy_before"]
@@ -287,6 +287,7 @@ def test_r_scatters_from_impact_to_impact_about_its_mean(more):
 
     r, again, constant = (restitutions(scatter) for scatter in (0.05, 0.05, 0.0))
     assert np.array_equal(r, again)
+    assert not np.array_equal(r[:20], restitutions(0.05, seed=1.0)[:20])
     assert r.mean() == pytest.approx(constant.mean(), abs=4.0 * 0.03 / np.sqrt(r.size))
     assert r.std() == pytest.approx(0.05 * 0.6, rel=0.12)
     assert abs(np.corrcoef(r[1:], r[:-1])[0, 1]) < 4.0 / np.sqrt(r.size)

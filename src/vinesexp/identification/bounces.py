@@ -447,6 +447,5 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
         return None
     # Four hits and no other are a ball of a low r; four of more may be chance.
     enough = _FEWEST - 1 if found.count == hits.time.size else _FEWEST
-    error = found.error
-    sure = found.count >= enough and error < _SHRINKS and found.r < 1.0 - error
+    sure = found.count >= enough and found.error < _SHRINKS and found.r < 1.0 - found.error
     return found if sure else None

@@ -145,7 +145,7 @@ def likelihood(
     found = ring_down_by(
         "likelihood", decay, free, covariance, envelope.reference, fit.left, envelope.window
     )
-    return replace(found, beat=near.seen if near else beat)
+    return replace(found, beat=beat if near is None else near.seen)
 
 
 def _even(values: FloatArray, t: FloatArray, step: float) -> FloatArray:
@@ -559,8 +559,7 @@ def ring_down(
     law = envelope(phasors, decrement.decay)
     if (near := near_mode(phasors, law)) is not None:
         phasors = near.without(phasors)
-        decrement = log_decrement(phasors)
-        law = envelope(phasors, decrement.decay)
+        law = envelope(phasors, log_decrement(phasors).decay)
     best = _settled(x, t, phasors, law, decrement, near)
     if best.fallen < _STEADY:
         raise AnalysisError(
@@ -697,13 +696,11 @@ def _settled(
 
     A likelihood that leaves much of the motion and contradicts what amplitude and phase of every
     period say has fitted something else than the decay: then the cheaper methods count, with errors
-    that hold all of them.
+    that hold all of them; the log decrement is that of all that moves, with a mode that is near.
     """
     others, said = [decrement], "the likelihood fit of this record does not converge"
     try:
         best = likelihood(x, t, phasors, law, near)
-        if near is not None:  # the law of what is left knows nothing of how sure the other one is
-            return best
         if _sure(best):
             if best.residual < _MISFIT or _agree(best, law):
                 return best

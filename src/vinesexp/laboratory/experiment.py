@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.instrument_files import FORMATS
-from vinesexp.laboratory.oscilloscope import acquire
+from vinesexp.laboratory.oscilloscope import acquire, stream
 from vinesexp.laboratory.sensors import Drop
 from vinesexp.rig import NES
 from vinesexp.solver.arrays import is_plain
@@ -70,7 +71,7 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
     >>> bounces["time"][:3].round(6).tolist()
     [0.142809, 0.314179, 0.417001]
     """
-    chance = np.random.default_rng(round(1e9 * height))  # a drop from there is one drop
+    chance = np.random.default_rng(round(ball.r_seed))
     fall = math.sqrt(2.0 * height / STANDARD_GRAVITY)
     speed = STANDARD_GRAVITY * fall
     bounces, t, v = [], fall, speed
@@ -155,13 +156,16 @@ def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:
 def motion_of(scene: Scene, test: Test) -> Motion | Drop:
     """The exact motion of a test as it was performed, from its very beginning."""
     test = scene.performed(test)
+    # impacts of a test that is repeated are unlike, too
+    seed = float(stream(scene.seed, test.record, "restitution").integers(2**20))
     if test.kind == "drop":
-        ball = scene.balls[0]
+        ball = replace(scene.balls[0], r_seed=seed)
         return drop(ball, M=scene.oscillator.M, height=test.height, duration=test.duration)
     from vinesexp.solver.simulation import simulate
 
-    start, lasts = test.release_state(), test.settle + test.duration
-    return simulate(scene.rig(test), test.base(), start, lasts, damping=scene.damping)
+    start, lasts, rig = test.release_state(), test.settle + test.duration, scene.rig(test)
+    rig = replace(rig, nes=[replace(nes, r_seed=seed) for nes in rig.nes])
+    return simulate(rig, test.base(), start, lasts, damping=scene.damping)
 
 
 def truth_text(

@@ -309,7 +309,6 @@ def _beside(
     )
     off = min(off, _MOST_OFF)
     near = list(found)
-    again = partial(again, scatters=True)
     for share in _BESIDE:
         near += again(share=share * off)
         beside = compared(record, row, decay, near, steady=steady, near=True)
@@ -418,11 +417,11 @@ def _base(record: Record, bases: Mapping[str, Row], identified: Rows) -> LevelBa
 
 def _replayed(
     record: Record, model: Model, base: LevelBase | None, seen: Recorded, apart: bool, *,
-    still: bool, settles: float | None = None, share: float = 0.0, scatters: bool = False,
+    still: bool, settles: float | None = None, share: float = 0.0,
 ) -> list[Measures]:  # fmt: skip
-    """Numbers of all replays, of cavities that are longer by a share."""
+    """Numbers of all replays, of cavities that are longer by a share; there r scatters."""
     rig, plain = (rig_of(record, one, share) for one in (model, model.plain))
-    if scatters:
+    if share:
         rig = replace(rig, nes=[_unlike(nes, seen.unlike) for nes in rig.nes])
     drive = drive_of(record, plain, base=base, samples=seen.base, length=seen.length)
     x0, v0 = 0.0, 0.0

@@ -32,20 +32,8 @@ from vinesexp.solver.state import (
 LINEAR = WeakDamping()
 #: Of a ball: what a start fills in, all but its state.
 PLACED = [
-    *(
-        "mass",
-        "half",
-        "b_plus",
-        "r",
-        "r_plus",
-        "r_minus",
-        "r_slope",
-        "r_scatter",
-        "rub",
-        "tilt",
-        "tau",
-    ),
-    *("gap", "side", "rho", "u", "way"),
+    *("mass", "half", "b_plus", "r", "r_plus", "r_minus", "r_slope", "r_scatter", "r_seed"),
+    *("rub", "tilt", "tau", "gap", "side", "rho", "u", "way"),
 ]
 
 
@@ -75,7 +63,7 @@ def ball_table(rig: Rig, release: Release) -> tuple[Records, FloatArray]:
         gap, side = gap_of(nes, i, release.x0, y0[i])
         table[PLACED][i] = (
             nes.m, 0.5 * (nes.b + nes.clearance(-1)), nes.b, nes.restitution(side), nes.r,
-            nes.restitution(-1), nes.r_slope, nes.r_scatter, nes.friction, nes.tilt,
+            nes.restitution(-1), nes.r_slope, nes.r_scatter, nes.r_seed, nes.friction, nes.tilt,
             nes.contact_time, gap, side,
             release.v0 - vy0[i], vy0[i], UNSET if nes.rubs else 0.0,
         )  # fmt: skip

@@ -237,13 +237,13 @@ def set_restitution(balls: Records, i: int, speed: float) -> None:
 
 
 @compiled
-def scattered(r: float, scatter: float, t: float) -> float:
+def scattered(r: float, scatter: float, seed: float, t: float) -> float:
     """An r of mean `r` that is another one at each time: normal, by a hash of the nanosecond.
 
     The same motion has the same impacts whenever it is simulated, and no stream of numbers is kept.
     """
-    one = math.sin(12.9898 + 1e9 * t) * 43758.5453
-    two = math.sin(78.233 + 1e9 * t) * 12543.8547
+    one = math.sin(12.9898 + seed + 1e9 * t) * 43758.5453
+    two = math.sin(78.233 + seed + 1e9 * t) * 12543.8547
     far = math.sqrt(-2.0 * math.log(max(one - math.floor(one), 1e-12)))
     own: float = r * (1.0 + scatter * far * math.cos(2.0 * math.pi * two))
     return min(max(own, 0.0), 1.0)
@@ -842,7 +842,7 @@ def collide(balls: Records, M: float, x2: float, state: Record, log: Records) ->
         if balls[i].hit == 1.0:
             set_restitution(balls, i, balls[i].rho)
             if balls[i].r_scatter > 0.0:
-                balls[i].r = scattered(balls[i].r, balls[i].r_scatter, state.t)
+                balls[i].r = scattered(balls[i].r, balls[i].r_scatter, balls[i].r_seed, state.t)
             if balls[i].tau > 0.0 and lasts(balls, i, x2, state.t):
                 balls[i].hit = 0.0
             struck = struck or balls[i].hit == 1.0

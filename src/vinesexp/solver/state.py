@@ -28,7 +28,7 @@ BALL = np.dtype([
     ("b_plus", float),  # clearance to the wall of side +1
     ("r", float),  # of the impact at hand
     ("r_plus", float), ("r_minus", float), ("r_slope", float),  # at either wall; over speed, s/m
-    ("r_scatter", float),  # from impact to impact, relative
+    ("r_scatter", float), ("r_seed", float),  # from impact to impact, relative
     ("rub", float), ("tilt", float),  # friction mu g and tilt, m/s^2
     ("tau", float),  # of a contact that lasts
     ("gap", float), ("side", float),  # to the wall `side`: +1, the wall met at x - y = +b

@@ -1390,10 +1390,12 @@ def _drops(b: _Builder, found: Sequence[Estimate]) -> None:
     """
     drops = [e for e in found if e.parameter == "r" and e.method == "drop"]
     model = b.campaign.known.uncertainties.model.of(1.0)
-    r = b.start.get("r", 0.0)
-    chance = (1.0 + r) * median_of([c.flights.unlike for c in b.collisions.values()])
-    each = [chance / math.sqrt(len(e.data["speeds"])) if e.data else 0.0 for e in drops]
-    least = [max(e.std_error, by_chance, 1e-6) for e, by_chance in zip(drops, each, strict=True)]
+    unlike = median_of([c.flights.unlike for c in b.collisions.values()])
+    counts = [len(e.data["speeds"]) if e.data else math.inf for e in drops]
+    least = [
+        max(e.std_error, unlike * (1.0 + e.value) / math.sqrt(count), 1e-6)
+        for e, count in zip(drops, counts, strict=True)
+    ]
     errors = with_scatter([e.value for e in drops], least)
     for e, error in zip(drops, errors, strict=True):
         name = b.add("r", 0.6, _WIDE_R)
