@@ -300,6 +300,23 @@ def test_two_modes_that_beat_are_two(seed, share, other, seconds):
     assert alone.zeta_error < 0.002 * alone.zeta
 
 
+@pytest.mark.parametrize("seed", [0, 2, 3, 4])
+def test_a_lost_target_hides_no_second_mode(seed):
+    """Spikes were fitted as well, and the beats were the law's again."""
+    random, t = np.random.default_rng(seed), np.arange(0.0, 40.0, 0.02)
+    parts = ((1.0, 1.0, 0.04), (0.1, 1.05, 0.03))
+    phases = 2.0 * np.pi * random.random(2)
+    x = sum(
+        share * np.exp(2 * np.pi * f * t * complex(-zeta, 1.0) + 1j * phase).real
+        for (share, f, zeta), phase in zip(parts, phases, strict=True)
+    )
+    x += 2e-3 * random.standard_normal(t.size)
+    x[random.random(t.size) < 0.01] = 20.0
+    found = fit_ringdown(x, times=t, frequency=1.0)
+    assert found.beat[0] == pytest.approx(1.05, rel=4e-3)
+    assert abs(found.f0 - np.hypot(1.0, 0.04)) < 4.0 * found.f0_error < 2e-3
+
+
 def test_modes_as_large_as_one_another_are_no_drive():
     """Two coupled pendulums, each held aside alone: their beats rise to nearly the whole again."""
     t, rate = np.arange(0.0, 60.0, 0.05), 0.012

@@ -122,11 +122,12 @@ def likelihood(
     A = math.exp(vector[0])
     vector[0] -= envelope.decay.rate(A) * back
     vector[1] += vector[2] * back
-    noise, slow = max(p.noise, 1e-9 * A), _drift(t, envelope.f0)
-    if near is not None:
-        near = near.fitted(y, t, slow)
-        slow = np.concatenate([slow, near.columns(t)], axis=1)
+    noise, drift = max(p.noise, 1e-9 * A), _drift(t, envelope.f0)
+    slow = drift if near is None else np.concatenate([drift, near.columns(t)], axis=1)
     kept = _trusted(y, slow, decay_of(vector, start.form, start.start), t, noise, p.w)
+    if near is not None:
+        near = near.fitted(y[kept], t[kept], drift[kept])
+        slow = np.concatenate([drift, near.columns(t)], axis=1)
     fit = _fitted(vector, terms, t, y, slow, kept, noise)
     beat = _beat(_even(fit.rest, t, step), _even(y - fit.rest, t, step), step, envelope)
     if beat is not None:
