@@ -88,7 +88,8 @@ def impacts_in(motion, since: float) -> Impacts:
     whole = ("unseen_before", "crowded", "clipped")
     columns = {name: np.zeros(x.size, int if name in whole else float) for name in COLUMNS} | {
         "time_s": hits["time"][late] - since, "side": hits["side"][late], "x_m": x,
-        "nes": hits["nes"][late] + 1, "v_before_m_s": v,
+        "nes": hits["nes"][late] + 1, "v_before_m_s": v, "v_error_m_s": np.full(x.size, 1e-6),
+        "confidence": np.ones(x.size), "nes_confidence": np.ones(x.size),
     }  # fmt: skip
     return Impacts(**columns)
 
@@ -206,9 +207,12 @@ def test_another_rig_does_not(tmp_path, wrong, record, words):
 def test_a_ball_whose_r_scatters_is_replayed_with_its_scatter(tmp_path):
     """Impacts that are unlike made a permanent motion modulated, which no constant r replays."""
     found = [
-        replayed(tmp_path / name, [periodic(26.0)], scatter=0.06, identified=TABLE_2 | values)
+        replayed(
+            tmp_path / name, [periodic(18.0)], scatter=0.05, identified=TABLE_2 | values,
+            duration=8.0, settle=20.0,
+        )
         for name, values in (("own", {}), ("other", {"r": 0.8}))
-    ]
+    ]  # fmt: skip
     (own, _), (other, _) = found
     regime = next(row for row in own if row.quantity == "regime")
     assert regime.measured == "strongly modulated"
